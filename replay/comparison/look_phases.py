@@ -46,37 +46,39 @@ Shares = Mapping[str, dict[str, Any]]
 class OffsetCounts:
     """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
 
-    ``missed``, ``in_part``: (offsets, C) contacts never found, and found in part; ``frames_missed``, ``frames_found``:
-    (C,) pair-frames over all offsets; ``invented``: share of the pair-frames that it reports which are no contact;
-    ``false_contacts``: (offsets,) stretches of reported contact in which the oracle sees none; ``every_frame``: the
-    same detector without its rate, of all contacts.
+    ``frames``: (offsets, C, outcomes) frames of each contact by ``Outcome``; ``invented``: share of the pair-frames
+    that it reports which are no contact; ``false_contacts``: (offsets,) stretches of reported contact in which the
+    oracle sees none; ``every_frame``: the same detector without its rate, of all contacts.
     """
 
-    missed: BoolArray
-    in_part: BoolArray
-    frames_missed: IntArray
-    frames_found: IntArray
+    frames: IntArray
     invented: dict[str, Any]
     false_contacts: IntArray
     every_frame: EveryFrame | None = None
 
     def only(self, kept: BoolArray) -> "OffsetCounts":
         """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
-        return replace(
-            self,
-            missed=self.missed[:, kept],
-            in_part=self.in_part[:, kept],
-            frames_missed=self.frames_missed[kept],
-            frames_found=self.frames_found[kept],
-        )
+        return replace(self, frames=self.frames[:, kept])
+
+    @property
+    def missed(self) -> BoolArray:
+        """(offsets, C) which contacts are never found."""
+        return (self.frames[..., Outcome.MISSED] > 0) & (self.frames[..., Outcome.BOTH] == 0)
+
+    @property
+    def in_part(self) -> BoolArray:
+        """(offsets, C) which contacts are found in part."""
+        return (self.frames[..., Outcome.MISSED] > 0) & (self.frames[..., Outcome.BOTH] > 0)
 
     def shares(self) -> Shares:
         """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
-        whole = np.full(self.missed.shape[1], len(self.missed))
+        offsets, contacts, _ = self.frames.shape
+        whole = np.full(contacts, offsets)
+        missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
         return {
             "contacts_missed": share_of_clusters(self.missed.sum(axis=0), whole),
             "contacts_in_part": share_of_clusters(self.in_part.sum(axis=0), whole),
-            "missed": share_of_clusters(self.frames_missed, self.frames_missed + self.frames_found),
+            "missed": share_of_clusters(missed, missed + found),
             "invented": self.invented,
         }
 
@@ -152,12 +154,4 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
     runs = column_runs((reported > 0).T).tolist()
     parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
     false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
-    lost, kept = frames[..., Outcome.MISSED], frames[..., Outcome.BOTH]
-    return OffsetCounts(
-        missed=(lost > 0) & (kept == 0),
-        in_part=(lost > 0) & (kept > 0),
-        frames_missed=lost.sum(axis=0),
-        frames_found=kept.sum(axis=0),
-        invented=share_of_clusters(false_sums, said_sums),
-        false_contacts=stretches,
-    )
+    return OffsetCounts(frames, share_of_clusters(false_sums, said_sums), stretches)

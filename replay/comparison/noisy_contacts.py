@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Detector, Motion
+from cdcore import Detector, Motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import HEADSET_HZ
@@ -20,7 +21,7 @@ from replay.comparison.outcome import Episode
 from replay.detection.run_detector import Run, make_detector
 from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
-from replay.prepare.noise import BodyNoise, NoiseSpec, NoisyCopies, noise_of
+from replay.prepare.noise import NoiseSpec, NoisyCopies, noise_of
 from sessions import Scene
 
 if TYPE_CHECKING:
@@ -87,76 +88,67 @@ def in_noise(
     spec: NoiseSpec, assembly: Assembly, scene: Scene, oracle: Run, contacts: Sequence[Episode], seed: int,
     advance: Advance,
 ) -> NoiseResult:  # fmt: skip
-    """What the oracle of a run says of noisy copies; ``NoiseError``: it does not decide at instants."""
+    """Ask the oracle of a run about noisy copies of the recording, where noise can change the answer.
+
+    ``contacts`` are its episodes; ``advance`` is told frames. The answer depends neither on the size of blocks nor on
+    threads, which share nothing that changes. Raises ``NoiseError``: it does not decide at instants.
+    """
     if oracle.detection.covers != "instants":
         raise NoiseError(f"noise is asked of a reference of instants, which {oracle.spec.name} is not; trust exact")
-
-    def of_pair(column: int) -> Detector:
-        bodies = tuple(assembly.bodies[end] for end in assembly.pairs[column])
-        return make_detector(oracle.spec, replace(assembly, bodies=bodies, pairs=np.array([[0, 1]])), seed)
-
-    noise = noise_of(spec, assembly, scene)
-    return noisy_contacts(assembly, oracle.detection, contacts, noise, of_pair, spec.copies, seed, advance)
-
-
-def noisy_contacts(
-    assembly: Assembly, oracle: Detection, contacts: Sequence[Episode], noise: BodyNoise,
-    make: Callable[[int], Detector], copies: int, seed: int, advance: Advance,
-) -> NoiseResult:  # fmt: skip
-    """Ask noisy copies of a recording, where noise can change the answer.
-
-    ``oracle``: what it said of the recording itself, and ``contacts`` its episodes; ``make``: column of a pair -> the
-    oracle for its two bodies; ``advance`` is told frames. The answer depends neither on the size of blocks nor on
-    threads, which share nothing that changes.
-    """
     # Here, since a run without noise and contacts loads no compiler.
     from cdcore.narrow.bvh.box_tree import build_box_tree
     from cdcore.narrow.contact_offset import ContactOffset
 
-    motion, drawn = assembly.motion, NoisyCopies(noise, copies, seed)
+    motion, noise = assembly.motion, noise_of(spec, assembly, scene)
+    drawn = NoisyCopies(noise, spec.copies, seed)
     trees = [build_box_tree(body.mesh.triangles) for body in assembly.bodies]
     levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
     pairs = []
     for column, ends in enumerate(assembly.pairs.tolist()):
         reach = noise.reach_between(ends, [levers[end] for end in ends])
         offset = ContactOffset(trees, assembly.pairs, reach) if reach else None
-        pairs.append(NoisyPair(column, ends, offset, make))
+        pairs.append(NoisyPair(column, assembly, offset, oracle, seed))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for start in range(0, len(motion), BLOCK):
             block = motion.frames(start, min(start + BLOCK, len(motion)))
-            touching, errors = counts_as_contact(oracle.verdict[start : start + len(block)]), drawn.errors(block.times)
-            asked = [pool.submit(pair.ask, start, block, touching[:, pair.column], drawn, errors) for pair in pairs]
+            errors = drawn.errors(block.times)
+            asked = [pool.submit(pair.ask, start, block, drawn, errors) for pair in pairs]
             for answer in asked:
                 answer.result()
             advance(len(block))
-    return _result(motion.times, contacts, [pair.answer() for pair in pairs], copies, noise)
+    return _result(motion.times, contacts, pairs, drawn)
 
 
 def _result(
-    times: FloatArray, contacts: Sequence[Episode], answers: Sequence[PairAnswer], copies: int, noise: BodyNoise
+    times: FloatArray, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
 ) -> NoiseResult:
-    found, near, resting = list[NoisySpan](), list[NoisySpan](), list[NoisySpan]()
-    digest, windows = hashlib.sha256(), [_widened(contact, times) for contact in contacts]
-    for pair, answer in enumerate(answers):
-        wavering = answer.frames[(answer.counts > 0) & (answer.counts < copies)]
-        resting += [
-            NoisySpan(pair, first, last, answer.share(first, last, copies))
-            for first, last in _spans(wavering, times, AGREED_S)
-            if times[last] - times[first] >= REST_S
-        ]
-        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair]
-        passes = [answer.span(pair, *span, copies) for span in _between(answer.frames, taken, times)]
+    near, resting, digest = list[NoisySpan](), list[NoisySpan](), hashlib.sha256()
+    windows = [_widened(contact, times) for contact in contacts]
+    for pair in pairs:
+        frames, said, certain = pair.answer
+        counts = np.bitwise_count(said).sum(axis=1, dtype=np.int64)
+        wavering = frames[(counts > 0) & (counts < drawn.copies)]
+        for first, last in _spans(wavering, times, AGREED_S):
+            if times[last] - times[first] >= REST_S:
+                resting.append(NoisySpan(pair.column, first, last, pair.mean_share(first, last)))
+        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
+        passes = [pair.span(*span) for span in _between(frames, taken, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
-        digest.update(np.concatenate([answer.frames, answer.certain]).astype("<i8").tobytes() + answer.said.tobytes())
-    for contact, span in zip(contacts, windows, strict=True):
-        found.append(answers[contact.pair].span(contact.pair, *span, copies))
-    words = tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found)
-    sizes = {
-        root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
-        for root, size in noise.noise.items()
-    }
-    asked = sum(len(answer.frames) for answer in answers)
-    return NoiseResult(copies, tuple(found), words, tuple(near), tuple(resting), asked, digest.hexdigest(), sizes)
+        digest.update(np.concatenate([frames, certain]).astype("<i8").tobytes() + said.tobytes())
+    found = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
+    return NoiseResult(
+        copies=drawn.copies,
+        contacts=found,
+        words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found),
+        near=tuple(near),
+        resting=tuple(resting),
+        asked=sum(len(pair.answer[0]) for pair in pairs),
+        digest=digest.hexdigest(),
+        sizes={
+            root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
+            for root, size in drawn.noise.noise.items()
+        },
+    )
 
 
 def _widened(contact: Episode, times: FloatArray) -> tuple[int, int]:
@@ -188,54 +180,29 @@ def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
     return 2 * frames > span.last - span.first + 1
 
 
-class PairAnswer(NamedTuple):
-    """Of a pair: frames (k,) in reach of the noise, the copies with contact there as bits (k, ceil(C / 8)), and frames
-    (n,) with a contact that no noise changes."""
-
-    frames: IntArray
-    said: ByteArray
-    certain: IntArray
-
-    @property
-    def counts(self) -> IntArray:
-        """How many copies have contact, (k,)."""
-        return np.bitwise_count(self.said).sum(axis=1, dtype=np.int64)
-
-    def span(self, pair: int, first: int, last: int, copies: int) -> NoisySpan:
-        """Which share of the copies has a contact anywhere in a span of frames of this pair."""
-        rows, anyhow = self._within(first, last)
-        found = np.bitwise_count(np.bitwise_or.reduce(self.said[rows], axis=0)).sum()
-        return NoisySpan(pair, first, last, 1.0 if anyhow else float(found / copies))
-
-    def share(self, first: int, last: int, copies: int) -> float:
-        """Share of the copies with contact, in the mean over a span of frames."""
-        rows, anyhow = self._within(first, last)
-        return float((np.bitwise_count(self.said[rows]).sum() / copies + anyhow) / (last + 1 - first))
-
-    def _within(self, first: int, last: int) -> tuple[slice, int]:
-        (a, b), (c, d) = (np.searchsorted(some, [first, last + 1]).tolist() for some in (self.frames, self.certain))
-        return slice(a, b), d - c
-
-
 class NoisyPair:
     """A pair of bodies: where noise may change the answer about it, and what the copies say there."""
 
-    def __init__(
-        self, column: int, ends: Sequence[int], offset: ContactOffset | None, make: Callable[[int], Detector]
-    ) -> None:
-        self.column, self._ends, self._offset, self._make = column, ends, offset, make
-        self._detector: Detector | None = None
+    def __init__(self, column: int, assembly: Assembly, offset: ContactOffset | None, oracle: Run, seed: int) -> None:
+        self.column, self._ends = column, assembly.pairs[column].tolist()
+        self._assembly, self._offset, self._oracle, self._seed = assembly, offset, oracle, seed
+        self._copies = 1
         self._parts: list[tuple[IntArray, ByteArray, IntArray]] = []
 
-    def ask(
-        self, start: int, block: Motion, touching: BoolArray, drawn: NoisyCopies, errors: Mapping[str, FloatArray]
-    ) -> None:
+    @cached_property
+    def _detector(self) -> Detector:
+        """The oracle for the two bodies alone."""
+        bodies = tuple(self._assembly.bodies[end] for end in self._ends)
+        alone = replace(self._assembly, bodies=bodies, pairs=np.array([[0, 1]]))
+        return make_detector(self._oracle.spec, alone, self._seed)
+
+    def ask(self, start: int, block: Motion, drawn: NoisyCopies, errors: Mapping[str, FloatArray]) -> None:
         """Ask all copies about a block that begins with frame ``start``, where the noise may change the answer."""
+        self._copies = drawn.copies
+        touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
         near = self._near(block, touching)
         said = np.zeros((0, drawn.copies), dtype=np.bool_)
         if near.any():
-            if self._detector is None:
-                self._detector = self._make(self.column)
             turn, place = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
             count = drawn.copies * int(near.sum())
             valid, times = np.ones((count, 2), dtype=np.bool_), np.arange(count) / HEADSET_HZ
@@ -253,7 +220,27 @@ class NoisyPair:
         near[rows] = self._offset.near(block, rows, np.full_like(rows, self.column))
         return near
 
-    def answer(self) -> PairAnswer:
-        """All that was asked."""
+    @cached_property
+    def answer(self) -> tuple[IntArray, ByteArray, IntArray]:
+        """Frames (k,) in reach of the noise, the copies with contact there as bits (k, ceil(C / 8)), and frames (n,)
+        with a contact that no noise changes; after the last block."""
         frames, said, certain = (np.concatenate(some) for some in zip(*self._parts, strict=True))
-        return PairAnswer(frames, said, certain)
+        return frames, said, certain
+
+    def span(self, first: int, last: int) -> NoisySpan:
+        """Which share of the copies has a contact anywhere in a span of frames."""
+        said, sure = self._within(first, last)
+        found = np.bitwise_count(np.bitwise_or.reduce(said, axis=0)).sum()
+        return NoisySpan(self.column, first, last, 1.0 if sure else float(found / self._copies))
+
+    def mean_share(self, first: int, last: int) -> float:
+        """Share of the copies with contact, in the mean over a span of frames."""
+        said, sure = self._within(first, last)
+        return float((np.bitwise_count(said).sum() / self._copies + sure) / (last + 1 - first))
+
+    def _within(self, first: int, last: int) -> tuple[ByteArray, int]:
+        """What the copies say in a span, and in how many frames of it there is contact anyhow."""
+        frames, said, certain = self.answer
+        rows = slice(*np.searchsorted(frames, [first, last + 1]))
+        low, high = np.searchsorted(certain, [first, last + 1]).tolist()
+        return said[rows], high - low

@@ -176,7 +176,5 @@ def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]
 
 def _doubt(result: RunResult, contact: Episode) -> str | None:
     """What is in doubt about any pose in a contact."""
-    if result.flags is None:
-        return None
     part = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
     return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None

@@ -26,7 +26,7 @@ def doubts(result: RunResult) -> list[str]:
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
-    return doubts_of(() if result.treatment is None else result.treatment.findings)
+    return doubts_of(result.treatment.findings)
 
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:

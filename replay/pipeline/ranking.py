@@ -29,17 +29,17 @@ class Rank:
     what: str  # what it is, in words: ``convex hulls at 50 Hz``
     setting: str  # the detector with its settings: ``discrete[rate_hz=50]``
     contacts: int  # of the oracle
-    missed: Share | None  # of the contacts, never found
-    in_part: Share | None  # of the contacts, found late or cut short
-    missed_counts: Range | None  # contacts never found
-    late_counts: Range | None  # contacts found late or cut short
-    false: Share | None  # of the pair-frames it reports as contact, those that are none
-    unconfirmed: bool  # whether all of these are candidates: only bounding volumes overlap there
-    undecided: int  # contacts that it left undecided
-    held: tuple[int, int]  # while a hand holds the body, and so not counted: false pair-frames, and contacts missed
     mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
     p99: float | None  # seconds in which 99 of 100 of these frames were decided; ``None``: not timed one by one
-    phases: int  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
+    missed: Share | None = None  # of the contacts, never found
+    in_part: Share | None = None  # of the contacts, found late or cut short
+    missed_counts: Range | None = None  # contacts never found
+    late_counts: Range | None = None  # contacts found late or cut short
+    false: Share | None = None  # of the pair-frames it reports as contact, those that are none
+    unconfirmed: bool = False  # whether all of these are candidates: only bounding volumes overlap there
+    undecided: int = 0  # contacts that it left undecided
+    held: tuple[int, int] = (0, 0)  # while a hand holds the body, so not counted: false pair-frames, contacts missed
+    phases: int = 1  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
 
     @property
     def lost(self) -> bool:
@@ -69,30 +69,28 @@ def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
     """
     found = [_rank(summary, label) for label in summary["audit"]]
     found.sort(key=lambda rank: (-rank.fault, -part_of(rank.in_part)))
-    if not found:
-        return ()
-    return (*found, replace(_rank(summary, summary["oracle"]), contacts=found[0].contacts))
+    return (*found, _asked(summary, summary["oracle"], found[0].contacts)) if found else ()
+
+
+def _asked(summary: Mapping[str, Any], label: str, contacts: int) -> Rank:
+    """What a detector is and takes, before any fault."""
+    made = summary["detectors"][label]
+    seconds = {} if made["name"] == RECORDED else made["seconds"]
+    return Rank(
+        label=label,
+        what=detector_words(made["name"], made.get("settings", {})),
+        setting=made.get("asked", made["name"]),
+        contacts=contacts,
+        mean=seconds.get("per_frame_mean"),
+        p99=seconds.get("per_frame", {}).get("p99"),
+    )
 
 
 def _rank(summary: Mapping[str, Any], label: str) -> Rank:
-    made, audit = summary["detectors"][label], summary["audit"].get(label)
-    setting = made.get("asked", made["name"])
-    what = detector_words(made["name"], made.get("settings", {}))
-    mean, p99 = made["seconds"]["per_frame_mean"], made["seconds"].get("per_frame", {}).get("p99")
-    if made["name"] == RECORDED:
-        mean = p99 = None
-    if audit is None:
-        return Rank(
-            label=label, what=what, setting=setting, contacts=made["contacts"], missed=None, in_part=None,
-            missed_counts=None, late_counts=None, false=None, unconfirmed=False, undecided=0, held=(0, 0), mean=mean,
-            p99=p99, phases=1,
-        )  # fmt: skip
+    audit = summary["audit"][label]
     contacts, held, over = audit["contacts"], audit.get("held", {}), audit.get("phases")
-    return Rank(
-        label=label,
-        what=what,
-        setting=setting,
-        contacts=contacts,
+    return replace(
+        _asked(summary, label, contacts),
         missed=over["contacts_missed"] if over else share(audit["contacts_missed"], contacts),
         in_part=over["contacts_in_part"] if over else share(audit["contacts_in_part"], contacts),
         missed_counts=counts_over_offsets(audit, "contacts_missed"),
@@ -101,8 +99,6 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
         unconfirmed=all_unconfirmed(audit),
         undecided=audit["contacts_undecided"],
         held=(held.get("invented", 0), held.get("contacts_missed", 0)),
-        mean=mean,
-        p99=p99,
         phases=PHASES if over else 1,
     )
 

@@ -64,6 +64,8 @@ class Measured:
     session: Session  # what was replayed
     assembly: Assembly  # bodies, motion and pairs that the detectors saw
     detections: Mapping[str, Detection]  # in the order asked for; all on the frames of ``assembly``
+    treatment: Repair  # the findings of the doctor, and what the policy did about them
+    flags: Flags  # which verdicts rest on a pose in doubt
     oracle: str  # label of the detection the others are compared with, or ``""``
     comparisons: Mapping[str, Comparison]  # with the oracle
     episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection
@@ -76,8 +78,6 @@ class Measured:
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
-    treatment: Repair | None = None  # the findings of the doctor, and what the policy did about them
-    flags: Flags | None = None  # which verdicts rest on a pose in doubt
     detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
 
     @cached_property

@@ -71,20 +71,12 @@ class RunSettings:
 
     def as_json(self, lineup: Lineup) -> dict[str, Any]:
         """Every setting as plain data, with the detectors and the oracle that they came to."""
-        rules = parse_policy(self.policy).rules
-        return {
+        return vars(self) | {
             "detectors": [str(spec) for spec in lineup.specs],
             "oracle": lineup.oracle or NO_ORACLE,
-            "step_rate": self.step_rate,
             "pairs": None if self.pairs is None else [list(pair) for pair in self.pairs],
-            "start": self.start,
-            "end": self.end,
-            "policy": {kind: str(rule) for kind, rule in rules.items()},
+            "policy": parse_policy(self.policy).as_json(),
             "noise": list(self.noises),
-            "noise_copies": self.noise_copies,
-            "seed": self.seed,
-            "tau": self.tau,
-            "offline": self.offline,
         }
 
 

@@ -61,7 +61,7 @@ def summarise(
         },
         "audit": {label: score(result, label) for label in result.comparisons},
         "noise": None if result.noise is None else result.noise.settings,
-        **({} if result.treatment is None else result.treatment.as_json()),
+        **result.treatment.as_json(),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(), "machine": machine(), "plan": plan_summary(planned),
         "effects": effect_summary(result.effects, perf_counter() - began),
@@ -71,11 +71,10 @@ def summarise(
 def _flagged(result: Measured, label: str) -> dict[str, int]:
     """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
     detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
-    if result.flags is not None:
-        for start in range(0, len(detection.verdict), VERDICT_FRAMES):
-            verdict = detection.verdict[start : start + VERDICT_FRAMES]
-            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-            count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
+    for start in range(0, len(detection.verdict), VERDICT_FRAMES):
+        verdict = detection.verdict[start : start + VERDICT_FRAMES]
+        flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+        count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
     return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
 
 
@@ -85,7 +84,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     return {
         # Files are called after people: the recording is known by its content, a session by its id.
         "id": session_digest(result), "recording": recording_mark(Path(session.origin)),
-        "digest": None if result.treatment is None else result.treatment.digest,
+        "digest": result.treatment.digest,
         "scene": session.scene.name, "frames": len(times),
         "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
@@ -101,9 +100,8 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
 
 def session_digest(result: Measured) -> str:
     """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
-    poses = "" if result.treatment is None else result.treatment.digest
     stretch = result.assembly.stamp_ns[[0, -1]].tolist()
-    return hashlib.sha256(f"{poses} {stretch}".encode()).hexdigest()[:16]
+    return hashlib.sha256(f"{result.treatment.digest} {stretch}".encode()).hexdigest()[:16]
 
 
 def recording_mark(file: Path) -> dict[str, Any] | None:

@@ -138,9 +138,8 @@ def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
         verdicts = [found.verdict[start : start + VERDICT_FRAMES] for found in result.detections.values()]
         marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
         if marked:
-            if result.flags is not None:
-                flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-                marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]
+            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+            marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)
             columns.append(column)

@@ -120,7 +120,7 @@ def doubted(*findings):
 def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
     units = [Finding("unit-suspect", "3000 m away", name) for name in "abc"]
     noted = Finding("frozen", "it stood still", "a")
-    assert doubted(noted) == [] == headline.doubts(SimpleNamespace(treatment=None))
+    assert doubted(noted) == []
     first, second = doubted(Finding("handedness", "left is right", own_severity=Severity.ERROR), noted, *units)
     assert first == (
         "Error, handedness: left and right seem to be swapped (left is right). "

@@ -10,6 +10,7 @@ from statistics import mean
 from typing import ClassVar
 
 import duckdb
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -22,6 +23,7 @@ from replay.metrics.row import metric_rows
 from replay.outputs.results.parquet import SCHEMA, read_table
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
+from replay.prepare.flags import Flags
 from sessions import Event, Interval
 
 NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("data-set"), re.M | re.S)
@@ -50,7 +52,7 @@ def session(name):
 def run_of(name):
     # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
     found = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
-    return replace(found, flags=None)
+    return replace(found, flags=Flags(np.zeros_like(found.flags.bodies)))
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from replay.outputs.contact_tables import EPISODES, FALSE_CONTACTS, MISSES, epis
 from replay.outputs.results import parquet_tables as tables
 from replay.outputs.results.parquet_tables import event_table, frame_table, timing_table
 from replay.pipeline.engine import compute
+from replay.prepare.flags import Flags
 from sessions import Event, Interval, Scene
 from sessions.model.scene import SceneBody
 
@@ -21,7 +22,8 @@ def result():
     intervals = [Interval(20_000_000, 90_000_000, "task", "stir", {"by": "p1"})]
     session = cubes(PLACES, scene=scene, events=events, intervals=intervals)
     # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
-    return replace(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="hybrid"), flags=None)
+    found = compute(session, detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    return replace(found, flags=Flags(np.zeros_like(found.flags.bodies)))
 
 
 def rows(table):
