@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 
-from replay.outputs.results.data_set import DATA_SET, SAID
+from replay.outputs.results.data_set import DATA_SET
 from replay.outputs.results.parquet import SCHEMA, table_of
 
 PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
@@ -33,8 +33,8 @@ def made_class(folder, sessions=40, students=20, *, seed=0, contacts=8, detector
     for k in range(sessions):
         who = "" if k >= sessions - nobody else f"S{k % students:03d}"
         session = Session(random, who, f"{k:016x}", detectors, rare=bool(rare) and k % students < rare)
-        session.draw(int(random.poisson(contacts)))
-        session.write(folder / f"run{k:03d}", TYPES[k % students % 2])
+        session.draw(int(random.poisson(contacts)), TYPES[k % students % 2])
+        session.write(folder / f"run{k:03d}")
     return folder
 
 
@@ -44,7 +44,7 @@ class Session:
         self.tasks = (*TASKS, "clean") if rare else TASKS
         self.rows = {name: [] for name in DATA_SET}
 
-    def draw(self, contacts):
+    def draw(self, contacts, vr_type):
         lost = dict.fromkeys(self.detectors, 0)
         for number in range(1, contacts + 1):
             a, b = PAIRS[int(self.random.integers(len(PAIRS)))]
@@ -74,6 +74,7 @@ class Session:
             self.add("events", source="event", name="press", task=self.one_of(self.tasks))
         minutes = float(self.random.uniform(0.4, 0.6))
         shared = {"valid_minutes": minutes, "flagged_share": float(self.random.random() * 0.02), "scene": "lab"}
+        shared |= {"oracle": "exact", "vr_type": vr_type}
         for label in ("exact", *self.detectors):
             seen = contacts - lost.get(label, 0)
             frames = {"contact_frames": 9 * contacts, "recall": seen / contacts if contacts else None}
@@ -85,13 +86,13 @@ class Session:
     def add(self, table, **row):
         self.rows[table].append(UNREAD | self.keys | row)
 
-    def write(self, folder, vr_type):
+    def write(self, folder):
         folder.mkdir(parents=True)
         for name, (file, kinds) in DATA_SET.items():
-            own = {column: kind for column, kind in kinds.items() if column not in ("run", *SAID)}
+            own = {column: kind for column, kind in kinds.items() if column != "run"}
             whole = [{column: row.get(column) for column in own} for row in self.rows[name]]
             pq.write_table(table_of(whole, own).replace_schema_metadata({"schema": SCHEMA}), folder / file)
-        summary = {"oracle": "exact", "session": {"facts": {"vr_type": vr_type}}, "made": self.keys["session"]}
+        summary = {"made": self.keys["session"]}
         (folder / "summary.json").write_text(json.dumps(summary), "utf-8")
         (folder / "report.html").write_text("<!doctype html><title>run</title>" + "".join(self.cards()), "utf-8")
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -14,9 +14,9 @@ from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs import contact_tables
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
-from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, columns_of, read_table
-from replay.outputs.results.parquet_tables import EVENT_COLUMNS
-from replay.outputs.results.reading import checked_table, read_json
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet_tables import EVENT_COLUMNS, MEASURED
+from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import (
     EPISODES,
     EVENTS,
@@ -31,22 +31,15 @@ from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}
 
-SAID: Final = ("oracle", "vr_type")
-"""Columns of metrics from the summary of a run."""
-
-TIMES: Final[dict[str, type]] = dict.fromkeys(("mean_ms", "p99_ms", "worst_ms"), float)
-"""Columns of metrics from the summary too: milliseconds of a frame in the mean, at the 99th percentile and at
-most."""
-
-ADDED: Final = ("run", *SAID, *TIMES)
-"""Columns that reading adds; a file that has one of them was written by nobody's run."""
+ADDED: Final = ("run", *MEASURED)
+"""Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "episodes": (EPISODES, RUN | types_of(contact_tables.EPISODES) | KEYS),
     "misses": (MISSES, RUN | types_of(contact_tables.MISSES) | KEYS),
     "false_contacts": (FALSE_CONTACTS, RUN | types_of(contact_tables.FALSE_CONTACTS) | KEYS),
     "events": (EVENTS, RUN | EVENT_COLUMNS | KEYS),
-    "metrics": (METRICS, RUN | METRIC_COLUMNS | dict.fromkeys(SAID, str) | TIMES),
+    "metrics": (METRICS, RUN | METRIC_COLUMNS | MEASURED),
 }
 """Table -> the file in a run folder, and its columns."""
 
@@ -81,7 +74,7 @@ class FoundRuns:
         file, copied = DATA_SET[name][0], set[str]()
         for batch, part, true in self.parts:
             with _tight_memory():
-                rows = _plain(part.file(self.top / batch, name), name, ADDED, columns)
+                rows = _plain(part.file(self.top / batch, name), name, columns, part=True)
             paths = pc.binary_join_element_wise(batch, rows["run"], "/") if batch else rows["run"]
             rows = rows.set_column(rows.column_names.index("run"), "run", paths)
             listed = _paths(batch, true)
@@ -170,41 +163,14 @@ def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
     path = top / run / file
     if not path.is_file():
         return _no_rows(kinds)
-    table, columns = _plain(path, name), dict[str, pa.Array]()
-    columns["run"] = pa.array([run or "."] * len(table), TYPES[str])
-    if name == "metrics":
-        columns |= _said(top / run, table["detector"].to_pylist())
-    for column, values in columns.items():
-        table = table.append_column(column, values)
-    return table
+    table = _plain(path, name)
+    return table.append_column("run", pa.array([run or "."] * len(table), TYPES[str]))
 
 
-def _said(run: Path, detectors: Sequence[str]) -> dict[str, pa.Array]:
-    """The detector that is trusted in a run, how its session was seen, and what each detector took."""
-    try:
-        summary = read_json(run / SUMMARY)
-        words = summary.get("oracle"), summary["session"]["facts"].get("vr_type")
-        if not all(isinstance(word, str | None) for word in words):
-            raise TypeError("oracle or vr_type is no text")
-        seconds = {label: one["seconds"] for label, one in summary.get("detectors", {}).items()}
-        times = [_milliseconds(seconds.get(label, {})) for label in detectors]
-        said = {name: pa.array([word] * len(detectors), TYPES[str]) for name, word in zip(SAID, words, strict=True)}
-        return said | columns_of(times, TIMES)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, pa.ArrowException) as error:
-        raise RunFolderError(f"{run / SUMMARY} cannot be read ({error!r}); run its session again") from error
-
-
-def _milliseconds(seconds: Mapping[str, Any]) -> tuple[float | None, ...]:
-    """``TIMES`` of a detector; ``None``: its frames were not timed one by one."""
-    frames = seconds.get("per_frame") or {}
-    taken = (seconds.get("per_frame_mean"), frames.get("p99"), frames.get("max"))
-    return tuple(None if one is None else 1e3 * one for one in taken)
-
-
-def _plain(path: Path, name: str, added: Sequence[str] = (), columns: Sequence[str] | None = None) -> pa.Table:
+def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, part: bool = False) -> pa.Table:
     """A file with the rows of a table, with words in place of numbers of words, which differ from file to file.
 
-    Of the columns that reading adds it has those ``added`` already, as a part does; ``columns``: read no others.
+    Only the file of a ``part`` says which run a row is of; ``columns``: read no others.
     """
     table = read_table(path, columns)
     schema = (table.schema.metadata or {}).get(b"schema", b"").decode(errors="replace")
@@ -212,8 +178,9 @@ def _plain(path: Path, name: str, added: Sequence[str] = (), columns: Sequence[s
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
     file, kinds = DATA_SET[name]
-    needed = READ_TABLES[file][1] | ({"run"} if added else set())
+    needed = READ_TABLES[file][1] | (RUN.keys() if part else set())
     if columns is not None:
         needed &= frozenset(columns)
-    dropped = [column for column in ADDED if column in table.column_names and column not in added]
-    return checked_table(path, table.drop_columns(dropped), kinds, needed)
+    if not part and "run" in table.column_names:
+        table = table.drop_columns("run")
+    return checked_table(path, table, kinds, needed)

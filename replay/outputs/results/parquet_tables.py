@@ -124,11 +124,26 @@ def series_table(result: RunResult) -> pa.Table:
     return pa.table(columns)
 
 
+MEASURED: Final[dict[str, type]] = {
+    "oracle": str, "vr_type": str, "mean_ms": float, "p99_ms": float, "worst_ms": float,
+}  # fmt: skip
+"""Columns of metrics besides ``METRICS``: the reference, how the session was seen, and what a frame took, in the mean,
+at the 99th percentile and at most; null: not timed frame by frame."""
+
+
 def metrics_table(result: RunResult) -> pa.Table:
-    """The metrics of a run, columns of ``METRICS`` and one per task."""
-    rows = metric_rows(result)
+    """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
+    rows = [row | _measured(result.summary, row["detector"]) for row in metric_rows(result)]
     tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
-    return table_of(rows, METRICS | dict.fromkeys(tasks, float))
+    return table_of(rows, METRICS | MEASURED | dict.fromkeys(tasks, float))
+
+
+def _measured(summary: Mapping[str, Any], label: str) -> dict[str, Any]:
+    seconds = summary["detectors"][label]["seconds"] if label in summary["detectors"] else {}
+    frames = seconds.get("per_frame") or {}
+    taken = (seconds.get("per_frame_mean"), frames.get("p99"), frames.get("max"))
+    words = summary["oracle"], summary["session"]["facts"].get("vr_type")
+    return dict(zip(MEASURED, (*words, *(None if one is None else 1e3 * one for one in taken)), strict=True))
 
 
 def _happened(result: RunResult) -> tuple[IntArray, IntArray]:

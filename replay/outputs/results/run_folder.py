@@ -62,7 +62,7 @@ CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
 
 READ_TABLES: Final = {
     **{name: (own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
-    METRICS: (METRIC_COLUMNS | KEYS, frozenset(("session", "settings", "detector"))),
+    METRICS: (METRIC_COLUMNS | parquet_tables.MEASURED | KEYS, frozenset(("session", "settings", "detector"))),
     EVENTS: (parquet_tables.EVENT_COLUMNS | KEYS, frozenset(("stamp_ns", "source", "name", "message", "time"))),
 }
 """The tables that are read again as rows."""

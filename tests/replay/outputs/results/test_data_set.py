@@ -1,7 +1,6 @@
 """Many runs as one data set: every row says whose it is, and the guide's questions give what a recount gives."""
 
 import io
-import json
 import re
 import threading
 from collections import Counter
@@ -190,18 +189,20 @@ def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results,
         read(str(tmp_path))
 
 
-def test_metrics_say_the_trusted_detector_and_the_vr_type_as_the_summary_has_them(results, tmp_path):
-    out = write_run_folder(results["one"], tmp_path / "one")
-    summary = json.loads((out / "summary.json").read_text("utf-8"))
-    for stated in ({"vr_type": "desktop"}, {}):
-        summary["session"]["facts"] = stated
-        (out / "summary.json").write_text(json.dumps(summary), "utf-8")
-        metrics = read(tmp_path)["metrics"]
-        assert set(metrics["oracle"].to_pylist()) == {"exact"}
-        assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
-    (out / "summary.json").write_text("{}", "utf-8")
-    with pytest.raises(RunFolderError, match=r"summary.json cannot be read"):
-        read(tmp_path)
+@pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
+def test_metrics_say_the_reference_the_vr_type_and_the_times_of_the_summary(stated, offline, tmp_path):
+    recorded = replace(session("one"), facts=stated)
+    found = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
+    write_run_folder(found, tmp_path / "one")
+    metrics = read(tmp_path)["metrics"]
+    assert set(metrics["oracle"].to_pylist()) == {"exact"}
+    assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
+    for row in metrics.to_pylist():
+        taken = found.summary["detectors"][row["detector"]]["seconds"]
+        frames = taken.get("per_frame", {"p99": None, "max": None})
+        told = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
+        assert told == pytest.approx([taken["per_frame_mean"], frames["p99"], frames["max"]])
+    assert any(metrics["p99_ms"].to_pylist()) != offline
 
 
 def test_a_single_run_is_a_data_set_and_a_half_written_one_is_none(results, tmp_path):
