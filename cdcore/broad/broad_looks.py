@@ -5,7 +5,6 @@ What they leave is asked of a narrow phase, pair by pair.
 
 from collections import Counter
 from collections.abc import Callable
-from itertools import pairwise
 from time import perf_counter
 from typing import Final
 
@@ -157,8 +156,8 @@ class LivePairs:
     @property
     def seconds(self) -> dict[str, float]:
         """As ``Live.seconds``."""
-        spent = (after - before for before, after in pairwise(self._clock))
-        return dict(zip(("volumes", "surfaces", "containment"), spent, strict=True))
+        start, near, surfaces, end = self._clock
+        return {"volumes": near - start, "surfaces": surfaces - near, "containment": end - surfaces}
 
     @property
     def work(self) -> Counter[str]:

@@ -9,11 +9,11 @@ from cdcore.protocol.frame_detector import FrameDetector, own_failure
 from cdcore.protocol.live import REST, Live, LiveHeld, detect_live, live_session, stream_live
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.pair_detector import PairDetector
-from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
+from cdcore.protocol.verdict import Verdict, counts_as_contact, is_one_of, is_undecided
 
 __all__ = [
     "DECIDED", "NO_FACES", "REST", "Body", "Detection", "Detector", "Explains", "Explanation", "FaceSets",
     "FrameDetector", "Live", "LiveHeld", "Motion", "PairDetector", "Solids", "Verdict", "blocks_in_order",
-    "contact_or_clear", "counts_as_contact", "detect_live", "is_undecided", "join", "live_session", "ordered_by_name",
-    "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
+    "contact_or_clear", "counts_as_contact", "detect_live", "is_one_of", "is_undecided", "join", "live_session",
+    "ordered_by_name", "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
 ]  # fmt: skip

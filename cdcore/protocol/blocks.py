@@ -9,7 +9,7 @@ from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
-from cdcore.protocol.verdict import Verdict
+from cdcore.protocol.verdict import Verdict, is_one_of
 
 
 def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
@@ -85,13 +85,14 @@ class HeldVerdicts:
         ``seen`` (looks, P), verdicts at the frames with a look; ``looks`` (T,); ``known`` (T, P): has a pose.
         """
         believed = np.concatenate([self._verdict[None], seen])
-        for column in np.flatnonzero((seen == Verdict.NO_POSE).any(axis=0)):
+        for column in np.flatnonzero(is_one_of(seen, (Verdict.NO_POSE,)).any(axis=0)):
             row = believed[:, column]
             last = np.where(row != Verdict.NO_POSE, np.arange(len(row)), 0)
             believed[:, column] = row[np.maximum.accumulate(last)]
         self._verdict = believed[-1]
-        verdict = np.where(known, believed[np.cumsum(looks)], np.uint8(Verdict.NO_POSE))
-        return verdict, {"looks": int(looks.sum()), "held": int(known.sum()) - int(known[looks].sum())}
+        verdict = np.where(known, believed.take(np.cumsum(looks), axis=0), np.uint8(Verdict.NO_POSE))
+        held = np.count_nonzero(known) - np.count_nonzero(known[looks])
+        return verdict, {"looks": int(looks.sum()), "held": int(held)}
 
 
 TICK_SLACK: Final = 1e-6

@@ -1,8 +1,7 @@
 """The glossary of verdicts: one word for each thing a detector can say about a pair in a frame."""
 
+from collections.abc import Sequence
 from enum import IntEnum
-
-import numpy as np
 
 from cdcore.numerics import BoolArray, ByteArray
 
@@ -37,9 +36,19 @@ UNDECIDED_VERDICTS = (Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE)
 
 def counts_as_contact(verdict: ByteArray) -> BoolArray:
     """Whether each verdict is contact in an audit, same shape."""
-    return np.isin(verdict, np.array(CONTACT_VERDICTS, dtype=np.uint8))
+    return is_one_of(verdict, CONTACT_VERDICTS)
 
 
 def is_undecided(verdict: ByteArray) -> BoolArray:
     """Whether each verdict is left out of an audit, same shape."""
-    return np.isin(verdict, np.array(UNDECIDED_VERDICTS, dtype=np.uint8))
+    return is_one_of(verdict, UNDECIDED_VERDICTS)
+
+
+def is_one_of(codes: ByteArray, words: Sequence[IntEnum]) -> BoolArray:
+    """Whether each code is one of some words of its glossary, same shape."""
+    # One comparison of bytes a word: ``np.isin`` takes 80 times as long (2026-11, 2.4 million codes).
+    # A plain number: beside one of an enumeration NumPy widens all codes to 64 bits.
+    found: BoolArray = codes == int(words[0])
+    for word in words[1:]:
+        found |= codes == int(word)
+    return found

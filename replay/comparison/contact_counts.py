@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Detection
-from cdcore.protocol import counts_as_contact
+from cdcore.protocol import counts_as_contact, is_one_of
 from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
@@ -150,6 +150,6 @@ class HeldAnswers:
 
 def count_reports(comparison: Comparison) -> ContactCounts:
     """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
-    found = column_runs(np.isin(column, REPORTED) for column in comparison.outcome.T)
+    found = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
     reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
     return count_contacts(comparison, reports)

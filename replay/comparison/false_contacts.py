@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.numerics import FloatArray, place_points
-from cdcore.protocol import NO_FACES, Explains, Explanation, counts_as_contact
+from cdcore.protocol import NO_FACES, Explains, Explanation, counts_as_contact, is_one_of
 from replay.comparison.causes import Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
 from replay.comparison.delay import at_frame, constant_delay
@@ -181,7 +181,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
 
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
-    reports = cache(lambda pair: runs(np.isin(outcome[:, pair], REPORTED)))
+    reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())

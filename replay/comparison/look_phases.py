@@ -6,23 +6,27 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Verdict
+from cdcore import Detection, Detector, Motion, Verdict, join
 from cdcore.detectors import DETECTORS, OPTIONAL
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import detect_live
+from cdcore.protocol import is_one_of, stream_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
-from replay.comparison.contact_counts import count_contacts, count_reports
+from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
 from replay.comparison.reference import Reference
-from replay.detection.run_detector import Run, make_detector
+from replay.detection.run_detector import Run, detect_all, make_detector
 from replay.prepare.assembly import Assembly
 
 PHASES: Final = 16
 """Offsets that a mean is over, evenly spread over the time from sample to sample."""
+
+STRETCHES: Final = 16
+STRETCH_FRAMES: Final = 256
+"""Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
 
 STEPS: Final = 24
 """Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
@@ -100,9 +104,9 @@ def over_phases(
 ) -> dict[str, OffsetCounts]:
     """The counts at all offsets of each run with a rate, and those of the same detector without one.
 
-    Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
-    of our table, and a recording of more than an hour, keep the phase of the run. ``advance`` is called with
-    ``STEPS`` in all for each of ``runs``.
+    Each is asked once more, about every frame; one that was asked live is timed live again, so that both times are
+    alike. A detector that is none of our table, and a recording of more than an hour, keep the phase of the run.
+    ``advance`` is called with ``STEPS`` in all for each of ``runs``.
     """
     counts = dict[str, OffsetCounts]()
     for label, run in runs.items():
@@ -111,20 +115,28 @@ def over_phases(
             advance(STEPS)
             continue
         detector = make_detector(replace(run.spec, settings={**run.spec.settings, "rate_hz": None}), assembly, seed)
-        every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
+        every = detect_all(detector, assembly)
+        seconds = _look_seconds(detector, assembly.motion) if run.live else None
         advance(STEPS - PHASES)
         at_offsets = offset_counts(rate, every, reference, advance)
         comparison = reference.compare(every)
         always = count_contacts(comparison, reference.contacts)
-        seconds = sum(float(np.sum(stage)) for stage in every.seconds.values()) / len(every.times)
         every_frame = EveryFrame(
             contacts_missed=always.missed,
             contacts_in_part=always.in_part,
             invented=count_reports(comparison).share(Outcome.INVENTED),
-            seconds=seconds if run.live else None,
+            seconds=seconds,
         )
         counts[label] = replace(at_offsets, every_frame=every_frame)
     return counts
+
+
+def _look_seconds(detector: Detector, motion: Motion) -> float:
+    """Seconds that a live look takes in the mean, over stretches that are spread evenly over a motion."""
+    starts = np.arange(0, len(motion), max(STRETCH_FRAMES, -(-len(motion) // STRETCHES)))
+    stretches = [motion.frames(start, min(start + STRETCH_FRAMES, len(motion))) for start in starts.tolist()]
+    looks = join(stream_live(detector, stretches))
+    return sum(float(np.sum(stage)) for stage in looks.seconds.values()) / len(looks.times)
 
 
 def sampling_offsets(rate_hz: float) -> FloatArray:
@@ -144,12 +156,13 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
         comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome
-        invented, found = outcome == Outcome.INVENTED, outcome == Outcome.BOTH
-        reported |= invented | found | (outcome == Outcome.WITHIN_TOLERANCE)
+        invented = is_one_of(outcome, (Outcome.INVENTED,))
+        true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.INVENTED))
+        reported |= is_one_of(outcome, REPORTED)
         # As of one run: what is within tolerance is neither true nor false.
-        said += invented | found
+        said += true_or_false
         false += invented
-        stretches[number] = len(column_runs(invented.T))
+        stretches[number] = np.count_nonzero(invented[0]) + np.count_nonzero(invented[1:] & ~invented[:-1])
         advance(1)
     runs = column_runs((reported > 0).T).tolist()
     parts = [(slice(first, last + 1), pair) for pair, first, last in runs]

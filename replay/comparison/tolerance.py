@@ -15,6 +15,7 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import is_one_of
 from replay.comparison.compare import Within
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
@@ -58,8 +59,8 @@ class Tolerance:
         """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
-            asked = np.isin(subject.verdict[frames, columns], EXCUSABLE)
-            asked &= np.isin(oracle.verdict[frames, columns], EXCUSABLE)
+            asked = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
+            asked &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
             asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
             frames, columns = frames[asked], columns[asked]
             new = self._measured[frames, columns] == 0

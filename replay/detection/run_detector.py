@@ -16,7 +16,7 @@ from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import detect_live, own_failure, stream_live
 from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
-from replay.base.progress import Advance
+from replay.base.progress import Advance, ignored
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import ReplayError
@@ -121,10 +121,10 @@ def run_detector(
         if live:
             looks = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
             at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
-            whole = _at_once(detector, assembly, True, lambda _: None) if faces else looks
+            whole = detect_all(detector, assembly, faces=True) if faces else looks
             detection = replace(whole, verdict=looks.verdict, work=looks.work, seconds=looks.seconds)
         else:
-            detection = _at_once(detector, assembly, faces, advance)
+            detection = detect_all(detector, assembly, faces=faces, advance=advance)
     clock.append(perf_counter())
     prepare, warm, detect = np.diff(clock).tolist()
     share = None
@@ -135,7 +135,8 @@ def run_detector(
     )  # fmt: skip
 
 
-def _at_once(detector: Detector, assembly: Assembly, faces: bool, advance: Advance) -> Detection:
+def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignored) -> Detection:
+    """What a detector says of every frame, asked about many frames at once; long motions go in blocks."""
     motion = assembly.motion
     if len(motion) <= WHOLE_FRAMES:
         detection = detector.detect(motion, faces=faces)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from cdcore import Detection, Verdict
 from cdcore.numerics import IntArray
-from cdcore.protocol import is_undecided
+from cdcore.protocol import is_one_of, is_undecided
 from replay.effects.declaring import Declaration, Pair
 from replay.effects.output import EffectOutput, FloatArray, LaneSpan
 from replay.effects.spans import BoolArray, Span
@@ -25,7 +25,7 @@ from sessions.model.track import HandTrack
 HANDS: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""
 
-TOUCHING: Final = np.array([Verdict.CONTACT, Verdict.CONTAINED], dtype=np.uint8)
+TOUCHING: Final = (Verdict.CONTACT, Verdict.CONTAINED)
 """Verdicts that are contact to an effect; a candidate of bounding volumes is none."""
 
 
@@ -210,7 +210,7 @@ class EffectInputs:
         if column is None:
             raise EffectError(f"effect {self.kind!r} asks for {pair[0]}-{pair[1]}, which was not looked at")
         verdict = self.detection.verdict[:, column]
-        return PairContact(pair, np.isin(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
+        return PairContact(pair, is_one_of(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
 
     def _named(self, name: str) -> str:
         if name not in self.known_bodies:

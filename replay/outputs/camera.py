@@ -79,18 +79,27 @@ class Obstacles:
         for body in np.flatnonzero(motion.valid[frame]).tolist():
             turn = motion.rotations[frame, body]
             local = (np.asarray(eye.target) - motion.translations[frame, body]) @ turn
-            if self._bodies[body].is_crossed(local, (ray / far) @ turn, far):
+            surface = self._bodies[body]
+            if surface.is_near(local, ray @ turn) and surface.is_crossed(local, (ray / far) @ turn, far):
                 found.add(body)
         return frozenset(found)
 
 
 class _Surface:
-    """One mesh in its own frame, with a ball around each face."""
+    """One mesh in its own frame, with a ball around all of it and one around each face."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self._triangles = mesh.triangles
         self._centres = mesh.triangles.mean(axis=1)
         self._radii = np.sqrt(((mesh.triangles - self._centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+        self._middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+        self._radius = float(np.linalg.norm(mesh.vertices - self._middle, axis=1).max())
+
+    def is_near(self, point: FloatArray, way: FloatArray) -> bool:
+        """Whether the way from a point comes into the ball around the mesh; few bodies stand near a view."""
+        away = self._middle - point
+        share = min(max(float(away @ way) / float(way @ way), 0.0), 1.0)
+        return float(np.linalg.norm(away - share * way)) <= self._radius * 1.001
 
     def is_crossed(self, point: FloatArray, ray: FloatArray, length: float) -> bool:
         """Whether a ray crosses a face between ``SKIN`` and ``length`` from the point."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.numerics import IntArray
-from cdcore.protocol import counts_as_contact
+from cdcore.protocol import counts_as_contact, is_one_of
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
@@ -28,7 +28,7 @@ OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 ROWS_PER_PART: Final = 200_000
 """Rows of the frame table that are made at a time: some 20 MB, for a session of any length."""
 
-STATED: Final = np.array([Verdict.UNRESOLVED, Verdict.INVALID], dtype=np.uint8)
+STATED: Final = (Verdict.UNRESOLVED, Verdict.INVALID)
 """Verdicts that are no contact and still worth a row."""
 
 Columns = dict[str, Any]
@@ -151,7 +151,7 @@ def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
     rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
         verdicts = [found.verdict[start : start + VERDICT_FRAMES] for found in result.detections.values()]
-        marked = [counts_as_contact(part) | np.isin(part, STATED) for part in verdicts]
+        marked = [counts_as_contact(part) | is_one_of(part, STATED) for part in verdicts]
         if marked:
             flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
             marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]

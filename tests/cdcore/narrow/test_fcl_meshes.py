@@ -5,8 +5,7 @@ import pytest
 from support.shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
 
 from cdcore import TriangleMesh
-from cdcore.narrow import fcl_meshes
-from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.narrow.fcl_meshes import TREES, FclMeshes
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
 
@@ -76,14 +75,13 @@ def test_duplicate_faces_keep_their_own_numbers():
     assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]
 
 
-def test_equal_meshes_share_a_tree_and_can_stand_apart(monkeypatch):
-    built = []
-    tree = fcl_meshes._tree
-    monkeypatch.setattr(fcl_meshes, "_tree", lambda mesh: built.append(mesh) or tree(mesh))
-    pairs = FclMeshes([box_mesh(), box_mesh(), box_mesh((2, 2, 2))])
-    assert len(built) == 2
+def test_equal_meshes_share_a_tree_and_can_stand_apart():
+    before = len(TREES)
+    pairs = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
+    other = FclMeshes([box_mesh((3, 1, 1))])
+    assert len(TREES) == before + 2 and other.touch(0, 0)
     assert pairs.touch(0, 1)
-    pairs.place(1, np.eye(3), np.array([3.0, 0, 0]))
+    pairs.place(1, np.eye(3), np.array([4.0, 0, 0]))
     assert not pairs.touch(0, 1)
 
 
