@@ -13,8 +13,7 @@ from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.bvh.frame_looks import FrameLooks
-from cdcore.narrow.bvh.whole_motion import decide_motion
+from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.numerics import ByteArray, IntArray

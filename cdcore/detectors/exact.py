@@ -8,8 +8,7 @@ from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.bvh.frame_looks import FrameLooks
-from cdcore.narrow.bvh.whole_motion import decide_motion
+from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray

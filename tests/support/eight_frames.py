@@ -4,41 +4,33 @@ import numpy as np
 from support.motions import motion_of, placed, soup
 
 from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import words_of
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
-from cdcore.narrow.bvh.tree_memory import (
-    EDGE_ROOM,
-    MARKS,
-    PAIR_WORDS,
-    POSE_A,
-    POSE_B,
-    STATES,
-    TREE_B,
-    Scratch,
-    pair_memory,
-)
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Scratch, pair_at, words_of_rows
+from cdcore.narrow.bvh.whole_motion import rows_of_pairs, tree_row
 
-SIZES = (96, 9, 24, 72, 768, 48, EDGE_ROOM)
 ROOM = 4096
 
 
 @kernel
 def relative_of(row, relative, middle, squares):
-    pair = pair_memory(row)
+    pair = pair_at(words_of(row))
     fill_relative(pair.pose_a, pair.pose_b, 0 * len(row), relative)
     return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
 
 
 def row_of_pair(trees, turn, move):
-    """Trees and poses of two bodies as the kernels take them, and what must be kept while they do."""
+    """Trees and poses of two bodies, as given, as the kernels take them, and what must be kept while they do."""
     tracks = Tracks(trees, np.arange(2), len(turn), np.zeros(2, dtype=bool))
-    row = np.zeros(PAIR_WORDS, dtype=np.int64)
+    marks = np.zeros((1, 3, len(turn)), dtype=np.uint8)
     tracks.fill(turn, move, np.ones((len(turn), 2), dtype=bool))
-    row[:TREE_B], row[TREE_B:POSE_A] = trees[0].row, trees[1].row
-    row[POSE_A:POSE_B], row[POSE_B:MARKS] = tracks.rows
-    return row, tracks
+    rows = rows_of_pairs(trees, np.array([[0, 1]]), tracks, marks, every=True)
+    for side, body in zip("ab", range(2), strict=True):
+        rows[f"tree_{side}"], rows[f"pose_{side}"] = tree_row(trees[body]), tracks.rows[body]
+    return words_of_rows(rows)[0], (tracks, marks)
 
 
 class EightFrames:
@@ -55,9 +47,9 @@ class EightFrames:
         self.trees = [build_box_tree(mesh) for mesh in self.meshes]
         self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
-        doubles, words = [np.empty(size) for size in SIZES], np.zeros(ROOM, dtype=np.int64)
-        lists = words.copy(), ROOM, words.copy(), ROOM
-        self.scratch = Scratch(*doubles, words, np.empty(256, np.int64), np.zeros(STATES, np.int64), *lists, words)
+        doubles, words = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
+        found = np.empty(256, np.int64)
+        self.scratch = Scratch(*doubles, words, found, words, words, words, words, keys_end=ROOM, later_end=ROOM)
         self.relative, self.middle, self.found = self.scratch.relative, self.scratch.middle, self.scratch.found
         self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of, integers_of, row_of, words_of
+from cdcore.kernels.memory import Memory, doubles_of, integers_of, words_of
 from cdcore.narrow.bvh.box_fit import BuildMemory, fit_box
 from cdcore.numerics import FloatArray, IntArray
 
@@ -36,7 +36,6 @@ class BoxTree(NamedTuple):
     counted from its leaf's first corner. ``corners`` (c, 3): distinct corners of a leaf, body axes, from the leaf's
     centre. ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the
     face along each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up.
-    ``row`` (9,): addresses of the arrays, as the kernels take them.
     """
 
     boxes: FloatArray
@@ -49,7 +48,6 @@ class BoxTree(NamedTuple):
     boxed: FloatArray
     spans: FloatArray
     reach: float
-    row: IntArray
 
 
 @hot_kernel
@@ -254,4 +252,4 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     ]  # fmt: skip
     arrays = [np.ascontiguousarray(array) for array in arrays]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
-    return BoxTree._make([*arrays, reach, row_of(arrays)])
+    return BoxTree._make([*arrays, reach])

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early, words_of
 from cdcore.kernels.simd import (
     LANES,
     above,
@@ -29,7 +29,7 @@ from cdcore.kernels.simd import (
 )
 from cdcore.narrow.bvh.bounds import ROUNDOFF
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.tree_memory import PoseMemory, pose_memory
+from cdcore.narrow.bvh.tree_memory import PoseMemory, layout, pose_at, words_of_rows
 from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly, row_length
 
 STEP_ULPS: Final = 16.0
@@ -123,16 +123,15 @@ def fill_tracks(
     rotations: FloatArray, translations: FloatArray, bodies: IntArray, rows: IntArray, ends: FloatArray,
     lanes: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the memory that ``rows`` (n, POSE_WORDS) name for these bodies.
+    """Fill the memory that ``rows`` (n, words) of ``PoseMemory`` name for these bodies.
 
     ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     many = rotations.shape[1]
     for k in range(len(bodies)):
-        row, body = rows[k], bodies[k]
-        pose = pose_memory(row, runtime_int(0))
-        copy_poses(turns, places, many, body, pose.frames, pose.entries, pose.stride)
+        pose = pose_at(words_of(rows[k]))
+        copy_poses(turns, places, many, bodies[k], pose.frames, pose.entries, pose.stride)
         pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
         pose.facts[1], pose.path[0] = ends[k, 16], 0.0
         if pose.frames > 1:
@@ -142,31 +141,30 @@ def fill_tracks(
 class Tracks:
     """The poses of some bodies at all frames of a motion, laid out by one call in one block of memory.
 
-    ``bodies`` (n,) ascending numbers; ``rows`` (n, POSE_WORDS): each body's ``PoseMemory``.
+    ``bodies`` (n,) ascending numbers; ``rows`` (n,): each body's ``PoseMemory``.
     """
 
     def __init__(self, trees: Sequence[BoxTree], bodies: IntArray, frames: int, still: BoolArray) -> None:
         """Make room for so many frames of these of all bodies, each with a tree; ``still`` (N,) keep one pose."""
-        self.bodies, counts = bodies, np.where(still[bodies], 1, frames)
+        self.bodies, self.rows = bodies, np.zeros(len(bodies), dtype=layout(PoseMemory))
+        self._ends = np.array([[*trees[body].boxes[0], trees[body].reach] for body in bodies.tolist()])
+        counts = np.where(still[bodies], 1, frames)
         stride = row_length(counts)
-        self._ends = np.empty((len(bodies), 17))
-        for k, body in enumerate(bodies.tolist()):
-            self._ends[k, :16], self._ends[k, 16] = trees[body].boxes[0], trees[body].reach
-        lengths = np.stack([ROWS * stride, CENTRES * stride, stride, stride, np.full(len(bodies), 2)], axis=1)
-        stops = np.cumsum(lengths).reshape(lengths.shape)
-        self._room, self._changed = np.empty(stops[-1, -1]), np.ones((len(bodies), frames), dtype=np.uint8)
-        entries, centres, away, path, facts = (address_of(self._room) + 8 * (stops - lengths)).T
-        changed = address_of(self._changed) + frames * np.arange(len(bodies))
-        self._moving = counts > 1
-        words = entries, stride, self._moving, counts, centres, away, path, changed, facts
-        self.rows = np.stack([word.astype(np.int64) for word in words], axis=1)
-        self._lanes = np.empty(LANES)
+        self.rows["frames"], self.rows["step"], self.rows["stride"] = counts, counts > 1, stride
+        rooms = {"entries": ROWS * stride, "centres": CENTRES * stride, "away": stride, "path": stride, "facts": 2}
+        stops = np.cumsum([np.broadcast_to(length, len(bodies)) for length in rooms.values()], axis=None)
+        self._room, self._changed = np.empty(stops[-1]), np.ones((len(bodies), frames), dtype=np.uint8)
+        starts = np.concatenate([[0], stops[:-1]]).reshape(len(rooms), -1)
+        for name, start in zip(rooms, starts, strict=True):
+            self.rows[name] = address_of(self._room) + 8 * start
+        self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
+        self._words, self._lanes = words_of_rows(self.rows), np.empty(LANES)
 
     def fill(self, rotations: FloatArray, translations: FloatArray, changed: BoolArray) -> None:
         """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies; ``changed`` (T, N) as of ``Motion``."""
         if len(changed) > 1:
             self._changed[:] = changed[:, self.bodies].T
-            self._changed[:, 0] = self._moving
+            self._changed[:, 0] = self.rows["step"]
         # read-only like those of a motion: else the kernel would be compiled for both kinds
         turns, places = readonly(np.ascontiguousarray(rotations)[:]), readonly(np.ascontiguousarray(translations)[:])
-        fill_tracks(turns, places, self.bodies, self.rows, self._ends, self._lanes)
+        fill_tracks(turns, places, self.bodies, self._words, self._ends, self._lanes)

@@ -1,109 +1,198 @@
-"""Pairs of bodies over their frames: repeats, path-length skips, then blocks of eight through both trees.
+"""Pairs of bodies over their frames: repeats, path-length skips, then blocks of eight frames depth first through both
+trees, in which lanes drop out as soon as they are decided.
 
-A kernel takes one row of integers a pair: addresses of arrays, and numbers. It stops where a list is full or a pair is
-done and left something; the caller takes what the lists hold, has the rest decided exactly, and the kernel goes on from
-the same place. So memory does not grow with what a pair leaves open.
+A kernel takes one row of words a pair. It stops where a list is full or a pair is done and left something; the caller
+takes what the lists hold, has the rest decided exactly, and the kernel goes on from the same place. So memory does not
+grow with what a pair leaves open.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, row_of
-from cdcore.kernels.simd import LANES, dot, fused, load8, minus, splat8, store
-from cdcore.narrow.bvh.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
-from cdcore.narrow.bvh.bounds import (
-    CHORD_SLACK,
-    LARGEST_SIZE,
-    LARGEST_SKEW,
-    POSITION_ULPS,
-    ROUNDOFF,
-    SKEW_FACTOR,
-    SMALLEST_SIZE,
-)
-from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.motion_bounds import first_unsafe, root_gap
+from cdcore.kernels.memory import Memory, fetch_early, words_of
+from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, plus, splat8, store, times
+from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
+from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
+from cdcore.narrow.bvh.frame_skips import frames_left_out, poses_repeat, size_at
+from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
 from cdcore.narrow.bvh.tree_memory import (
     ALIVE,
     AT_FRAME,
-    BEYOND,
+    BLOCKS,
     DEPTH,
-    DOUBLES,
-    EVERY,
+    FACE_PAIRS,
     LANES_NOW,
-    LATER_END,
-    MOST_AT_ONCE,
-    START,
+    LEAF_PAIRS,
+    NEAR,
+    NODE_TESTS,
     STATES,
-    STOP,
+    WORLD_TESTS,
     Pair,
     PoseMemory,
-    Question,
     Scratch,
-    pair_memory,
-    question_memory,
-    scratch_memory,
+    TreeMemory,
+    pair_at,
+    scratch_at,
 )
-from cdcore.narrow.bvh.undecided import settled
+from cdcore.narrow.triangles.filter import UNDECIDED, Corners, faces_meet_filtered
 from cdcore.numerics import IntArray
 
-SHORTEST_SKIP: Final = 4
-"""Frames: a shorter skip saves less than the half-used block after it costs."""
+MOST_AT_ONCE: Final = 512
+"""Face pairs that two leaves may add to a list: eight faces against eight in eight frames."""
+
 ALIKE: Final = 4.0
 """Frames of one block keep one distance, in the largest of their sizes: none is larger than another by this factor."""
-LIST: Final = 4096
-"""Face pairs that a list holds before it is emptied."""
-FEW: Final = 16
-"""The same of face pairs left open, where a frame is done at the first that meets."""
 
 
 @hot_kernel
-def size_at(pair: Pair, frame: int) -> float:
-    """The size S of ``cdcore.narrow.bvh.bounds`` in a frame."""
+def append(rows: Memory, key: int) -> None:
+    """One more face pair on a list that has room."""
     become_part_of_caller()
-    a, b = pair.pose_a, pair.pose_b
-    size: float = a.facts[1] + b.facts[1] + a.away[frame * a.step] + b.away[frame * b.step]
-    return size
+    rows[0] += 1
+    rows[rows[0]] = key
 
 
 @hot_kernel
-def poses_repeat(pose: PoseMemory, frame: int) -> bool:
-    """Whether a pose is that of the frame before."""
+def key_of(pair: Pair, frame: int, face_a: int, face_b: int) -> int:
+    """A face pair of a frame as one number."""
     become_part_of_caller()
-    return bool(pose.changed[frame * pose.step] == 0)
+    return (((frame - pair.start) << pair.bits_a | face_a) << pair.bits_b) | face_b
 
 
 @hot_kernel
-def frames_left_out(pair: Pair, frame: int, pad: float, question: Question, work: Memory) -> int:
-    """The next frame that is to be searched: marks frames that repeat the one before, or lie beyond the kernels.
+def have_room(scratch: Scratch) -> bool:
+    """Whether both lists can take what two leaves may add."""
+    become_part_of_caller()
+    return bool(scratch.keys[0] < scratch.keys_end and scratch.later[0] < scratch.later_end)
 
-    Bodies are certainly apart in the others that it passes. ``pad``: as a share of the size.
-    """
+
+@hot_kernel
+def first_child(tree: TreeMemory, node: int) -> int:
+    """The first child of a node; memory is asked early for its sibling too."""
+    become_part_of_caller()
+    child = runtime_int(tree.links[2 * node])
+    fetch_early(tree.links, 2 * child)
+    for k in range(16 * child, 16 * child + 32, 8):
+        fetch_early(tree.boxes, k)
+    return child
+
+
+@hot_kernel
+def opened(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, depth: int) -> int:
+    """Put both children of a node of A or B, each with the other node, on the stack; returns its height."""
+    become_part_of_caller()
+    if open_a:
+        child = first_child(pair.tree_a, a)
+        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = child, b, child + 1, b
+    else:
+        child = first_child(pair.tree_b, b)
+        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = a, child, a, child + 1
+    stack[depth + 2], stack[depth + 5] = mask, mask
+    return depth + 6
+
+
+@hot_kernel
+def place_face(placed: Memory, face: int, pose: PoseMemory, frame: int) -> Corners:
+    """World corners of a face, rounded as the reference vertices: no fused multiply-add."""
+    become_part_of_caller()
+    row, entries, stride, at = 12 * face, pose.entries, pose.stride, frame * pose.step
+    x, y, z = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
+    a, b, c = entries[at], entries[at + stride], entries[at + 2 * stride]
+    wx = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 9 * stride])
+    a, b, c = entries[at + 3 * stride], entries[at + 4 * stride], entries[at + 5 * stride]
+    wy = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 10 * stride])
+    a, b, c = entries[at + 6 * stride], entries[at + 7 * stride], entries[at + 8 * stride]
+    wz = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 11 * stride])
+    return Corners(wx, wy, wz)
+
+
+@hot_kernel
+def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
+    """Whether two faces meet at the reference vertices of a frame: 0, 1, or UNDECIDED for exact arithmetic."""
     stay_one_function()
-    a, b, boxes_a, boxes_b = pair.pose_a, pair.pose_b, pair.tree_a.boxes, pair.tree_b.boxes
-    if frame > question.start and poses_repeat(a, frame) and poses_repeat(b, frame):
-        question.repeats[frame] = 1
-        work[REUSED] += 1
-        return frame + 1
-    size = size_at(pair, frame)
-    # asked this way round, a size that is not a number is beyond them
-    if not (size >= SMALLEST_SIZE and size <= LARGEST_SIZE and a.facts[0] + b.facts[0] <= LARGEST_SKEW):
-        question.volumes[frame] = BEYOND
-        return frame + 1
-    following = frame
-    work[GAP_TESTS] += 1
-    gap = root_gap(boxes_a, a, boxes_b, b, frame, pad * size)
-    if gap > 0.0:
-        # sizes, and what a dismissal keeps, grow by no more than the bodies move
-        following = first_unsafe(a, b, frame, question.stop, gap * (1.0 - 2.0 * pad))
-        if following - frame < SHORTEST_SKIP and following < question.stop:
-            following = frame
-    work[SKIPPED] += following - frame
-    return following
+    first = place_face(pair.tree_a.placed, face_a, pair.pose_a, frame)
+    return faces_meet_filtered(first, place_face(pair.tree_b.placed, face_b, pair.pose_b, frame))
+
+
+@hot_kernel
+def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, asked: int, meet: int, scratch: Scratch) -> int:
+    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
+    become_part_of_caller()
+    number_a, number_b = runtime_int(pair.tree_a.faces[face_a]), runtime_int(pair.tree_b.faces[face_b])
+    contact, lane, lanes = 0, 0, asked | meet
+    while lanes != 0:
+        if lanes & 1:
+            row = frame + lane
+            answer = 1 if meet >> lane & 1 else faces_meet(pair, face_a, face_b, row)
+            if answer == 1:
+                pair.hits[row] = 1
+                contact |= 1 << lane
+                if pair.every:
+                    append(scratch.keys, key_of(pair, row, number_a, number_b))
+            elif answer == UNDECIDED:
+                append(scratch.later, key_of(pair, row, face_a, face_b))
+        lanes >>= 1
+        lane += 1
+    return contact
+
+
+@hot_kernel
+def ask_leaves(pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, scratch: Scratch) -> int:
+    """Ask the faces of two leaf nodes in the lanes of ``mask``; returns the lanes that are decided."""
+    stay_one_function()
+    found, work, decided = scratch.found, scratch.work, 0
+    count = survivors_of_leaves(pair, a, b, pad, mask, scratch)
+    work[LEAF_PAIRS] += 1
+    work[FACE_PAIRS] += count
+    for row in range(0, 4 * count, 4):
+        asked, meet = found[row + 2] & ~decided, found[row + 3] & ~decided
+        if asked | meet == 0:
+            continue
+        contact = ask_face_pair(pair, found[row], found[row + 1], frame, asked, meet, scratch)
+        while asked != 0:
+            work[WORLD_TESTS] += asked & 1
+            asked >>= 1
+        if not pair.every:
+            decided |= contact
+    return decided
+
+
+@hot_kernel
+def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scratch) -> bool:
+    """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
+    stay_one_function()
+    boxes_a, boxes_b, links_a, links_b = pair.tree_a.boxes, pair.tree_b.boxes, pair.tree_a.links, pair.tree_b.links
+    stack, state, work = scratch.stack, scratch.state, scratch.work
+    depth, alive = state[DEPTH], state[ALIVE]
+    while depth > 0:
+        depth -= 3
+        a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
+        if mask == 0:
+            continue
+        leaf_a, leaf_b = runtime_int(links_a[2 * a + 1]), runtime_int(links_b[2 * b + 1])
+        both = leaf_a >= 0 and leaf_b >= 0
+        mask = lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, both, scratch)
+        work[NODE_TESTS] += 1
+        if a == 0 and b == 0:
+            for lane in range(8):
+                if mask >> lane & 1:
+                    pair.volumes[frame + lane] = NEAR
+        if mask == 0:
+            continue
+        if not both:
+            open_a = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
+            depth = opened(pair, a, b, open_a, mask, stack, depth)
+            continue
+        if not have_room(scratch):
+            work[NODE_TESTS] -= 1
+            state[DEPTH], state[ALIVE] = depth + 3, alive
+            return False
+        alive &= ~ask_leaves(pair, a, b, frame, mask, pad, scratch)
+    return True
 
 
 @hot_kernel
@@ -115,7 +204,7 @@ def frames_alike(pair: Pair, frame: int, most: int) -> int:
         other = size_at(pair, frame + k)
         if not (other <= ALIKE * size and size <= ALIKE * other):
             return count
-        if not (poses_repeat(pair.pose_a, frame + k) and poses_repeat(pair.pose_b, frame + k)):
+        if not poses_repeat(pair, frame + k):
             count = k + 1
     return count
 
@@ -155,17 +244,17 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
 
 
 @hot_kernel
-def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
-    """Decide the frames of a question; False when it stopped because a list was full."""
+def search_frames(pair: Pair, scratch: Scratch) -> bool:
+    """Decide the frames of a pair; False when it stopped because a list was full."""
     stay_one_function()
-    state, stop = scratch.state, question.stop
+    state, stop = scratch.state, pair.stop
     # position_pad of a unit of size
     pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
     f = state[AT_FRAME]
     while f < stop:
         lanes = state[LANES_NOW]
         if lanes == 0:
-            following = frames_left_out(pair, f, pad, question, scratch.work)
+            following = frames_left_out(pair, f, pad, scratch.work)
             if following > f:
                 f = following
                 continue
@@ -177,10 +266,10 @@ def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
         largest = 0.0
         for k in range(lanes):
             largest = max(largest, size_at(pair, f + k))
-            if question.hits[f + k] != 0 and not question.every:
+            if pair.hits[f + k] != 0 and not pair.every:
                 state[ALIVE] &= ~(1 << k)
         chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.span)
-        if not search_block(pair, f, chord, pad * largest, question, scratch):
+        if not search_block(pair, f, chord, pad * largest, scratch):
             state[AT_FRAME] = f
             return False
         state[LANES_NOW] = 0
@@ -191,57 +280,18 @@ def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
 
 @kernel
 def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
-    """Decide one row's question after the other from ``first`` on, whose state the caller has made ready.
+    """Decide one ``Pair`` of the rows (P, words) after the other from ``first`` on, whose state the caller made ready.
 
     Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
     """
-    scratch = scratch_memory(room)
+    scratch = scratch_at(words_of(room))
     for number in range(first, len(rows)):
-        pair, question = pair_memory(rows[number]), question_memory(rows[number])
+        pair = pair_at(words_of(rows[number]))
         if number > first:
             for k in range(STATES):
                 scratch.state[k] = 0
-            scratch.state[AT_FRAME] = question.start
-        done = search_frames(pair, question, scratch)
+            scratch.state[AT_FRAME] = pair.start
+        done = search_frames(pair, scratch)
         if not done or scratch.keys[0] + scratch.later[0] > 0:
             return number
     return len(rows)
-
-
-class Workspace:
-    """Memory for one search after another; one a thread. ``work`` (COUNTERS,) is added to."""
-
-    def __init__(self, trees: Sequence[BoxTree], work: IntArray) -> None:
-        self.work = work
-        depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
-        lengths = depth, 4 * 64, STATES, LIST + MOST_AT_ONCE, LIST + MOST_AT_ONCE
-        self._kept = [np.empty(length) for length in DOUBLES], [np.zeros(length, dtype=np.int64) for length in lengths]
-        stack, found, self._state, self._keys, self._later = self._kept[1]
-        lists = self._keys, len(self._keys), self._later, len(self._later)
-        self._room = row_of([*self._kept[0], stack, found, self._state, *lists, work])
-
-    def search(self, rows: IntArray) -> list[tuple[int, IntArray]]:
-        """Decide the questions of P rows (P, PAIR_WORDS), all of which ask for every face pair or none does.
-
-        Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
-        """
-        every, parts = bool(rows[0, EVERY]), dict[int, list[IntArray]]()
-        self._room[LATER_END] = MOST_AT_ONCE + (LIST if every else FEW)
-        row, done = 0, True
-        while row < len(rows):
-            if done:
-                self._state[:] = 0
-                self._state[AT_FRAME] = rows[row, START]
-            # a row that ends with nothing in the lists is followed by the next one, inside the kernel
-            row = int(search_pairs(rows, self._room, row))
-            if row == len(rows):
-                break
-            meeting = [self._keys[1 : self._keys[0] + 1].copy()]
-            if self._later[0]:
-                meeting.append(settled(rows[row], self._later[1 : self._later[0] + 1], self.work))
-            self._keys[0] = self._later[0] = 0
-            if every:
-                parts.setdefault(row, []).extend(meeting)
-            done = bool(self._state[AT_FRAME] == rows[row, STOP])
-            row += done
-        return [(row, np.concatenate(some)) for row, some in parts.items()]

@@ -5,17 +5,21 @@ It is a separate kernel, so that it is compiled only when the first such pair oc
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, address_of, doubles_at, words_of
+from cdcore.kernels.memory import Memory, doubles_of, words_of
 from cdcore.kernels.simd import first3
-from cdcore.narrow.bvh.block import EXACT_TESTS, INTEGER_TESTS, place_face
-from cdcore.narrow.bvh.tree_memory import pair_memory, question_memory
+from cdcore.narrow.bvh.traverse import key_of, place_face
+from cdcore.narrow.bvh.tree_memory import EXACT_TESTS, INTEGER_TESTS, pair_at
 from cdcore.narrow.triangles.filter import UNDECIDED, Corners, pair_intersects
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import ByteArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
+
+UNASKED: Final = 3
 
 
 @hot_kernel
@@ -29,51 +33,44 @@ def write_corners(corners: Corners, pair: Memory, first: int) -> None:
 
 
 @kernel
-def answer_keys(row: IntArray, keys: IntArray, corners: int, digits: IntArray, answers: ByteArray) -> int:
-    """Fill ``answers`` with 0, 1, or UNDECIDED for integers, and set hits; returns how many pairs were asked.
+def answer_faces(
+    row: IntArray, later: IntArray, keys: IntArray, points: FloatArray, digits: IntArray, answers: ByteArray
+) -> int:
+    """Put 0, 1, or UNDECIDED for integers, where ``answers`` (n,) are UNASKED, and note contact; returns how many
+    were asked.
 
-    ``keys`` (n,) change from leaf order to face numbers. ``corners``: address of (n, 18) numbers, which are filled.
-    Without every face pair a frame that is in contact already is asked no more.
+    ``later`` (n,): face pairs, faces in leaf order; ``keys`` (n,), the same with the numbers of faces, and ``points``
+    (n, 18) are filled. Where any contact is asked for, a frame in contact already is asked no more.
     """
-    pair, question, sums, asked = pair_memory(row), question_memory(row), words_of(digits), 0
-    for k in range(len(keys)):
-        frame = question.start + (keys[k] >> question.bits)
-        face_b = keys[k] & ((1 << question.bits_b) - 1)
-        face_a = (keys[k] >> question.bits_b) & ((1 << (question.bits - question.bits_b)) - 1)
-        faces = (runtime_int(pair.tree_a.faces[face_a]) << question.bits_b) | runtime_int(pair.tree_b.faces[face_b])
-        keys[k] = (keys[k] >> question.bits << question.bits) | faces
-        answers[k] = 0
-        if question.hits[frame] != 0 and not question.every:
-            continue
-        points = doubles_at(corners + 144 * k)
-        write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), points, runtime_int(0))
-        write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), points, runtime_int(9))
-        asked += 1
-        answers[k] = pair_intersects(points, sums)
+    pair, sums, asked = pair_at(words_of(row)), words_of(digits), 0
+    for k in range(len(later)):
+        frame = pair.start + (later[k] >> (pair.bits_a + pair.bits_b))
+        face_a, face_b = (later[k] >> pair.bits_b) & ((1 << pair.bits_a) - 1), later[k] & ((1 << pair.bits_b) - 1)
+        keys[k] = key_of(pair, frame, runtime_int(pair.tree_a.faces[face_a]), runtime_int(pair.tree_b.faces[face_b]))
+        if answers[k] == UNASKED:
+            answers[k] = 0
+            if pair.hits[frame] == 0 or pair.every:
+                corners = doubles_of(points[k])
+                write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), corners, runtime_int(0))
+                write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), corners, runtime_int(9))
+                asked += 1
+                answers[k] = pair_intersects(corners, sums)
         if answers[k] == 1:
-            question.hits[frame] = 1
+            pair.hits[frame] = 1
     return asked
 
 
-@kernel
-def mark_hits(row: IntArray, keys: IntArray) -> None:
-    """Note contact in the frames of face pairs."""
-    question = question_memory(row)
-    for k in range(len(keys)):
-        question.hits[question.start + (keys[k] >> question.bits)] = 1
-
-
 def settled(row: IntArray, later: IntArray, work: IntArray) -> IntArray:
-    """Of the face pairs left open in a pair's row, packed in leaf order, those that meet, by the numbers of faces.
+    """Of the face pairs (n,) that a pair's row left open, faces in leaf order, those that meet, by numbers of faces.
 
     Notes contact, and counts in ``work``.
     """
-    keys, corners, answers = later.copy(), np.empty((len(later), 18)), np.empty(len(later), dtype=np.uint8)
-    asked = answer_keys(row, keys, address_of(corners), new_digits(), answers)
+    keys, points, answers = np.empty_like(later), np.empty((len(later), 18)), np.full(len(later), UNASKED, np.uint8)
+    asked = answer_faces(row, later, keys, points, new_digits(), answers)
     left = np.flatnonzero(answers == UNDECIDED)
     work[EXACT_TESTS] += asked - len(left)
     work[INTEGER_TESTS] += len(left)
     if len(left):
-        answers[left] = triangles_intersect(corners[left].reshape(-1, 2, 3, 3))
-        mark_hits(row, keys[left[answers[left] == 1]])
+        answers[left] = triangles_intersect(points[left].reshape(-1, 2, 3, 3))
+        answer_faces(row, later, keys, points, new_digits(), answers)
     return keys[answers == 1]

@@ -18,42 +18,41 @@ from numpy.typing import NDArray
 
 from cdcore.kernels.memory import address_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.bvh.block import COUNTERS
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.bvh.pose_lanes import Tracks
-from cdcore.narrow.bvh.traverse import Workspace
+from cdcore.narrow.bvh.traverse import MOST_AT_ONCE, search_pairs
 from cdcore.narrow.bvh.tree_memory import (
+    AT_FRAME,
     BEYOND,
-    BITS_A,
-    BITS_B,
-    EVERY,
-    FRAMES,
-    MARKS,
+    COUNTERS,
+    DOUBLES,
     NEAR,
-    PAIR_WORDS,
-    POSE_A,
-    POSE_B,
-    POSE_WORDS,
-    START,
-    STOP,
-    TREE_B,
+    STATES,
+    Pair,
+    Rows,
+    Scratch,
+    TreeMemory,
+    layout,
+    row_of,
+    words_of_rows,
 )
+from cdcore.narrow.bvh.undecided import settled
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import FaceSets, Motion, pair_has_pose
+from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
-COUNTER_NAMES = (
-    "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "gap_tests", "reused",
-)  # fmt: skip
-"""Names of the kernel's counters, in its order."""
 STAGES: Final = ("poses", "search", "faces")
 """Reading poses; spheres, trees, and what only exact arithmetic decides; sorting and collecting."""
 FRAMES_AT_ONCE: Final = 16384
-"""Frames that one task answers: a face pair of a frame is one number, which leaves 24 bits for each face."""
+"""Frames that one task answers: face pairs are sorted as one number each, which leaves 24 bits for each face."""
 KEY_BITS: Final = 62
 FRAMES_PER_TASK: Final = 4096
 """With threads: short enough to share the work, long enough for skips along the path."""
+LIST: Final = 4096
+"""Face pairs that a list holds before it is emptied."""
+FEW: Final = 16
+"""The same of face pairs left open, where a frame is done at the first that meets."""
 
+CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 Faces = NDArray[np.int32]
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
@@ -92,17 +91,15 @@ def decide_motion(
     """
     clock = [perf_counter()]
     marks = np.zeros((len(pairs), 3, len(motion.valid)), dtype=np.uint8)
-    work, found = np.zeros(COUNTERS, dtype=np.int64), list[Found]()
+    work, found = np.zeros(len(COUNTERS), dtype=np.int64), list[Found]()
     known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
     if marks.size:
         turns, places = _without_gaps(motion)
         tracks = Tracks(trees, np.unique(pairs), len(turns), motion.still)
         tracks.fill(turns, places, motion.changed)
-        rows_of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
-        rows_of_body[tracks.bodies] = tracks.rows
-        rows = rows_of_pairs(trees, pairs, rows_of_body, marks, every=faces)
+        rows = rows_of_pairs(trees, pairs, tracks, marks, every=faces)
         clock.append(perf_counter())
-        found = _searched(trees, rows, work, threads, _turned(trees, pairs))
+        found = _searched(trees, rows, work, threads)
         found += _beyond(trees, pairs, (turns, places), marks)
     clock += [perf_counter()] * (3 - len(clock))
     sets = _face_sets(marks, found, known, faces)
@@ -110,31 +107,55 @@ def decide_motion(
     column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
     clock.append(perf_counter())
     seconds = dict(zip(STAGES, np.diff(clock).tolist(), strict=True))
-    counters = dict(zip(COUNTER_NAMES, work.tolist(), strict=True))
+    counters = dict(zip(COUNTERS, work.tolist(), strict=True))
     return MotionAnswer(np.ascontiguousarray(hits.T), sets, (frame, column), counters, seconds)
 
 
-def rows_of_pairs(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: IntArray, marks: ByteArray, *, every: bool
-) -> IntArray:
-    """The kernels' rows of P pairs, about all T frames; ``poses`` (N, POSE_WORDS), ``marks`` (P, 3, T), zeros."""
-    turned = _turned(trees, pairs)[:, None]
-    a, b = np.where(turned, pairs[:, ::-1], pairs).T
-    rows, of_tree = np.empty((len(pairs), PAIR_WORDS), dtype=np.int64), np.array([tree.row for tree in trees])
-    bits = np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
-    rows[:, :TREE_B], rows[:, TREE_B:POSE_A] = of_tree[a], of_tree[b]
-    rows[:, POSE_A:POSE_B], rows[:, POSE_B:MARKS] = poses[a], poses[b]
-    rows[:, MARKS], rows[:, FRAMES] = address_of(marks) + 3 * marks.shape[2] * np.arange(len(pairs)), marks.shape[2]
-    rows[:, START], rows[:, STOP], rows[:, EVERY] = 0, marks.shape[2], every
-    rows[:, BITS_A], rows[:, BITS_B] = bits[a], bits[b]
+class FrameLooks:
+    """Asks about pairs (P, 2) of bodies with a tree each in one frame after the other; only the poses are set up."""
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
+        self._trees, self._pairs = trees, pairs
+        self._workspace = Workspace(trees, every=False)
+        self._tracks = Tracks(trees, np.arange(len(trees)), 1, np.ones(len(trees), dtype=np.bool_))
+        self._ready: Motion | None = None
+        self._marks = np.zeros((len(pairs), 3, 1), dtype=np.uint8)
+        rows = rows_of_pairs(trees, pairs, self._tracks, self._marks, every=False)
+        self._rows = list(words_of_rows(rows)[:, None])
+
+    def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+        """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
+        if self._ready is not now:
+            self._tracks.fill(now.rotations, now.translations, now.valid)
+            self._ready = now
+            self._marks[:] = 0
+        self._workspace.search(self._rows[column], 0, 1)
+        hit, volumes, _ = self._marks[column, :, 0].tolist()
+        if volumes == BEYOND:
+            hit = decide_motion(self._trees, self._pairs[[column]], now).hits[0, 0]
+        return (CONTACT if hit else CLEAR), False
+
+
+def tree_row(tree: BoxTree) -> Rows:
+    """The ``TreeMemory`` of a tree, ()."""
+    return row_of(TreeMemory, **{name: getattr(tree, name) for name in TreeMemory._fields})
+
+
+def rows_of_pairs(trees: Sequence[BoxTree], pairs: IntArray, tracks: Tracks, marks: ByteArray, *, every: bool) -> Rows:
+    """The ``Pair`` of each of P pairs, (P,), about all T frames; ``marks`` (P, 3, T), zeros."""
+    radius, bits = np.array([(tree.boxes[0, 15], (len(tree.faces) - 1).bit_length()) for tree in trees]).T
+    turned = radius[pairs[:, 0]] > radius[pairs[:, 1]]
+    a, b = np.where(turned[:, None], pairs[:, ::-1], pairs).T
+    of_tree = np.array([tree_row(tree) for tree in trees])
+    of_body = np.zeros(len(trees), dtype=tracks.rows.dtype)
+    of_body[tracks.bodies] = tracks.rows
+    rows = np.zeros(len(pairs), dtype=layout(Pair))
+    rows["tree_a"], rows["tree_b"], rows["pose_a"], rows["pose_b"] = of_tree[a], of_tree[b], of_body[a], of_body[b]
+    for k, name in enumerate(("hits", "volumes", "repeats")):
+        rows[name] = address_of(marks) + (3 * np.arange(len(pairs)) + k) * marks.shape[2]
+    rows["stop"], rows["every"], rows["turned"] = marks.shape[2], every, turned
+    rows["bits_a"], rows["bits_b"] = bits[a], bits[b]
     return rows
-
-
-def _turned(trees: Sequence[BoxTree], pairs: IntArray) -> BoolArray:
-    """Pairs whose second body is the smaller one, which is moved into the frame of the larger one, (P,)."""
-    radius = np.array([tree.boxes[0, 15] for tree in trees])
-    turned: BoolArray = radius[pairs[:, 0]] > radius[pairs[:, 1]]
-    return turned
 
 
 def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -147,23 +168,63 @@ def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
     return motion.rotations[source, body], motion.translations[source, body]
 
 
-def _searched(trees: Sequence[BoxTree], rows: IntArray, work: IntArray, threads: int, turned: BoolArray) -> list[Found]:
+class Workspace:
+    """Memory for one search after another, which all ask for ``every`` face pair or none does; one a thread."""
+
+    def __init__(self, trees: Sequence[BoxTree], *, every: bool) -> None:
+        self._every, self.work = every, np.zeros(len(COUNTERS), dtype=np.int64)
+        depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
+        many = LIST + MOST_AT_ONCE
+        lengths = {"stack": depth, "found": 4 * 64, "state": STATES, "keys": many, "later": many}
+        lists = {name: np.zeros(length, dtype=np.int64) for name, length in lengths.items()}
+        self._state, self._keys, self._later = lists["state"], lists["keys"], lists["later"]
+        self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
+        ends = {"keys_end": LIST, "later_end": LIST if every else FEW}
+        row = row_of(Scratch, **lists, **self._kept[1], **ends, work=self.work)
+        self._room = row.reshape(1).view(np.int64)
+
+    def search(self, rows: IntArray, start: int, stop: int) -> list[tuple[int, IntArray]]:
+        """Decide frames ``start`` to ``stop`` of each ``Pair`` of the rows (P, words), which is what these ask.
+
+        Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
+        """
+        parts = dict[int, list[IntArray]]()
+        row, done = 0, True
+        while row < len(rows):
+            if done:
+                self._state[:] = 0
+                self._state[AT_FRAME] = start
+            # a row that ends with nothing in the lists is followed by the next one, inside the kernel
+            row = int(search_pairs(rows, self._room, row))
+            if row == len(rows):
+                break
+            meeting = [self._keys[1 : self._keys[0] + 1].copy()]
+            if self._later[0]:
+                meeting.append(settled(rows[row], self._later[1 : self._later[0] + 1], self.work))
+            if self._every:
+                parts.setdefault(row, []).extend(meeting)
+            self._keys[0] = self._later[0] = 0
+            done = bool(self._state[AT_FRAME] == stop)
+            row += done
+        return [(row, np.concatenate(some)) for row, some in parts.items()]
+
+
+def _searched(trees: Sequence[BoxTree], rows: Rows, work: IntArray, threads: int) -> list[Found]:
     """Search all frames of all pairs, stretch by stretch; ``work`` is added to."""
-    frames, room = int(rows[0, FRAMES]), KEY_BITS - int((rows[:, BITS_A] + rows[:, BITS_B]).max())
+    frames, every = int(rows["stop"][0]), bool(rows["every"][0])
+    room = KEY_BITS - int((rows["bits_a"] + rows["bits_b"]).max())
     step = min(FRAMES_PER_TASK if threads > 1 else FRAMES_AT_ONCE, 1 << max(0, room))
     here, spent = local(), list[IntArray]()
 
     def stretch(first: int, last: int, start: int) -> list[Found]:
         if not hasattr(here, "workspace"):
-            here.workspace = Workspace(trees, np.zeros(COUNTERS, dtype=np.int64))
+            here.workspace = Workspace(trees, every=every)
             spent.append(here.workspace.work)
-        part = rows[first:last].copy()
-        part[:, START], part[:, STOP] = start, min(start + step, frames)
-        found = []
-        for k, keys in here.workspace.search(part):
-            frame, faces = _unpacked(keys, part[k], turned[first + k])
-            found.append(Found(first + k, frame + start, faces))
-        return found
+        part, stop = rows[first:last].copy(), min(start + step, frames)
+        part["start"], part["stop"] = start, stop
+        return [
+            _unpacked(first + k, keys, part[k]) for k, keys in here.workspace.search(words_of_rows(part), start, stop)
+        ]
 
     starts = range(0, frames, step)
     if threads <= 1:
@@ -173,22 +234,19 @@ def _searched(trees: Sequence[BoxTree], rows: IntArray, work: IntArray, threads:
             tasks = [pool.submit(stretch, k, k + 1, start) for k in range(len(rows)) for start in starts]
             parts = [task.result() for task in tasks]
     work += np.sum(spent, axis=0)
-    return [one for part in parts for one in part]
+    return [found for part in parts for found in part]
 
 
-def _unpacked(keys: IntArray, row: IntArray, turned: bool) -> tuple[IntArray, Faces]:
-    """Frames and face pairs, sorted, faces in the order of the pair."""
-    bits_a, bits_b = int(row[BITS_A]), int(row[BITS_B])
-    both = bits_a + bits_b
-    if turned:
+def _unpacked(column: int, keys: IntArray, row: np.void) -> Found:
+    """Frames and face pairs of a ``Pair``, sorted, faces in the order in which it was asked about."""
+    bits_a, bits_b, faces = int(row["bits_a"]), int(row["bits_b"]), np.empty((len(keys), 2), dtype=np.int32)
+    if row["turned"]:
         low = keys & ((1 << bits_b) - 1)
-        keys = (keys >> both << both) | (low << bits_a) | ((keys >> bits_b) & ((1 << bits_a) - 1))
+        keys = (keys >> (bits_a + bits_b) << bits_b | low) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
         bits_a, bits_b = bits_b, bits_a
     keys = np.sort(keys)
-    faces = np.empty((len(keys), 2), dtype=np.int32)
-    faces[:, 0] = (keys >> bits_b) & ((1 << bits_a) - 1)
-    faces[:, 1] = keys & ((1 << bits_b) - 1)
-    return keys >> both, faces
+    faces[:, 0], faces[:, 1] = (keys >> bits_b) & ((1 << bits_a) - 1), keys & ((1 << bits_b) - 1)
+    return Found(column, (keys >> (bits_a + bits_b)) + int(row["start"]), faces)
 
 
 def _beyond(

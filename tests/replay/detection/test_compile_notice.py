@@ -48,7 +48,7 @@ def test_compiling_is_announced_once_and_the_end_says_what_it_took(started):
     heard = Heard()
     with compiling_announced(heard):
         assert fresh_kernel("cdcore.narrow.bvh.traverse")(1) == 2
-        assert fresh_kernel("cdcore.narrow.bvh.block")(1) == 2
+        assert fresh_kernel("cdcore.narrow.bvh.undecided")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
     first, end, doubt = heard.sentences

@@ -7,12 +7,12 @@ from support.eight_frames import EightFrames
 from support.slow_trees import faces_below
 
 from cdcore.kernels.compiling import kernel, runtime_int
-from cdcore.kernels.memory import doubles_of
+from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
 from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
 from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
-from cdcore.narrow.bvh.tree_memory import EDGE_ROOM, pair_memory
+from cdcore.narrow.bvh.tree_memory import EDGE_ROOM, pair_at
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
@@ -44,7 +44,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
-    pair = pair_memory(row)
+    pair = pair_at(words_of(row))
     mask = lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0
