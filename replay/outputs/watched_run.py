@@ -41,6 +41,7 @@ class Moment:
     kind: str  # ``LOST`` or ``CONTACT``
     first: int  # frames in which it is shown: of a miss all of it, else this frame alone
     last: int
+    later: int = 0  # nanoseconds after the frame
     meets: Vector | None = None  # where the surfaces of a missed contact meet, world metres
 
 
@@ -107,7 +108,7 @@ def _missed(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
     for miss in by_depth(result.misses[label]):
         looked = np.flatnonzero(seen.searched[: miss.deepest + 1, miss.pair])
         if len(looked):
-            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, miss.point)
+            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.point)
 
 
 def _begun(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:

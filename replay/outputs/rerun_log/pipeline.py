@@ -1,4 +1,8 @@
-"""The tab *Pipeline*: bounding volumes of a pair, one look of the search, and what each stage left and took."""
+"""The tab *Pipeline*: bounding volumes of a pair, one look of the search, and what each stage left and took.
+
+The cursor of a recording is one for all tabs. So this tab, which is about one moment, has bodies of its own, which
+stand as in its worked moment until a click leads to another.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +11,28 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import rerun as rr
+from scipy.spatial.transform import Rotation
 
-from cdcore.bounding.bounding_sphere import sphere_in_mode
+from cdcore.bounding.bounding_sphere import Sphere, sphere_best
 from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.effects.output import vector_of
 from replay.outputs.camera import Eye, across, framing, placed, towards_user
-from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
+from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.moment_views import ROOM
-from replay.outputs.rerun_log.recording_file import RecordingWriter, Steps, entity, packed, steps_of
-from replay.outputs.rerun_log.stage import (
-    Label,
-    Standing,
-    beside,
-    log_dots,
-    log_eyes,
-    log_labels,
-    log_lines,
-    log_notes,
-    log_standing,
+from replay.outputs.rerun_log.recording_file import (
+    RecordingWriter,
+    Steps,
+    entity,
+    packed,
+    pose_columns,
+    steps_of,
+    times_of,
 )
-from replay.outputs.rerun_log.timing import ceiling, stage_ms, total_ms
+from replay.outputs.rerun_log.scene import log_shape
+from replay.outputs.rerun_log.stage import GROUND, Mark, faded, log_eyes, log_marks, words_beside
+from replay.outputs.rerun_log.timing import stage_ms, total_ms
 from replay.outputs.tables import markdown, table
 from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, CONTACT, LOST, SEARCHED, SPHERES, Moment, WatchedRun
 from replay.outputs.words import counted
@@ -46,15 +50,11 @@ STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
 ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
 """Colour of how a look ended."""
 
-FARTHER: Final = 1.25
-"""How much farther an eye stands than boxes need: spheres reach beyond them."""
+RISE: Final = np.array([0.0, 0.35, 0.0])
+"""How far above the user's side volumes are seen from."""
 
-ANT: Final = SERIES[1]
 NEAREST: Final = 0.22
 """Metres from the eye to the pair at least."""
-
-WORDS_UP: Final = (0.24, 0.10, -0.34)
-"""How high words on the search stand, in distances of the eye."""
 
 
 def pipeline_path(label: str, *parts: str) -> str:
@@ -73,132 +73,85 @@ def log_pipeline(writer: RecordingWriter, run: WatchedRun, result: RunResult) ->
     _log_counts(writer, run)
     if not run.moments:
         return
-    assembly, root = result.assembly, pipeline_path(run.label)
-    rows = [(one.frame, 0, one.first, one.last, one) for one in run.moments]
-    steps = steps_of(rows, len(run.motion), run.worked)
-    at = {one: Standing(assembly, one.frame, assembly.pairs[one.pair].tolist()) for one in run.moments}
-    log_standing(writer, f"{root}/bodies", result.session.scene, steps, at)
-    _log_volumes(writer, run, result, steps)
-    _log_search(writer, run, result, steps)
-    _log_frame(writer, run, result, steps)
+    root = pipeline_path(run.label)
+    steps = steps_of(run.moments, len(run.motion), run.worked)
+    balls = [sphere_best(body.mesh) for body in result.assembly.bodies]
+    _log_bodies(writer, run, result, steps, balls)
+    near = {moment: _volumes_eye(result, moment, balls) for moment in run.moments}
+    log_eyes(writer, f"{root}/near/eye", [(frame, later, near[moment]) for frame, later, moment in steps])
+    eyes = {moment: _search_eye(run, result, moment, balls) for moment in run.moments}
+    log_eyes(writer, f"{root}/search/eye", [(frame, later, eyes[moment]) for frame, later, moment in steps])
+    marks = {moment: _search_marks(run, result, moment, eyes[moment]) for moment in run.moments}
+    log_marks(writer, f"{root}/search", steps, marks)
+    notes = {moment: [_frame_text(run, result, moment)] for moment in run.moments}
+    writer.steps(f"{root}/frame", steps, notes, _markdowns)
     _log_list(writer, run, result)
-    ns = int(writer.clock.ns[run.worked.frame])
-    marks = np.array([ns - 2_000_000, ns, ns + 2_000_000])
-    for part, top in (("pairs", float(run.counts[SPHERES].max())), ("mark", ceiling([total_ms(run.detection)]))):
-        path = f"{root}/{part}/moment"
-        writer.session_rows(path, np.maximum(marks, 0), rr.Scalars.columns(scalars=[0.0, top, 0.0]))
-        colour = packed([ENDS[run.worked.kind]])
-        writer.static(path, rr.SeriesLines.from_fields(names=[f"this moment, {ns * 1e-9:.3f} s"], colors=colour))
 
 
-def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
-    """The sphere and the box of both bodies, below the bodies, and the eye that sees both."""
-    assembly, root = result.assembly, pipeline_path(run.label)
-    pairs = {one: assembly.pairs[one.pair].tolist() for one in run.moments}
-    shown = {body: assembly.bodies[body] for pair in pairs.values() for body in pair}
-    spheres = {body: sphere_in_mode(shape.mesh, "best") for body, shape in shown.items()}
-    boxes = {body: box_best(shape.mesh) for body, shape in shown.items()}
-    wire = rr.components.FillMode.MajorWireframe
-    # What holds the room is not drawn. Wires ignore alpha: an empty row hides them.
-    for body in (body for body, sphere in spheres.items() if sphere.radius <= ROOM):
-        path = f"{root}/bodies/{entity(assembly.names[body])}"
+def _markdowns(texts: list[str]) -> rr.ComponentColumnList:
+    return rr.TextDocument.columns(text=texts, media_type=[rr.MediaType.MARKDOWN] * len(texts))
 
-        here = {moment: [body] for moment, pair in pairs.items() if body in pair}
 
-        def round_ones(some: list[int]) -> rr.ComponentColumnList:
-            sizes = [[spheres[one].radius] * 3 for one in some]
-            return rr.Ellipsoids3D.columns(centers=[spheres[one].centre for one in some], half_sizes=sizes)
-
-        def square_ones(some: list[int]) -> rr.ComponentColumnList:
-            turns = [_turn(boxes[one].axes) for one in some]
-            sizes, centres = [boxes[one].half for one in some], [boxes[one].centre for one in some]
-            return rr.Boxes3D.columns(centers=centres, half_sizes=sizes, quaternions=turns)
-
-        writer.steps(f"{path}/sphere", steps, here, round_ones)
-        colour, thin = packed([STAGE_COLOURS[SPHERES]]), rr.Radius.ui_points(1.0)
-        writer.static(f"{path}/sphere", rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, colors=colour))
+def _log_bodies(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps, balls: list[Sphere]) -> None:
+    """The pair of each moment and the ground as they stand then; below both bodies their sphere and their box."""
+    assembly, motion, when = result.assembly, run.motion, times_of(steps)
+    frames = [moment.frame for *_, moment in steps]
+    pairs = assembly.pairs[[moment.pair for *_, moment in steps]]
+    wire, grey, blue = rr.components.FillMode.MajorWireframe, STAGE_COLOURS[SPHERES], STAGE_COLOURS[BOXES]
+    for body, name in enumerate(assembly.names):
+        tags, near = tags_of(name, result.session.scene), (pairs == body).any(axis=1)
+        ground = not GROUND.isdisjoint(tags)
+        if not (ground or near.any()):
+            continue
+        path, colour, mesh = _body_path(run.label, name), faded(albedo(tags), tags), assembly.bodies[body].mesh
+        log_shape(writer, f"{path}/mesh", mesh)
+        writer.rows(path, when, pose_columns(motion.translations[frames, body], motion.rotations[frames, body]))
+        seen = motion.valid[frames, body] & (ground | near)
+        colours = np.where(seen[:, None], colour, (*colour[:3], 0)).astype(np.uint8)
+        writer.rows(f"{path}/mesh", when, rr.Mesh3D.columns(albedo_factor=colours))
+        # What holds the room is not drawn. Wires ignore alpha: an empty row hides them.
+        count, ball = int(near.sum()), balls[body]
+        if ball.radius > ROOM or not count:
+            continue
+        sizes = np.full((count, 3), ball.radius)
+        spheres = rr.Ellipsoids3D.columns(centers=np.tile(ball.centre, (count, 1)), half_sizes=sizes)
+        writer.rows(f"{path}/sphere", when, spheres, near)
+        looks = rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=rr.Radius.ui_points(1.0), colors=packed([grey]))
+        writer.static(f"{path}/sphere", looks)
         if BOXES in run.counts:
-            writer.steps(f"{path}/box", steps, here, square_ones)
-            colour, thick = packed([STAGE_COLOURS[BOXES]]), rr.Radius.ui_points(1.8)
-            writer.static(f"{path}/box", rr.Boxes3D.from_fields(fill_mode=wire, radii=thick, colors=colour))
-    eyes = {}
-    for moment, pair in pairs.items():
-        near = [body for body in pair if spheres[body].radius <= ROOM] or pair
-        points = np.concatenate(
-            [placed(result.assembly.motion, moment.frame, body, boxes[body].corners) for body in near]
-        )
-        user = towards_user(assembly, result.session.scene, moment.frame, points.mean(axis=0).tolist())
-        eye = framing(points, user + np.array([0.0, 0.35, 0.0]))
-        away = FARTHER * np.subtract(eye.position, eye.target)
-        eyes[moment] = Eye(tuple(np.asarray(eye.target) + away), eye.target)
-    log_eyes(writer, f"{root}/near/eye", [(frame, later, eyes[moment]) for frame, later, moment in steps])
+            box = box_best(mesh)
+            # The axes of a box may be left-handed: turned about, the box is the same.
+            turn = Rotation.from_matrix(box.axes * np.sign(np.linalg.det(box.axes))).as_quat()
+            centres, halves, turns = (np.tile(part, (count, 1)) for part in (box.centre, box.half, turn))
+            boxes = rr.Boxes3D.columns(centers=centres, half_sizes=halves, quaternions=turns)
+            writer.rows(f"{path}/box", when, boxes, near)
+            edges = rr.Boxes3D.from_fields(fill_mode=wire, radii=rr.Radius.ui_points(1.8), colors=packed([blue]))
+            writer.static(f"{path}/box", edges)
 
 
-def _turn(axes: FloatArray) -> FloatArray:
-    from scipy.spatial.transform import Rotation
-
-    # The axes of a box may be left-handed: turned about, the box is the same.
-    rotation = axes * np.sign(np.linalg.det(axes))
-    turn: FloatArray = Rotation.from_matrix(rotation).as_quat()
-    return turn
+def _body_path(label: str, name: str) -> str:
+    return pipeline_path(label, "bodies", name)
 
 
-def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
-    """Faces that a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
-    root = pipeline_path(run.label, "search")
-    eyes, labels, dots, ways, ends = {}, {}, {}, {}, {}
-    for one in run.moments:
-        trace, eye = run.trace(one), _eye(run, result, one)
-        eyes[one] = eye
-        path = np.mean([centre[trace.best()] for centre in _centres(trace, result, one)], axis=0)
-        labels[one] = _labels(run, one, trace, path, eye)
-        ways[one] = [(line, WHITE) for line in np.stack([path[:-1], path[1:]], axis=1)]
-        dots[one] = _ant_dots(trace, result, one)
-        last = [(path[-1], ENDS[one.kind] if one.meets is None else WHITE)]
-        last += [(np.asarray(one.meets), MISSED)] if one.meets is not None else []
-        ends[one] = last
-    log_eyes(writer, f"{root}/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
-    log_labels(writer, root, steps, labels)
-    log_dots(writer, f"{root}/ants", steps, dots, 2.6)
-    log_dots(writer, f"{root}/ends", steps, ends, 8.0)
-    log_lines(writer, f"{root}/best", steps, ways, 2.0)
+def _volumes_eye(result: RunResult, moment: Moment, balls: list[Sphere]) -> Eye:
+    """An eye that sees the volumes of both bodies, but of one that holds the room."""
+    assembly, pair = result.assembly, result.assembly.pairs[moment.pair].tolist()
+    near = [body for body in pair if balls[body].radius <= ROOM] or pair
+    centres = [placed(assembly.motion, moment.frame, body, balls[body].centre[None]) for body in near]
+    axes = np.vstack([np.eye(3), -np.eye(3)])
+    points = np.concatenate([centre + balls[body].radius * axes for body, centre in zip(near, centres, strict=True)])
+    user = towards_user(assembly, result.session.scene, moment.frame, points.mean(axis=0).tolist())
+    return framing(points, user + RISE)
 
 
-def _labels(run: WatchedRun, moment: Moment, trace: LookTrace, path: FloatArray, eye: Eye) -> list[Label]:
-    """Numbered words on the way of the best pair, and where the surfaces of a miss meet."""
-    best, apart = trace.best(), 1e3 * trace.distance[trace.best()]
-    said = [(0, f"first pair: {apart[0]:.0f} mm apart", WHITE)]
-    by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
-    if len(by_ants) and 0 < by_ants[-1] < len(best) - 1:
-        said.append((int(by_ants[-1]), f"best ant: {apart[by_ants[-1]]:.0f} mm", WHITE))
-    look, ago = run.look(moment), moment.frame - moment.looked
-    end = f"{apart[-1]:.1f} mm apart; stopped at {look.evaluations:,} samples"
-    if ago:
-        end += f", {ago} frames ago"
-    if moment.kind == CONTACT:
-        end = "confirmed by the triangle test"
-    said = [*(said if len(best) > 1 else []), (len(best) - 1, end, ENDS[CONTACT] if moment.kind == CONTACT else WHITE)]
-    heights = [*WORDS_UP[: len(said) - 1], WORDS_UP[-1]]
-    labels = [
-        beside(eye, path[step], f"{number}  {words}", colour, 0.34 if number < len(said) else 0.14, height)
-        for number, ((step, words, colour), height) in enumerate(zip(said, heights, strict=True), 3)
-    ]
-    if moment.meets is not None:
-        away = 1e3 * float(np.linalg.norm(np.subtract(moment.meets, path[-1])))
-        words = f"missed: the surfaces meet here, {away:.0f} mm away"
-        labels.append(beside(eye, np.asarray(moment.meets), words, MISSED, -0.05, 0.40))
-    return labels
-
-
-def _eye(run: WatchedRun, result: RunResult, moment: Moment) -> Eye:
+def _search_eye(run: WatchedRun, result: RunResult, moment: Moment, balls: list[Sphere]) -> Eye:
     """An eye that sees the smaller body whole, with the place where the search ended before it."""
     assembly, look = result.assembly, run.look(moment)
     points = run.seen.search.places(assembly.motion, moment.frame, moment.pair, look.hit or look.closest)
     point = points.mean(axis=0) if moment.meets is None else np.asarray(moment.meets)
     user = towards_user(assembly, result.session.scene, moment.frame, point.tolist())
-    balls = {body: sphere_in_mode(assembly.bodies[body].mesh, "best") for body in assembly.pairs[moment.pair].tolist()}
-    body = min(balls, key=lambda one: balls[one].radius)
-    middle = placed(result.assembly.motion, moment.frame, body, balls[body].centre[None])[0]
+    body = min(assembly.pairs[moment.pair].tolist(), key=lambda body: balls[body].radius)
+    middle = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
     distance = float(np.clip(4.2 * balls[body].radius, NEAREST, 0.5))
     # Not farther aside than the place stays in view.
     way = middle - point
@@ -206,51 +159,65 @@ def _eye(run: WatchedRun, result: RunResult, moment: Moment) -> Eye:
     return Eye(vector_of(target + distance * across(np.zeros(3), user)), vector_of(target))
 
 
-def _centres(trace: LookTrace, result: RunResult, moment: Moment) -> list[FloatArray]:
-    """World centroids (n, 3) of the faces that a look evaluated, of each body."""
-    ends = result.assembly.pairs[moment.pair].tolist()
+def _search_marks(run: WatchedRun, result: RunResult, moment: Moment, eye: Eye) -> list[Mark]:
+    """Faces that ants of a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
+    trace, marks, centres = run.trace(moment), list[Mark](), list[FloatArray]()
+    by_ants = np.flatnonzero(np.isfinite(trace.pheromone))
+    for side, body in enumerate(result.assembly.pairs[moment.pair].tolist()):
+        corners = result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]]
+        centres.append(placed(run.motion, moment.frame, body, corners.mean(axis=1)))
+        once = np.unique(trace.faces[by_ants, side], return_index=True)[1]
+        marks += [Mark(place, SERIES[1], 2.6) for place in centres[side][by_ants[once]][:, None]]
+    path = np.mean(centres, axis=0)[trace.best()]
+    marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
+    marks.append(Mark(path[-1:], ENDS[moment.kind] if moment.meets is None else WHITE, 8.0))
+    marks += _way_words(run, moment, trace, path, eye)
+    if moment.meets is not None:
+        meets = np.asarray(moment.meets)
+        away = 1e3 * float(np.linalg.norm(meets - path[-1]))
+        words = f"missed: the surfaces meet here, {away:.0f} mm away"
+        marks += [Mark(meets[None], MISSED, 8.0), *words_beside(eye, meets, words, MISSED, -0.05, 0.40)]
+    return marks
+
+
+def _way_words(run: WatchedRun, moment: Moment, trace: LookTrace, path: FloatArray, eye: Eye) -> list[Mark]:
+    """Numbered words on the way of the best pair."""
+    best, apart = trace.best(), 1e3 * trace.distance[trace.best()]
+    last, look, ago = len(best) - 1, run.look(moment), moment.frame - moment.looked
+    end, colour = f"{apart[-1]:.1f} mm apart; stopped at {look.evaluations:,} samples", WHITE
+    if ago:
+        end += f", {ago} frames ago"
+    if moment.kind == CONTACT:
+        end, colour = "confirmed by the triangle test", ENDS[CONTACT]
+    # Step of the way, words, and how far to the right and up they stand.
+    words = [(0, f"first pair: {apart[0]:.0f} mm apart", WHITE, 0.34, 0.24)] if last else []
+    by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
+    if len(by_ants) and 0 < by_ants[-1] < last:
+        words.append((int(by_ants[-1]), f"best ant: {apart[by_ants[-1]]:.0f} mm", WHITE, 0.34, 0.10))
+    words.append((last, end, colour, 0.14, -0.34))
     return [
-        placed(
-            result.assembly.motion,
-            moment.frame,
-            body,
-            result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1),
-        )
-        for side, body in enumerate(ends)
+        mark
+        for number, (step, text, colour, right, up) in enumerate(words, 3)
+        for mark in words_beside(eye, path[step], f"{number}  {text}", colour, right, up)
     ]
 
 
-def _ant_dots(trace: LookTrace, result: RunResult, moment: Moment) -> list[tuple[FloatArray, Rgba]]:
-    """Centroids of the faces that ants evaluated, once each."""
-    dots, rows = [], np.flatnonzero(np.isfinite(trace.pheromone))
-    for side, centres in enumerate(_centres(trace, result, moment)):
-        first = np.unique(trace.faces[rows, side], return_index=True)[1]
-        dots += [(place, ANT) for place in centres[rows[first]]]
-    return dots
-
-
 def _log_counts(writer: RecordingWriter, run: WatchedRun) -> None:
-    """A step where a count changes; what was searched is wider, so that it shows where all of it is confirmed."""
+    """What was searched is wider, so that it shows where all of it is confirmed."""
     for rank, (stage, count) in enumerate(run.counts.items()):
-        if stage == ALL:
-            continue
-        frames = np.union1d(np.flatnonzero(np.append(True, count[1:] != count[:-1])), [len(count) - 1])
-        path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8
-        writer.curve(path, frames, count[frames].astype(np.float64), stage, STAGE_COLOURS[stage], width, step=True)
+        if stage != ALL:
+            path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8
+            writer.curve(path, count, stage, STAGE_COLOURS[stage], width, step=True)
 
 
-def _log_frame(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
-    """The frame of the moment in numbers: how many pairs each stage leaves, and what each takes."""
-    times, total = stage_ms(run.detection), total_ms(run.detection)
-    words = {}
-    for one in run.moments:
-        share = figure(100 * total[one.frame] / BUDGET_MS)
-        price = f"{total[one.frame]:.2f} ms for this frame: {share} % of a {HEADSET_HZ:g} Hz frame"
-        counts = [(stage, _count_words(run, result, one, stage)) for stage in run.counts]
-        taken = [(stage, f"{1e3 * ms[one.frame]:.0f} µs") for stage, ms in times.items()]
-        left = table("", ("stage", "pairs that it leaves"), counts)
-        words[one] = "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), taken))])
-    log_notes(writer, pipeline_path(run.label, "frame"), steps, words)
+def _frame_text(run: WatchedRun, result: RunResult, moment: Moment) -> str:
+    """The frame of a moment in numbers: how many pairs each stage leaves, and what each takes."""
+    times, total = stage_ms(run.detection), total_ms(run.detection)[moment.frame]
+    counts = [(stage, _count_words(run, result, moment, stage)) for stage in run.counts]
+    taken = [(stage, f"{1e3 * ms[moment.frame]:.0f} µs") for stage, ms in times.items()]
+    price = f"{total:.2f} ms for this frame: {figure(100 * total / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame"
+    left = table("", ("stage", "pairs that it leaves"), counts)
+    return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), taken))])
 
 
 def _count_words(run: WatchedRun, result: RunResult, moment: Moment, stage: str) -> str:
@@ -266,12 +233,14 @@ def _count_words(run: WatchedRun, result: RunResult, moment: Moment, stage: str)
 
 def _log_list(writer: RecordingWriter, run: WatchedRun, result: RunResult) -> None:
     """One line per moment: a click on its time moves the cursor there."""
-    names = [result.assembly.pair_name(one.pair) for one in run.moments]
+    names = [result.assembly.pair_name(moment.pair) for moment in run.moments]
     width, texts = max(map(len, names)), []
-    for one, name in zip(run.moments, names, strict=True):
-        samples = counted(run.look(one).evaluations, "sample")
-        texts.append(f"{run.motion.times[one.frame]:8.3f} s  {one.kind:<9}  {name:<{width}}  {samples:>13}")
-    levels = [one.kind.replace(" ", "_") for one in run.moments]
-    colours = packed(ENDS[one.kind] for one in run.moments)
-    columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
-    writer.rows(pipeline_path(run.label, "moments"), [one.frame for one in run.moments], columns)
+    for moment, name in zip(run.moments, names, strict=True):
+        samples = counted(run.look(moment).evaluations, "sample")
+        texts.append(f"{run.motion.times[moment.frame]:8.3f} s  {moment.kind:<9}  {name:<{width}}  {samples:>13}")
+    columns = rr.TextLog.columns(
+        text=texts,
+        level=[moment.kind for moment in run.moments],
+        color=packed(ENDS[moment.kind] for moment in run.moments),
+    )
+    writer.rows(pipeline_path(run.label, "moments"), [moment.frame for moment in run.moments], columns)

@@ -10,27 +10,18 @@ from uuid import uuid4
 
 import numpy as np
 
+from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened
 from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.moments import FocusMoment, key_moments, worst_first
-from replay.outputs.rerun_log import lanes
+from replay.outputs.rerun_log import lanes, texts
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
 from replay.outputs.rerun_log.effects import log_effects, log_happened
-from replay.outputs.rerun_log.flat_plots import log_accuracy
 from replay.outputs.rerun_log.moment_views import ANSWER, close_ups, focus_colours, log_answer, log_details
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
 from replay.outputs.rerun_log.scene import log_contacts, log_missed_faces, log_touches, log_world
-from replay.outputs.rerun_log.texts import (
-    ACCURACY,
-    SESSION_TEXT,
-    accuracy_text,
-    answer_text,
-    dots_of,
-    series_names,
-    session_text,
-)
-from replay.outputs.rerun_log.timing import log_timing
+from replay.outputs.rerun_log.timing import log_accuracy, log_timing
 from replay.outputs.watched_run import watched_runs
 from replay.pipeline.run_result import RunResult
 
@@ -48,11 +39,11 @@ def write_recording(result: RunResult, path: Path) -> None:
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
-    poses, contacts and timings are strided except near misses (see ``columns.KEPT_AROUND``); lanes and misses never
+    poses, contacts and timings are strided except near misses (see ``RecordingClock``); lanes and misses never
     are.
     """
-    spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
-    clock = RecordingClock.of(result.assembly, spans)
+    misses = [miss for some in result.misses.values() for miss in some]
+    clock = RecordingClock.of(result.assembly, [(miss.start, miss.end) for miss in misses])
     order = worst_first(result) if result.comparisons else []
     moments = key_moments(result) if order else []
     picture = Picture(
@@ -66,18 +57,17 @@ def write_recording(result: RunResult, path: Path) -> None:
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(picture)) as stream:
         writer = RecordingWriter(stream, clock)
         writer.name(result.session.scene.name or "Session")
-        _log_room(writer, picture)
+        _log_room(writer, picture, misses)
         _log_tabs(writer, picture)
 
 
-def _log_room(writer: RecordingWriter, picture: Picture) -> None:
+def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Miss]) -> None:
     """Bodies, contacts and misses as they stand at the cursor."""
     result = picture.result
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
     named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
-    log_world(writer, assembly, scene, named or None, focus_colours(result, picture.views))
-    misses = [miss for some in result.misses.values() for miss in some]
+    log_world(writer, assembly, scene, named or assembly.names, focus_colours(result, picture.views))
     log_touches(writer, assembly, misses)
     # Contacts of the reference have the colours of the worst detector's misses.
     worst = result.comparisons.get(next(iter(picture.order), ""))
@@ -90,32 +80,31 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
 def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     """What each tab shows beside the room."""
     result = picture.result
+    log_timing(writer, result.detections, texts.series_names(result))
     if picture.order:
-        writer.markdown(ANSWER, answer_text(result))
+        writer.markdown(ANSWER, texts.answer_text(result))
         lanes.log_detector_lanes(writer, result, picture.order, picture.lanes)
+        log_accuracy(writer, texts.dots_of(result))
+        writer.markdown(texts.ACCURACY, texts.accuracy_text(result))
+    else:
+        writer.markdown(texts.SESSION_TEXT, texts.session_text(result))
     if picture.views:
         log_answer(writer, result, picture.views)
     for run in picture.watched:
         log_pipeline(writer, run, result)
-    log_timing(writer, result.detections, series_names(result))
-    if picture.order:
-        log_accuracy(writer, dots_of(result))
-        writer.markdown(ACCURACY, accuracy_text(result))
-    else:
-        writer.markdown(SESSION_TEXT, session_text(result))
     for label in result.detections:
         lanes.log_pair_lanes(writer, result, label)
         log_details(writer, result, label, picture.views)
     log_effects(writer, result.effects)
     lanes.log_session_lanes(writer, result)
-    if picture.happened:
+    if result.effects or picture.doing:
         log_happened(writer, result.effects, leads=not result.comparisons)
 
 
 def _eye(result: RunResult, moments: Sequence[FocusMoment]) -> Eye:
     """The overview: of all moments, or of the events where nothing is compared; else of wherever bodies were."""
     motion, names = result.assembly.motion, result.assembly.names
-    points, frame = [one.point for one in moments], moments[0].frame if moments else 0
+    points, frame = [moment.point for moment in moments], moments[0].frame if moments else 0
     for _, event in happened(result.effects) if not result.detections else ():
         frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
         points += [motion.translations[frame, names.index(name)] for name in event.bodies if name in names]

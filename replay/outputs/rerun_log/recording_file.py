@@ -9,7 +9,6 @@ is full: the process exits 0 with half a picture, or never ends (in ``save``, in
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -49,27 +48,13 @@ def drawable(text: str) -> str:
     return NOT_IN_FONT.sub(lambda letter: f"u{ord(letter[0]):04x}", text)
 
 
-@dataclass(frozen=True)
-class DrawableTexts:
-    """A component of texts, each as the viewer can draw it."""
-
-    batch: Any
-
-    def component_descriptor(self) -> rr.ComponentDescriptor:
-        """What Rerun asks of a component: its name."""
-        descriptor: rr.ComponentDescriptor = self.batch.component_descriptor()
-        return descriptor
-
-    def as_arrow_array(self) -> Any:
-        """What Rerun asks of a component: its values."""
-        array = self.batch.as_arrow_array()
-        if str(array.type) != "string":
-            return array
-        return rr.components.TextBatch([drawable(text) for text in array.to_pylist()]).as_arrow_array()
-
-    def as_component_batches(self) -> list[Any]:
-        """What Rerun asks of several components."""
-        return [DrawableTexts(one) for one in self.batch.as_component_batches()]
+def drawable_texts(batch: Any) -> Any:
+    """A batch of a component, its texts as the viewer can draw them."""
+    array = batch.as_arrow_array()
+    if str(array.type) != "string":
+        return batch
+    texts = rr.components.TextBatch([drawable(text) for text in array.to_pylist()])
+    return texts.described(batch.component_descriptor())
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,25 +73,15 @@ class RecordingClock:
         cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = HELD_FRAMES
     ) -> RecordingClock:
         """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
-        stamps, times = assembly.stamp_ns, assembly.motion.times
-        if not len(stamps):
-            return cls(np.zeros(0, np.int64), np.zeros(0, np.int64))
-        ns = stamps - stamps[0] + round(float(times[0]) * 1e9)
-        stride = -(-len(ns) // limit)
-        keep = np.arange(len(ns)) % stride == 0
-        if stride > 1:
-            spans = np.array(list(whole), dtype=np.float64).reshape(-1, 2) + np.array([-KEPT_AROUND, KEPT_AROUND])
-            first, last = np.searchsorted(times, spans[:, 0]), np.searchsorted(times, spans[:, 1], side="right")
+        times = assembly.motion.times
+        ns = assembly.stamp_ns - assembly.stamp_ns[:1] + np.round(1e9 * times[:1]).astype(np.int64)
+        keep = np.arange(len(ns)) % max(1, -(-len(ns) // limit)) == 0
+        for start, end in whole:
             # With misses everywhere nothing would be strided: the first ones keep their frames, up to two limits.
-            near = int((np.cumsum(last - first) <= 2 * limit).sum())
-            for begin, end in zip(first[:near], last[:near], strict=True):
-                keep[begin:end] = True
+            if keep.all() or keep.sum() > 2 * limit:
+                break
+            keep[slice(*np.searchsorted(times, [start - KEPT_AROUND, end + KEPT_AROUND]))] = True
         return cls(ns, np.flatnonzero(keep))
-
-
-def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
-    """The session timeline at these nanoseconds."""
-    return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
 
 
 def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
@@ -133,7 +108,7 @@ def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentCo
     lengths = np.asarray(counts, dtype=np.int64)
     for column in columns:
         values = len(column.component_batch.as_arrow_array())
-        assert int(lengths.sum()) == values, f"{int(lengths.sum())} values announced, {values} given"
+        assert lengths.sum() == values, f"{lengths.sum()} values announced, {values} given"
     return columns.partition(lengths)
 
 
@@ -148,46 +123,50 @@ class RecordingWriter:
         """What the viewer calls the recording."""
         self.stream.send_recording_name(drawable(shown(text)))
 
-    def static(self, path: str, *archetypes: rr.AsComponents) -> None:
+    def static(self, path: str, archetype: rr.AsComponents) -> None:
         """Log what holds at all times."""
-        for archetype in archetypes:
-            self.stream.log(path, DrawableTexts(archetype), static=True, strict=True)
+        batches = [drawable_texts(batch) for batch in archetype.as_component_batches()]
+        self.stream.log(path, batches, static=True, strict=True)
 
     def markdown(self, path: str, text: str) -> None:
         """Log words that stand at all times."""
         self.static(path, rr.TextDocument(shown(text, lines=True), media_type=rr.MediaType.MARKDOWN))
 
     def rows(
-        self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+        self, path: str, when: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
     ) -> None:
-        """Send one row per frame on both timelines; with ``counts`` a row holds several values."""
-        rows = np.asarray(frames, dtype=np.int64)
-        self.rows_later(path, np.stack([rows, np.zeros_like(rows)], axis=1), columns, counts)
+        """Send one row per frame on both timelines; with ``counts`` a row holds several values.
 
-    def rows_later(
-        self,
-        path: str,
-        moments: ArrayLike,
-        columns: rr.ComponentColumnList,
-        counts: ArrayLike | None = None,
-    ) -> None:
-        """Send one row per moment: a frame, and nanoseconds after it on the session timeline."""
-        rows, later = np.asarray(moments, dtype=np.int64).reshape(-1, 2).T
-        ns = self.clock.ns[rows] + later
-        self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, counts)
+        ``when``: frames (n,), or (n, 2) with nanoseconds after each on the session timeline.
+        """
+        rows = np.asarray(when, dtype=np.int64)
+        frames, later = rows.T if rows.ndim == 2 else (rows, 0)
+        index = [rr.TimeColumn(FRAME, sequence=frames)]
+        self.session_rows(path, self.clock.ns[frames] + later, columns, counts, index)
 
     def session_rows(
-        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None
-    ) -> None:
-        """Send rows on the session timeline alone, at any nanosecond."""
-        self._send(path, [on_session(ns)], columns, counts)
+        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None,
+        index: Sequence[rr.TimeColumn] = (),
+    ) -> None:  # fmt: skip
+        """Send rows at any nanosecond of the session timeline, and on those of ``index``."""
+        if not len(ns):
+            return
+        if not len(columns):
+            raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
+        rows = columns if counts is None else ragged(columns, counts)
+        for column in rows:
+            column.component_batch = drawable_texts(column.component_batch)
+        session = rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+        self.stream.send_columns(path, [session, *index], rows, strict=True)
 
     def curve(
-        self, path: str, frames: ArrayLike, values: ArrayLike, name: str, colour: Rgba, width: float, *,
-        step: bool = False,
-    ) -> None:  # fmt: skip
-        """Send a value per frame, and how their curve looks; a ``step`` is none that is sloped."""
-        self.rows(path, frames, rr.Scalars.columns(scalars=values))
+        self, path: str, values: ArrayLike, name: str, colour: Rgba, width: float = 1.4, *, step: bool = False
+    ) -> None:
+        """Send a curve of a value per frame (T,), and how it looks; a ``step`` is none that is sloped."""
+        shown = np.asarray(values, dtype=np.float64)[self.clock.kept]
+        bends = np.ones(len(shown), dtype=np.bool_)
+        bends[1:-1] = (shown[1:-1] != shown[:-2]) | (shown[1:-1] != shown[2:])
+        self.rows(path, self.clock.kept[bends], rr.Scalars.columns(scalars=shown[bends]))
         # Peaks are what a curve is about; the default policy averages them away when zoomed out.
         peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines.from_fields(
@@ -197,49 +176,37 @@ class RecordingWriter:
         self.static(path, line)
 
     def steps(
-        self, path: str, steps: Steps, things: Mapping[Any, Any],
+        self, path: str, steps: Steps, things: Mapping[Any, Sequence[Any]],
         columns: Callable[[list[Any]], rr.ComponentColumnList],
     ) -> None:  # fmt: skip
         """Send what stands from each step on: ``things`` of what is shown then."""
         rows = [things.get(shown, ()) for *_, shown in steps]
-        flat = [thing for row in rows for thing in row]
-        self.rows_later(path, [(frame, later) for frame, later, _ in steps], columns(flat), [*map(len, rows)])
-
-    def _send(
-        self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None
-    ) -> None:
-        if not len(columns):
-            raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
-        if len(index[0].as_arrow_array()):
-            rows = columns if counts is None else ragged(columns, counts)
-            for column in rows:
-                column.component_batch = DrawableTexts(column.component_batch)
-            self.stream.send_columns(path, index, rows, strict=True)
+        self.rows(path, times_of(steps), columns([thing for row in rows for thing in row]), [*map(len, rows)])
 
 
 Steps = Sequence[tuple[int, int, Any]]
 """From a frame, and nanoseconds after it, on: what is shown."""
 
 
-def steps_of(moments: Iterable[tuple[int, int, int, int, Any]], frames: int, otherwise: Any) -> Steps:
-    """What is shown when: each moment from its first frame to its last, and at its own; ``otherwise`` at other times.
+def steps_of(moments: Sequence[Any], frames: int, otherwise: Any) -> Steps:
+    """What is shown when: a moment at its frame and while it lasts; ``otherwise`` at other times.
 
-    ``moments``: frame, nanoseconds after it, first and last frame of each, and what is shown.
+    ``moments`` have a ``frame``, nanoseconds ``later``, a ``first`` and a ``last`` frame.
     """
-    rows: dict[tuple[int, int], Any] = {}
-    for frame, later, _, _, thing in moments:
-        rows[frame, later] = thing
-    for _, _, first, _, thing in moments:
-        rows.setdefault((first, 0), thing)
-    for _, _, _, last, _ in moments:
-        if last + 1 < frames:
-            rows.setdefault((last + 1, 0), otherwise)
+    rows = {(moment.frame, moment.later): moment for moment in moments}
+    for moment in moments:
+        rows.setdefault((min(moment.first, moment.frame), 0), moment)
+    for moment in moments:
+        if moment.last + 1 < frames:
+            rows.setdefault((moment.last + 1, 0), otherwise)
     rows.setdefault((0, 0), otherwise)
     return [(*at, rows[at]) for at in sorted(rows)]
 
 
-FOOTER: Final = struct.Struct("<QQI4s4sI")
-"""How a recording ends: start and length of its table of contents, checksum, two marks, number of tables."""
+def times_of(steps: Steps) -> list[tuple[int, int]]:
+    """Frame of each step, and nanoseconds after it."""
+    return [(frame, later) for frame, later, _ in steps]
+
 
 ENCODED_WITHIN_S: Final = 600.0
 """Seconds after which Rerun is taken to hang: ten minutes of twelve bodies are encoded in less than one."""
@@ -265,12 +232,9 @@ def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> It
 
 
 def require_complete(content: bytes) -> None:
-    """Raise ``OSError`` unless these are the bytes of one whole recording, from its first to its footer."""
-    if len(content) >= FOOTER.size:
-        start, length, _, *marks, tables = FOOTER.unpack(content[-FOOTER.size :])
-        if marks == [b"RRF2", b"FOOT"] and tables == 1 and start + length + FOOTER.size == len(content):
-            return
-    raise OSError(f"the picture has no end after {len(content)} bytes: Rerun did not encode all of it")
+    """Raise ``OSError`` unless these are the bytes of a whole recording, from its first mark to that of its footer."""
+    if content[:4] != b"RRF2" or content[-12:-4] != b"RRF2FOOT":
+        raise OSError(f"the picture has no end after {len(content)} bytes: Rerun did not encode all of it")
 
 
 def read_all(encoded: rr.BinaryStream) -> bytes:

@@ -1,17 +1,21 @@
-"""What each detector cost: milliseconds of every frame by stage, and its counters."""
+"""What each detector cost: milliseconds of every frame by stage, its counters, and accuracy against cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from itertools import accumulate
+from typing import Final
 
 import numpy as np
+import rerun as rr
 
 from cdcore import Detection
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.outputs.palette import BUDGET, SERIES, Rgba
-from replay.outputs.rerun_log.recording_file import RecordingWriter, entity
+from replay.outputs.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
+from replay.outputs.plots import LETTER, Axis, Dot, Plot, Point, scatter, ticks_of
+from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
+from replay.pipeline.gates import figure
 
 BUDGET_LINE: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9
@@ -26,6 +30,20 @@ STAGES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
+SCATTERS: Final = "accuracy/plot"
+UNIT: Final = 1.3
+"""Units of a view, one a pixel at 1,920 x 1,080, for one of a plot."""
+
+SIZE: Final = (690.0, 340.0)
+"""Of each of the two scatters, in units of a plot."""
+
+UP: Final = 30.0
+"""How far words are moved up, in units of the view: the viewer centres them on their place and hangs them below."""
+
+WIDE: Final = (-10.0, UNIT * SIZE[0] + 10.0)
+HIGH: Final = (-40.0, UNIT * SIZE[1] * 2 + 10.0)
+"""What the view of both shows of its axes."""
+
 
 def colour_of(number: int) -> Rgba:
     """Colour of the n-th detector in every plot."""
@@ -39,7 +57,7 @@ def stage_ms(detection: Detection) -> dict[str, FloatArray]:
         if np.sum(value) > IDLE * frames:
             word = STAGES.get(name, name)
             ms = 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
-            stages[word] = stages[word] + ms if word in stages else ms
+            stages[word] = stages.get(word, 0.0) + ms
     return stages
 
 
@@ -49,14 +67,9 @@ def total_ms(detection: Detection) -> FloatArray:
     return total
 
 
-def is_timed(detection: Detection) -> bool:
-    """Whether frames were timed one by one."""
-    return any(isinstance(value, np.ndarray) for value in detection.seconds.values())
-
-
 def ceiling(totals: Sequence[FloatArray]) -> float:
     """Milliseconds at which a plot of these is cut."""
-    return max((float(np.percentile(one, CUT_PERCENTILE)) for one in totals if len(one)), default=0.0) or BUDGET_MS
+    return max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in totals if len(ms)), default=0.0) or BUDGET_MS
 
 
 def budget_share(top: float) -> float:
@@ -64,44 +77,68 @@ def budget_share(top: float) -> float:
     return float(10.0 ** min(0, int(np.floor(np.log10(top / BUDGET_MS)))))
 
 
-def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], words: Mapping[str, str]) -> None:
-    """Send totals, stages added up, counters and the line of the budget; ``words``: what a legend calls a detector."""
-    totals = [total_ms(detection) for detection in detections.values()]
-    share = budget_share(ceiling(totals))
-    ends, part = _ends(writer), {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{share:g} of ")
-    name = f"{part}a {HEADSET_HZ:g} Hz frame: {share * BUDGET_MS:.2g} ms"
-    writer.curve(BUDGET_LINE, ends, np.full(len(ends), share * BUDGET_MS), name, BUDGET, 1.6)
-    for number, (label, detection) in enumerate(detections.items()):
-        frames = writer.clock.kept if is_timed(detection) else ends
-        writer.curve(total_path(label), frames, totals[number][frames], words[label], colour_of(number), 1.4)
-        _log_stages(writer, label, detection, frames)
-        _log_counters(writer, label, detection)
-
-
-def _log_stages(writer: RecordingWriter, label: str, detection: Detection, frames: IntArray) -> None:
-    """Lines added up, the total drawn first: Rerun has no areas."""
-    stages, total = stage_ms(detection), np.zeros(len(detection.times))
-    for rank, (stage, ms) in enumerate(stages.items()):
-        total = total + ms
-        path = entity("timing", label, "stages", f"{len(stages) - rank}_{stage}")
-        writer.curve(path, frames, total[frames], f"+ {stage}" if rank else stage, colour_of(rank), 1.4)
-
-
-def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> None:
-    for number, (name, value) in enumerate(detection.work.items()):
-        if not np.any(value):
-            continue
-        frames = writer.clock.kept if isinstance(value, np.ndarray) else _ends(writer)
-        counts = value[frames].sum(axis=1) if isinstance(value, np.ndarray) else np.full(len(frames), value)
-        words = f"{name.replace('_', ' ')}: {int(np.sum(value)):,} in all"
-        writer.curve(entity("counters", label, name), frames, counts.astype(np.float64), words, colour_of(number), 1.4)
-
-
 def total_path(label: str) -> str:
     """Entity of all that a detector took."""
     return entity("timing", label, "total")
 
 
-def _ends(writer: RecordingWriter) -> Any:
-    """The first frame and the last: between them a constant is a line."""
-    return np.unique([0, len(writer.clock.ns) - 1])[: len(writer.clock.ns)]
+def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], words: Mapping[str, str]) -> None:
+    """Send totals, stages added up, counters and the line of the budget; ``words``: what a legend calls a detector."""
+    totals = {label: total_ms(detection) for label, detection in detections.items()}
+    share = budget_share(ceiling([*totals.values()]))
+    part = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{share:g} of ")
+    name = f"{part}a {HEADSET_HZ:g} Hz frame: {share * BUDGET_MS:.2g} ms"
+    frames = len(writer.clock.ns)
+    writer.curve(BUDGET_LINE, np.full(frames, share * BUDGET_MS), name, BUDGET)
+    for number, (label, detection) in enumerate(detections.items()):
+        writer.curve(total_path(label), totals[label], words[label], colour_of(number))
+        _log_stages(writer, label, stage_ms(detection))
+        for rank, (counter, value) in enumerate(detection.work.items()):
+            if np.any(value):
+                counts = value.sum(axis=1) if isinstance(value, np.ndarray) else np.full(frames, value)
+                legend = f"{counter.replace('_', ' ')}: {int(np.sum(value)):,} in all"
+                writer.curve(entity("counters", label, counter), counts, legend, colour_of(rank))
+
+
+def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatArray]) -> None:
+    """Lines added up, the total drawn first: Rerun has no areas."""
+    for rank, (stage, total) in enumerate(zip(stages, accumulate(stages.values()), strict=True)):
+        path = entity("timing", label, "stages", f"{len(stages) - rank}_{stage}")
+        writer.curve(path, total, f"+ {stage}" if rank else stage, colour_of(rank))
+
+
+def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, float, Rgba]]) -> None:
+    """Send two scatters over the same costs, in a flat view: Rerun plots over time alone.
+
+    Each of ``dots`` is one of wrong contacts, the false share of the time, and its colour.
+    """
+    wrong, colours = [dot for dot, *_ in dots], [colour for *_, colour in dots]
+    up = Axis("missed + late or cut short", ticks_of(max(1.0, *(dot.y for dot in wrong)), 3))
+    _log_plot(writer, "wrong", scatter(wrong, "", "mean ms a frame", up, SIZE), colours, top=0.0)
+    false = [
+        Dot(f"{dot.name.rpartition(': ')[0]}: {figure(100 * share)} %", dot.x, 100 * share) for dot, share, _ in dots
+    ]
+    up = Axis("false, % of the reported contact time", [0, 25, 50, 75, 100])
+    below = scatter(false, "", "mean ms a frame; left is cheaper, down is better", up, SIZE)
+    _log_plot(writer, "false", below, colours, top=SIZE[1])
+
+
+def _log_plot(writer: RecordingWriter, name: str, plot: Plot, colours: Sequence[Rgba], top: float) -> None:
+    """Send a plot so far below the top of its view; ``colours`` of its dots."""
+    root, radius = f"{SCATTERS}/{name}", rr.Radius.ui_points
+
+    def placed(points: Sequence[Point]) -> FloatArray:
+        return UNIT * (np.reshape(points, (-1, 2)) + np.array([0.0, top]))
+
+    lines = [placed(corners) for _, corners in plot.lines]
+    writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))
+    dots = placed([place for _, place in plot.dots])
+    writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
+    half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
+    places = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
+    texts = rr.Points2D(
+        places - np.array([0.0, UP]), labels=[words.text for words in plot.words],
+        colors=packed(TICKS if words.dot < 0 else colours[words.dot] for words in plot.words),
+        radii=radius(0.01), show_labels=True,
+    )  # fmt: skip
+    writer.static(f"{root}/words", texts)

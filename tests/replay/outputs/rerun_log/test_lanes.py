@@ -76,11 +76,11 @@ def test_the_last_state_lasts_one_frame(demo, write):
 S = 1_000_000_000
 
 
-def during(demo, *intervals, **facts):
+def during(demo, *intervals):
     """The run with intervals in seconds after its first frame: kind, start, end, name."""
     zero = int(demo.assembly.stamp_ns[0])
     made = [Interval(zero + round(a * S), zero + round(b * S), kind, name) for kind, a, b, name in intervals]
-    return replace(demo, session=replace(demo.session, intervals=tuple(made), facts=facts))
+    return replace(demo, session=replace(demo.session, intervals=tuple(made)))
 
 
 TASKS = [
@@ -90,16 +90,14 @@ TASKS = [
 
 
 def test_stages_come_first_and_spans_that_overlap_have_a_lane_each(demo):
-    run = during(demo, *TASKS, vr_type="immersive")
-    last = int(np.ptp(run.assembly.stamp_ns))
+    run = during(demo, *TASKS)
     lanes = session_lanes(run)
     words = {path: [word for word, *_ in spans] for path, spans in lanes.items()}
     assert words == {
         "doing/1_stage": ["lesson"], "doing/2_task": ["stir", "tap"], "doing/3_task": ["carry"],
-        "doing/4_feature": ["hint"], "doing/5_vr_type": ["immersive"], "doing/6_quiz": ["q1"],
+        "doing/4_feature": ["hint"], "doing/5_quiz": ["q1"],
     }  # fmt: skip
     assert lanes["doing/2_task"] == [("stir", S // 5, S), ("tap", S, 2 * S)]
-    assert lanes["doing/5_vr_type"] == [("immersive", 0, last)]
 
 
 @pytest.mark.parametrize("span", [("task", -5.0, -1.0, "before"), ("task", 900.0, 901.0, "after")])

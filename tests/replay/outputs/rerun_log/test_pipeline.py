@@ -73,22 +73,24 @@ def test_every_moment_of_the_list_has_its_samples_from_its_first_frame_to_its_la
         trace = watched.trace(moment)
         ants = sum(len(np.unique(trace.faces[np.isfinite(trace.pheromone), k])) for k in (0, 1))
         for frame in {moment.frame, moment.last, moment.first} - (starts - {moment.frame}):
-            assert len(read.at(f"{ROOT}/search/ants", "Points3D:positions", frame)) == ants
-            assert len(read.at(f"{ROOT}/search/best", "LineStrips3D:strips", frame)) == len(trace.best()) - 1
+            colours = read.at(f"{ROOT}/search/dots", "Points3D:colors", frame)
+            assert colours.count(packed([SERIES[1]])[0]) == ants
+            way = [width for width in read.at(f"{ROOT}/search/lines", "LineStrips3D:radii", frame) if width == -2.0]
+            assert len(way) == len(trace.best()) - 1
 
 
 def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(run, watched, read):
     lost = [moment for moment in watched.moments if moment.kind == LOST]
     assert lost
     for moment in lost:
-        stop, meets = read.at(f"{ROOT}/search/ends", "Points3D:positions", moment.frame)
-        assert read.at(f"{ROOT}/search/ends", "Points3D:colors", moment.frame)[1] == packed([MISSED])[0]
+        *_, stop, meets = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
+        assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == packed([MISSED])[0]
         section = run.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
         words = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert words.startswith("missed") and f"{1e3 * np.linalg.norm(np.subtract(stop, meets)):.0f} mm" in words
     found = next(moment for moment in watched.moments if moment.kind == CONTACT)
-    assert read.at(f"{ROOT}/search/ends", "Points3D:colors", found.frame) == packed([SERIES[2]]).tolist()
+    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", found.frame)[-1] == packed([SERIES[2]])[0]
 
 
 def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its_volumes(run, watched, read):

@@ -28,7 +28,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
     def fail(*args):
         raise RuntimeError("disk full")
 
-    monkeypatch.setattr(module, "answer_text", fail)
+    monkeypatch.setattr(module, "log_timing", fail)
     with pytest.raises(RuntimeError, match="disk full"):
         write_recording(demo, tmp_path / "run.rrd")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]

@@ -43,8 +43,8 @@ def test_a_recording_ends_in_a_footer_and_reads_back(tmp_path):
 
 
 @pytest.mark.parametrize("cut", [lambda whole: whole[:-1], lambda whole: whole[: len(whole) // 2], lambda whole: b"",
-                                 lambda whole: whole[40:], lambda whole: whole + whole])  # fmt: skip
-def test_a_cut_or_doubled_recording_is_refused(cut, tmp_path):
+                                 lambda whole: whole[40:]])  # fmt: skip
+def test_a_cut_recording_is_refused(cut, tmp_path):
     write(tmp_path / "x.rrd")
     with pytest.raises(OSError, match="has no end"):
         require_complete(cut((tmp_path / "x.rrd").read_bytes()))
