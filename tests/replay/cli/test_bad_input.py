@@ -73,33 +73,33 @@ def test_the_same_numbers_flagged_as_lost_give_no_pose_and_never_clear(name, tmp
     assert verdicts["NO_POSE"] == 1 and verdicts.get("CLEAR", 0) == 3 - verdicts.get("CONTACT", 0)
 
 
-def test_files_that_are_no_session_are_refused_and_named(tmp_path, capsys):
-    for name, content in (("empty.mcap", b""), ("text.mcap", b"hello " * 100), ("zeros.mcap", bytes(5000))):
-        (tmp_path / name).write_bytes(content)
-        refused(capsys, run(tmp_path / name, tmp_path), FAILURE, name)
-        refused(capsys, main(["info", str(tmp_path / name)]), FAILURE, name)
+def torn(folder):
+    whole = session_file(folder, cubes(PLACES))
+    return whole.read_bytes()[:-200]
 
 
-def test_a_torn_file_is_refused_and_told_how_to_save_it(tmp_path, capsys):
-    whole = session_file(tmp_path, cubes(PLACES))
-    torn = tmp_path / "torn.mcap"
-    torn.write_bytes(whole.read_bytes()[:-200])
-    refused(capsys, run(torn, tmp_path), FAILURE, "torn.mcap", "cut short")
-
-
-def test_missing_paths_are_usage_errors(tmp_path, capsys):
-    refused(capsys, run(tmp_path / "nowhere.mcap", tmp_path), USAGE, "nowhere.mcap", "does not exist")
-    refused(capsys, main(["info", str(tmp_path)]), USAGE, "is a folder")
-
-
-def test_a_session_without_any_mesh_is_refused_and_told_what_to_give(tmp_path, capsys):
+def without_mesh(folder):
     bare = Session.from_arrays([0, 1], {"a": along_x([0, 1]), "b": along_x([3, 3])})
-    refused(capsys, run(session_file(tmp_path, bare), tmp_path), FAILURE, "no body has a mesh", "--mesh")
+    return session_file(folder, bare).read_bytes()
 
 
-def test_a_session_without_frames_is_refused(tmp_path, capsys):
+def without_frames(folder):
     none = Session.from_tracks({"a": Track(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()})
-    refused(capsys, run(session_file(tmp_path, none), tmp_path), FAILURE, "no frames")
+    return session_file(folder, none).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (lambda _: b"", ("given.mcap",)), (lambda _: b"hello " * 100, ("given.mcap",)),
+        (lambda _: bytes(5000), ("given.mcap",)), (torn, ("given.mcap", "cut short")),
+        (without_mesh, ("no body has a mesh", "--mesh")), (without_frames, ("no frames",)),
+    ],
+    ids=["empty", "text", "zeros", "torn", "no mesh", "no frames"],
+)  # fmt: skip
+def test_a_file_that_cannot_be_replayed_is_refused_and_told_what_to_do(content, words, tmp_path, capsys):
+    (tmp_path / "given.mcap").write_bytes(content(tmp_path))
+    refused(capsys, run(tmp_path / "given.mcap", tmp_path), FAILURE, *words)
 
 
 MESHES = {

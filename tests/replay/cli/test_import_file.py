@@ -32,30 +32,17 @@ def test_a_motion_capture_with_meshes_becomes_a_session_file(tmp_path, capsys):
     assert np.allclose(session.frames.position[0, 1], [0.5, 1.0, 0.0])
 
 
-def test_json_says_where_the_session_lies_and_what_was_said(tmp_path, capsys):
+def test_json_says_what_was_taken_for_what_assumed_and_stood_in(tmp_path, capsys):
     source, out = aframe(tmp_path / "m.json"), tmp_path / "s.mcap"
-    assert main(["import", "aframe", str(source), "-o", str(out), "--format", "json"]) == 0
+    assert main(["import", "auto", str(source), "-o", str(out), "--format", "json"]) == 0
     printed, said = capsys.readouterr()
     told = json.loads(printed)
     assert (told["out"], told["frames"], told["bodies"]) == (str(out), 20, ["left", "right"])
     assert told["notes"] == said.splitlines() and "proxy meshes stand in for: left, right" in said
-
-
-def test_auto_says_what_it_takes_a_file_for_and_why(tmp_path, capsys):
-    source = aframe(tmp_path / "m.json")
-    assert main(["import", "auto", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
-    assert "taken for aframe, because it is JSON\n" in capsys.readouterr().err
-    assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--force"]) == 0
+    assert "taken for aframe, because it is JSON\n" in said
+    assert f"converted: {read_session(out).facts['conversions']}\n" in said
+    assert main(["import", "aframe", str(source), "-o", str(out), "--force"]) == 0
     assert "taken for" not in capsys.readouterr().err
-
-
-def test_stand_in_meshes_are_said_to_be_stand_ins(tmp_path, capsys):
-    source = aframe(tmp_path / "m.json")
-    assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap")]) == 0
-    said = capsys.readouterr().err
-    assert "proxy meshes stand in for: left, right" in said
-    converted = read_session(tmp_path / "s.mcap").facts.get("conversions", "none")
-    assert ("converted" in said) == (converted != "none") and (converted == "none" or f"converted: {converted}" in said)
 
 
 def test_a_file_in_the_way_is_kept_unless_forced(tmp_path, capsys):
@@ -66,17 +53,19 @@ def test_a_file_in_the_way_is_kept_unless_forced(tmp_path, capsys):
     assert main(["import", "aframe", str(source), "-o", str(out), "--force"]) == 0
 
 
-def test_a_mesh_option_must_name_body_and_file(tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("format_", "option", "code", "words"),
+    [
+        ("aframe", ["--mesh", "left"], 2, "is not BODY=FILE"),
+        ("aframe", ["--mesh", "left=nowhere.glb"], 2, "does not exist"),
+        ("aframe", ["--convention", "unity"], 1, "has no option 'convention'"),
+        ("fbx", [], 1, "aframe, csv"),
+    ],
+)
+def test_a_format_or_an_option_that_means_nothing_is_refused_by_name(format_, option, code, words, tmp_path, capsys):
     source = aframe(tmp_path / "m.json")
-    for text, words in (("left", "is not BODY=FILE"), ("left=nowhere.glb", "does not exist")):
-        assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--mesh", text]) == 2
-        assert words in capsys.readouterr().err
-
-
-def test_an_option_of_another_format_is_refused_by_name(tmp_path, capsys):
-    source = aframe(tmp_path / "m.json")
-    assert main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--convention", "unity"]) == 1
-    assert "has no option 'convention'" in capsys.readouterr().err
+    assert main(["import", format_, str(source), "-o", str(tmp_path / "s.mcap"), *option]) == code
+    assert words in capsys.readouterr().err
 
 
 def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
@@ -101,12 +90,6 @@ def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
     assert "assumed: axes ros" in said and "name other axes with --convention" in said
     assert main(["import", "mcap", str(source), "-o", out, "--force", "--convention", "openxr"]) == 0
     assert "of tf, other" in (said := capsys.readouterr().err) and "axes ros" not in said
-
-
-def test_an_unknown_format_is_answered_with_those_there_are(tmp_path, capsys):
-    source = aframe(tmp_path / "m.json")
-    assert main(["import", "fbx", str(source), "-o", str(tmp_path / "s.mcap")]) == 1
-    assert "aframe, csv" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("reported", [True, False])

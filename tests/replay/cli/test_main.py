@@ -92,12 +92,6 @@ def failing(monkeypatch, error):
     monkeypatch.setattr(module.cli, "main", fail)
 
 
-def test_a_known_error_is_one_sentence_without_traceback(monkeypatch, capsys):
-    failing(monkeypatch, AssemblyError("no frame;\n  record some"))
-    assert main(["info"]) == 1
-    assert capsys.readouterr().err == "error: no frame; record some\n"
-
-
 def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatch, capsys):
     failing(monkeypatch, MemoryError())
     assert main(["info"]) == 1
@@ -122,25 +116,21 @@ def test_numbers_and_names_that_mean_nothing_are_a_sentence_each(tmp_path, capsy
     assert "error: " in said and "this should not have happened" not in said and said.isascii()
 
 
-def test_an_unknown_error_asks_to_be_reported(monkeypatch, capsys):
-    failing(monkeypatch, ZeroDivisionError("division by zero"))
-    assert main(["info"]) == 1
-    text = capsys.readouterr().err
-    assert "ZeroDivisionError: division by zero" in text and "report" in text and "--debug" in text
-    assert "Traceback" not in text
-
-
-def test_debug_shows_where_it_happened(monkeypatch, capsys):
-    failing(monkeypatch, AssemblyError("no frame"))
-    assert main(["info", "--debug"]) == 1
-    text = capsys.readouterr().err
-    assert "Traceback" in text and text.endswith("error: no frame\n")
-
-
-def test_an_interruption_is_130(monkeypatch, capsys):
-    failing(monkeypatch, KeyboardInterrupt())
-    assert main(["info"]) == 130
-    assert capsys.readouterr().err.startswith("interrupted")
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (AssemblyError("no frame;\n  record some"), 1, "error: no frame; record some\n"),
+        (ZeroDivisionError("by zero"), 1, "(ZeroDivisionError: by zero); please report it\n       with --debug"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_every_error_is_one_sentence_and_shows_where_it_happened_when_asked(monkeypatch, capsys, error, code, words):
+    failing(monkeypatch, error)
+    assert main(["info"]) == code
+    said = capsys.readouterr().err
+    assert words in said and "Traceback" not in said
+    assert main(["info", "--debug"]) == code
+    assert ("Traceback" in capsys.readouterr().err) == (code == 1)
 
 
 def test_a_reader_that_goes_away_ends_the_program_quietly():

@@ -1,10 +1,6 @@
 """`replay scene`, and `--scene` on every verb that reads a session."""
 
 import json
-import tomllib
-from copy import deepcopy
-from functools import reduce
-from operator import getitem
 
 import pytest
 from support.import_mutants import MUTANTS, tried
@@ -18,7 +14,7 @@ from sessions import import_session, read_session, write_session
 from sessions.errors import SceneError
 from sessions.input_files import read_text
 from sessions.scene_files.scene_meshes import checked_scene
-from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml, value_text
+from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 CAPTURES = (
@@ -188,38 +184,6 @@ def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scen
     assert read_session(out, scene=files / "deep" / "new.toml").meshes["a"].bounds.tolist() == [[-0.05] * 3, [0.05] * 3]
     units = ["import", "csv", str(files / "x.csv"), "-o", str(files / "mm.mcap"), *given, "--mesh-units", "mm"]
     assert main(units) == 0 and read_session(files / "mm.mcap").meshes["a"].bounds[1, 0] == 0.005
-
-
-def places_of(tree, above=()):
-    """The way to every key of a table, at any depth."""
-    for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree if isinstance(tree, list) else ()):
-        yield from [(*above, key)] if isinstance(key, str) else ()
-        yield from places_of(value, (*above, key))
-
-
-def as_toml(tree):
-    flat = [(key, value) for key, value in tree.items() if not isinstance(value, dict | list)]
-    lines = [f"{json.dumps(key)} = {value_text(value)}" for key, value in flat]
-    for key, value in tree.items():
-        for one in value if isinstance(value, list) else [value] if isinstance(value, dict) else []:
-            head = f"[[{json.dumps(key)}]]" if isinstance(value, list) else f"[{json.dumps(key)}]"
-            lines += [head, *(f"{json.dumps(name)} = {value_text(held)}" for name, held in one.items())]
-    return "\n".join(lines)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SCENES)
-def test_every_key_of_a_made_up_scene_that_is_mistyped_is_named_at_any_depth(name):
-    tree = tomllib.loads(scene_to_toml(make_scene_session(name)[0].scene))
-    assert checked_scene(as_toml(tree), "x.toml", plan_faults)[2] == []
-    ways = [*places_of(tree)]
-    assert len(ways) > 60 and max(map(len, ways)) >= 4
-    for way in ways:
-        wrong = deepcopy(tree)
-        table = reduce(getitem, way[:-1], wrong)
-        table[way[-1] + "x"] = table.pop(way[-1])
-        said = checked_scene(as_toml(wrong), "x.toml", plan_faults)[2]
-        assert any(f"{way[-1]}x" in one and one.startswith("x.toml: ") for one in said), (way, said)
 
 
 @pytest.mark.slow

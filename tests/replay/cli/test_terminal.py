@@ -10,7 +10,6 @@ from replay.api import advisor
 from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.terminal import line, terminal
-from replay.guide.pages import page
 from replay.outputs.tables import table
 from sessions import write_session
 
@@ -82,18 +81,6 @@ def test_at_every_width_every_word_and_number_of_a_verb_is_whole(shown, verb, wi
         {one for text in some for one in text.split() if set(one) - set("─\\")} for some in (lines, wide)
     )
     assert words == all_words
-
-
-PRIVATE = ("pair-frame", "invented", "episode", "outcome", "tau", "absorbed", "excused", "verdict", "candidate")
-
-
-def test_an_answer_needs_the_words_of_the_glossary_and_no_private_one(shown):
-    text = " ".join(at_width(shown["run"], 140))
-    assert [word for word in PRIVATE if word in text] == []
-    heads = ("reference", "missed", "late or cut short", "false contact")
-    words = " ".join(at_width(shown["run"], 140)[2:4])
-    assert all(word in " ".join([text, words]) for head in heads for word in head.split())
-    assert [head for head in heads if head not in page("glossary")] == []
 
 
 SNAPSHOT = table(
