@@ -12,8 +12,7 @@ import numpy as np
 from replay.effects.contents import WATER, Contents, contents_of_scene
 from replay.effects.declaring import Declaration
 from replay.effects.models.equation import COMMON, Equation, charge_of, equation_of
-from replay.effects.models.history import Process, Warmth
-from replay.effects.models.ledger import BROUGHT, Ledger
+from replay.effects.models.ledger import BROUGHT, Ledger, Process, Warmth
 from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation, enthalpy_j, gas_parts, speciation_of
 from replay.effects.models.species import GASES, HENRY, HYDROLYSIS, IONS, KSP, PKA, PKW, SOLIDS, Chemistry
 from replay.effects.vessels import check_vessels, vessel_names

@@ -6,9 +6,8 @@ from replay.effects.declaring import Declaration
 from replay.effects.heat import boils, note_temperature
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import Matter, matter_of
-from replay.effects.models.ledger import BROUGHT
+from replay.effects.models.ledger import BROUGHT, HEAT
 from replay.effects.models.outflow import flows
-from replay.effects.models.reacting import HEAT
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 

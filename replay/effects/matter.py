@@ -11,10 +11,8 @@ from replay.effects.chemistry import Recipe, recipe_of
 from replay.effects.contents import WATER, contents_of
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
-from replay.effects.models.history import UNFOLLOWED, History, Warmth
-from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger, lumps
+from replay.effects.models.ledger import BROUGHT, HEAT, LUMPS, UNFOLLOWED, History, Ledger, Warmth, lumps
 from replay.effects.models.outflow import GAP_S, Stream
-from replay.effects.models.reacting import HEAT
 from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
@@ -34,7 +32,7 @@ class Matter:
     @property
     def mixture(self) -> Mixture:
         """What is at equilibrium."""
-        return self.ledger.reactor.mixture
+        return self.ledger.mixture
 
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
@@ -51,10 +49,10 @@ class Matter:
         rows = history.rows(times)
         amounts, extents = history.amounts[rows], history.extents[rows]
         since = np.maximum(0.0, times - history.times[rows])
-        for row in ledger.reactor.slow:
+        for row in ledger.slow:
             more = history.pending[rows, row] * -np.expm1(-since * (ledger.processes[row].rate or 0.0))
             extents[:, row] += more
-            amounts += more[:, None] * ledger.reactor.changes[row]
+            amounts += more[:, None] * ledger.changes[row]
         return amounts, extents, history.volume_ml[rows]
 
     def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:
@@ -68,13 +66,13 @@ class Matter:
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
-        reactor, mixture = self.ledger.reactor, self.mixture
+        ledger, mixture = self.ledger, self.mixture
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero(volume_ml > 0.0)
         totals = self.totals(amounts[wet])
         # A gas of the air is where it was brought; a bubble that left stays away, and no more may bubble.
-        if reactor.leaves.any():
-            stays = ~reactor.leaves
+        if ledger.leaves.any():
+            stays = ~ledger.leaves
             mixture = replace(
                 mixture, phases=tuple(name for name, stay in zip(mixture.phases, stays, strict=True) if stay),
                 uses=mixture.uses[stays], products=mixture.products[stays], held=mixture.held[stays],
@@ -83,9 +81,9 @@ class Matter:
 
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
-        reactor = self.ledger.reactor
-        solids = amounts[:, reactor.phases] * reactor.solid
-        return (amounts - solids @ reactor.formation)[:, reactor.parts]
+        ledger = self.ledger
+        solids = amounts[:, ledger.phases] * ledger.solid
+        return (amounts - solids @ ledger.formation)[:, ledger.parts]
 
 
 def matter_of(inputs: EffectInputs) -> Matter:

@@ -61,7 +61,7 @@ def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vesse
 
 def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
     """What left as a gas, wherever it went: an event from the first to the last of it, and its amount as a series."""
-    times = inputs.times if matter.ledger.reactor.slow else matter.histories[vessel].times
+    times = inputs.times if matter.ledger.slow else matter.histories[vessel].times
     amounts = matter.states(vessel, times)[0]
     for column, place in matter.ledger.column.items():
         gone = np.maximum.accumulate(amounts[:, place] - amounts[0, place])

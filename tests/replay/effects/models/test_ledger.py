@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from replay.effects.models.equation import atoms, charge_of
-from replay.effects.models.history import UNFOLLOWED, Process, Warmth
-from replay.effects.models.ledger import BROUGHT, Ledger
-from replay.effects.models.reacting import HEAT, STORED
+from replay.effects.models.ledger import BROUGHT, HEAT, STORED, UNFOLLOWED, Ledger, Process, Warmth
 from replay.effects.models.speciation import speciation_of
 from replay.effects.models.species import KSP, Chemistry
 
@@ -93,7 +91,7 @@ def a_world(seed, warm=True, order=None):
 
 def energy(book):
     """J of everything: warmth, what is dissolved, solids, gases that left, and what zinc has given off."""
-    phases = book.amounts[:, book.reactor.phases] @ book.speciation.joule[len(book.speciation.mixture.species) :]
+    phases = book.amounts[:, book.phases] @ book.speciation.joule[len(book.speciation.mixture.species) :]
     return book.amounts[:, book.column[HEAT]] + book.amounts[:, book.column[STORED]] + phases
 
 
