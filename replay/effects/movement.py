@@ -80,25 +80,29 @@ def _moved(inputs: EffectInputs) -> Movement:
         {name: place.vessel for name, place in places.items()},
         {name: staying for name, (_, _, staying) in given.items()},
         tuple(one for name, place in places.items() for one in place.streams(names, *given[name][:2])),
-        {name: place.glitches(given[name][2]) for name, place in places.items() if place.tilts},
+        {name: place.glitches(given[name][2]) for name, place in places.items()},
     )
 
 
 class _Place:
-    """A vessel: what leaves it, where to and from which point. ``tap``: the table of a burette."""
+    """A vessel: what leaves it, where to and from which point.
 
-    def __init__(self, inputs: EffectInputs, vessel: Vessel, tap: Declaration | None, tilts: bool) -> None:
-        self.inputs, self.vessel, self.tap, self.tilts = inputs, vessel, tap, tilts
-        self.into: tuple[str, ...] = ()
+    ``tap``: the table of a burette; ``into``: vessels that may receive; ``None``: it gives nothing.
+    """
+
+    def __init__(
+        self, inputs: EffectInputs, vessel: Vessel, tap: Declaration | None, into: tuple[str, ...] | None
+    ) -> None:
+        self.inputs, self.vessel, self.tap, self.into = inputs, vessel, tap, into or ()
         self.poses = inputs.poses(vessel.body.id)
         self.held, count = self.poses.held(), len(inputs)
         self.target, self.point = np.full(count, UNKNOWN), np.zeros((count, 3))  # (T,) number of a vessel, (T, 3)
         self.doubtful = np.zeros(count, dtype=np.bool_)
-        self.kept = self._kept() if tilts else np.full(count, np.inf)
-        if tilts:
-            self.most = self._most()
+        self.kept = self.most = np.full(count, np.inf)
         if tap is not None:
             self.area = _open_area(inputs, tap) * self.held.valid
+        elif into is not None:
+            self.kept, self.most = self._kept(), self._most()
 
     def given(self, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What leaves by tilt or stopcock, what runs over, and what stays, each (T,), with what comes in."""
@@ -116,7 +120,7 @@ class _Place:
         bounds = np.stack([self.kept - (came - coming), brim - came], axis=1)
         low = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
         previous = np.concatenate([[first], low[:-1, 1]])
-        if self.tilts and (previous - low[:, 0] > self.most).any():
+        if (previous - low[:, 0] > self.most).any():
             low = _lowered(first, bounds, self.most)
             previous = np.concatenate([[first], low[:-1, 1]])
         return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
@@ -212,22 +216,20 @@ def _turned_and_back(poses: BodyPoses) -> BoolArray:
 
 def _places(inputs: EffectInputs) -> dict[str, _Place]:
     """Every vessel between which liquid moves, by name; those that give know which may receive."""
-    taps = {declared["body"]: declared for declared in reversed(inputs.tables.get("burette", ()))}
+    taps: dict[str, Declaration] = {}
     into: dict[str, tuple[str, ...]] = {}
     for declared in inputs.tables.get("burette", ()):
+        taps.setdefault(declared["body"], declared)
         into[declared["body"]] = into.get(declared["body"], ()) + declared["into"]
     for declared in inputs.tables.get("pour", ()):
         for source in declared["from"]:
             others = tuple(name for name in declared["into"] if name != source)
             into[source] = into.get(source, ()) + others
     names = dict.fromkeys(name for source, targets in into.items() for name in (source, *targets))
-    found = {
-        name: _Place(inputs, vessel, taps.get(name), name in into and name not in taps)
+    return {
+        name: _Place(inputs, vessel, taps.get(name), into.get(name))
         for name, vessel in vessels_of(inputs, names).items()
     }
-    for source, targets in into.items():
-        found[source].into = targets
-    return found
 
 
 def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:

@@ -32,7 +32,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in sources:
-        for row in moved.glitches.get(name, ()):
+        for row in moved.glitches[name]:
             words = f"{name} lies tipped in one frame: a glitch of the tracker, which pours nothing"
             found.events.append(EffectEvent(float(inputs.times[row]), "glitch", (name,), None, {}, words, "warning"))
     for name in names:

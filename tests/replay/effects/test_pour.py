@@ -87,7 +87,8 @@ def test_a_full_receiver_runs_over_its_brim():
 
 
 def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
-    pour = poured([0.0, 0.0, 60.0, 60.0, 60.0, 0.0], place=(3 * RADIUS, -0.1, 0.0))["pour"]
+    degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
+    pour = poured(degrees, place=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events
     assert event.name == "spill" and event.level == "warning" and event.bodies == ("a",)
     assert event.time == pytest.approx(0.03) and event.point[1] == pytest.approx(-0.1)
@@ -96,6 +97,8 @@ def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
     lost = pour.series["spilled/volume"]
     assert lost.values[0] == 0.0 and lost.values[-1] == pytest.approx(60.0 - left, rel=1e-9)
     assert pour.frames_run == 2
+    alone = compute(world({"a": tilted(degrees)}, (glass("a", 60.0),), ("pour", {"from": ["a"]}))).effects["pour"]
+    assert alone.events[0].values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)
 
 
 def glitched(turn, policy=()):
