@@ -125,12 +125,6 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 """
 """What a run of a whole scene touches: topics, meshes, entities, rows."""
 
-OF_KIND = {
-    "grasp": ("grasps", "grasp_attempts"), "breakage": ("breakages",), "pour": ("spilled_ml",),
-    "hazard-proximity": ("hazard_seconds",),
-}  # fmt: skip
-"""Kind -> metrics that only it measures."""
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
@@ -150,14 +144,10 @@ def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name,
     assert set(told["examined"]) == set(told["plan"]["bodies"])
     bodies = {path.split("/")[2] for path in told["drawn"] if path.startswith("/world/") and path.endswith("/mesh")}
     assert asks or bodies == set(told["plan"]["bodies"])
-    # A titration's curve, pH over millilitres, is drawn beside the effects it is made of.
-    curves = {"curve"} if "reaction" in kinds else set()
-    assert {path.split("/")[2] for path in told["drawn"] if path.startswith("/effects/")} <= kinds | curves
+    assert {path.split("/")[2] for path in told["drawn"] if path.startswith("/effects/")} <= kinds | {"curve"}
     assert asks or not any(path.startswith(("/detectors", "/lanes", "/counters")) for path in told["drawn"])
     assert {one for one in told["sources"] if one.startswith("effect/")} <= {f"effect/{kind}" for kind in kinds}
     assert set(told["series"]) <= kinds and (asks or not any("/" in column for column in told["frames"]))
-    for kind, columns in OF_KIND.items():
-        assert all((row[column] is None) == (kind not in kinds) for row in told["metrics"] for column in columns)
     contacts = ("recall", "contact_frames", "contacts_per_min", "unintended_contacts_per_min", "near_misses")
     assert asks or all(row[column] is None for row in told["metrics"] for column in contacts)
 

@@ -1,68 +1,13 @@
 """What cannot be is refused before the run in words that say what to give: one scene of every kind, one slip a row."""
 
 import re
-from copy import deepcopy
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, TAP, glass
+from support.effect_proofs import TABLES, scene
 
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
-from sessions.model.scene import Scene, SceneBody, SceneEffect
-
-CELSIUS = {"ambient_c": 20.0, "loss_w_per_k": 0.4}
-TABLES = {
-    "pour": {"kind": "pour", "from": ["a"], "into": ["flask"]},
-    "drip": {"kind": "burette", **TAP},
-    "mixing": {"kind": "mixing", "in": ["flask"]},
-    "neutral": {"kind": "reaction", "equation": "HCl + NaOH -> NaCl + H2O"},
-    "silver": {"kind": "reaction", "equation": "AgNO3 + NaCl -> AgCl + NaNO3"},
-    "zinc": {"kind": "reaction", "equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0},
-    "falls": {"kind": "precipitation", "solid": "AgCl", "ksp": 1.77e-10, "colour": "white"},
-    "gas": {"kind": "gas", "gas": "H2", "from": "flask", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar",
-            "temperature_c": 20.0, "pressure_pa": 101325.0},
-    "pink": {"kind": "colour", "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0,
-             "acid_colour": "colourless", "base_colour": "pink"},
-    "warm": {"kind": "heat", "of": "neutralisation", **CELSIUS, "heat_capacity_j_per_ml_k": 4.2},
-    "flame": {"kind": "heat", "of": "flame", "heats": "dish", "source": "lamp", "base": [0.0, 0.1, 0.0], "within": 0.02,
-              "power_w": 160.0, **CELSIUS},
-    "test": {"kind": "flame-test", "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01,
-             "flame_height": 0.05, "wire": "wire", "tip": [0.0, -0.1, 0.0], "seconds": 1.0,
-             "colours": {"NaCl": "yellow"}, "vessels": ["flask"], "dips": {"flask": "NaCl"}},
-    "burn": {"kind": "burn-exposure", "between": ["hand", "dish"], "threshold_c": 65.0, "seconds": 0.5},
-}  # fmt: skip
-HOLDS = {
-    "a": {"AgNO3": 0.1}, "cup": {}, "jar": {}, "burette": {"NaOH": 0.1},
-    "flask": {"HCl": 0.1, "NaCl": 0.1, "CH3COOH": 0.1, "NH3": 0.1, "KNO3": 0.1},
-}  # fmt: skip
-BODIES = {name: glass(name, 5.0, solutes=solutes).extra for name, solutes in HOLDS.items()}
-BODIES["burette"]["cavity"] |= COLUMN
-BODIES["flask"]["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.5}
-SALT = {"formula": "CuSO4.5H2O", "mass_g": 5.0}
-BODIES["dish"] = {"properties": {"heat_capacity_j_per_k": 60.0, "solid": SALT}}
-BODIES |= {name: {} for name in ("tap", "tube", "lamp", "wire", "hand")}
-
-
-def scene(*changes):
-    """The scene after changes: where, as keys with dots between, and what stands there; ``None``: nothing does."""
-    bodies, tables = deepcopy(BODIES), deepcopy(TABLES)
-    for where, value in zip(changes[::2], changes[1::2], strict=True):
-        name, *keys = where.split(".")
-        table = tables if name in tables or not keys else bodies
-        for key in keys:
-            table, name = table[name], key
-        table[name] = value
-        if value is None:
-            del table[name]
-    made = {"dish": "evaporating_dish", "cup": "" if "cavity" in bodies["cup"] else "dropper"}
-    return Scene(
-        bodies=tuple(
-            SceneBody(name, tags=("vessel",) if name in HOLDS else (), instrument=made.get(name, ""), extra=extra)
-            for name, extra in bodies.items()
-        ),
-        effects=tuple(SceneEffect(told.pop("kind"), told) for told in tables.values()),
-    )
 
 
 def reaction(equation, **more):
@@ -114,7 +59,7 @@ REFUSED = [
     ("pkw is 13.0 and another table", "neutral.pkw", 14.0, "zinc.pkw", 13.0),
     ("at most 1000", "falls.ksp", 1e10),
     ("ksp is 1e-05 and .* says 1.77e-10", "again", {**TABLES["falls"], "ksp": 1e-5}),
-    (r"\[\[effect\]\] 7 .*solid: no reaction makes 'AgI'; there are: AgCl", "falls.solid", "AgI"),
+    (r"\[\[effect\]\] 11 .*solid: no reaction makes 'AgI'; there are: AgCl", "falls.solid", "AgI"),
     ("holds 50 mol/L of 'HCl'; the strongest solution", f"{SOLUTES}.HCl", 50.0),
     ("'flask' holds 'HCl' twice", f"{LIQUID}.solute", "HCl", f"{LIQUID}.molar", 0.1),
     ("unknown element L; did you mean 'HCl'", f"{SOLUTES}.HCL", 0.1),
