@@ -8,6 +8,7 @@ At 90 Hz a body that falls a metre moves 49 mm from frame to frame and is in con
 a frame show it touching. What is shown is a path that would have led through the other body, and did not.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -60,48 +61,51 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``impact`` with speed and energy, and ``broken`` for the first that is too hard for a body."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        impacts: list[tuple[Pair, Impact]] = []
-        for pair in declared["between"]:
-            seen = bounces(inputs, pair)
-            impacts += [(pair, bounce) for bounce in seen]
-            for bounce in seen:
-                found.ran[bounce.frame : bounce.frame + 3] = True
-            for touch in touches_of(inputs, pair, flickers=True):
-                # The frames that show a contact after a bounce show the same impact, or slower ones.
-                if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in seen):
-                    impact = _impact(inputs, touch, pair, found.ran)
-                    impacts += [] if impact is None else [(pair, impact)]
+        impacts = [(pair, impact) for pair in declared["between"] for impact in _impacts(inputs, pair, found.ran)]
         broken: set[str] = set()
         for pair, impact in sorted(impacts, key=lambda row: (row[1].frame, row[0])):
             if pair[0] not in broken:
                 found.events += _events(inputs, declared, pair, impact)
-                broken |= {pair[0]} if found.events[-1].name == "broken" else set()
+                if impact.speed > declared["speed_m_s"]:
+                    broken.add(pair[0])
     return found.output()
 
 
-def _impact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Impact | None:
-    """The impact at the begin of a contact; ``None``, and counted, where the path into it is not known."""
+def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
+    """Bounces of a pair, and begins of contacts that show no bounce; notes in ``ran`` (T,) where it looked."""
+    seen = bounces(inputs, pair)
+    yield from seen
+    for bounce in seen:
+        ran[bounce.frame : bounce.frame + 3] = True
+    for touch in touches_of(inputs, pair, flickers=True):
+        # The frames that show a contact after a bounce show the same impact, or slower ones.
+        if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in seen):
+            yield from _impact(inputs, touch, pair, ran)
+
+
+def _impact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
+    """The impact at the begin of a contact; none, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     last = touch.before
     if last < 0:
         inputs.count("not judged: in contact from the start")
-        return None
+        return
     runs = settled_runs(a.times, a.valid & b.valid, a.linked & b.linked)
     rows = before(runs, last)
     if touch.first != last + 1 or runs[touch.first] != runs[last] or not len(rows):
         inputs.count("not judged: gap, loss or jump before it")
-        return None
+        return
     ran[rows[0] : touch.first + 1] = True
     path = _closing(a, b, touch, np.append(rows, touch.first))
     fit = fitted(a.times[rows], path[:-1])
     if fit.misfit > MISFIT_M:
         inputs.count("not judged: the path jumps")
-        return None
+        return
     direction = np.array(touch.normal) if touch.normal is not None else None
     time = _time_of_impact(fit, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
     velocity = fit.velocity(time)
     speed = float(np.sqrt(velocity @ velocity)) if direction is None else abs(float(velocity @ direction))
-    return Impact(touch.first, time, speed, direction is not None, touch.point)
+    yield Impact(touch.first, time, speed, direction is not None, touch.point)
 
 
 def _closing(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: IntArray) -> FloatArray:

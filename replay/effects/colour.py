@@ -1,6 +1,8 @@
 """An indicator shows the pH: one colour below its range, the other above, and in between a mixture."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -41,25 +43,20 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> list[EffectEvent]:
-    """Passages through the range: from the last row at one end to the first at the other."""
+def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> Iterator[EffectEvent]:
+    """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
     side = np.where(share <= 0.0, -1, np.where(share >= 1.0, 1, 0))
-    ends = np.flatnonzero(side)
-    events = []
-    for before, after in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        if side[before] != side[after]:
-            events.append(_event(declared, times, before, after, int(side[after])))
-    if len(ends) and ends[-1] < len(side) - 1:
-        events.append(_event(declared, times, int(ends[-1]), None, -int(side[ends[-1]])))
-    return events
-
-
-def _event(declared: Declaration, times: FloatArray, before: int, after: int | None, to: int) -> EffectEvent:
-    words = [declared[key] for key in WORDS][:: to if to > 0 else -1]
-    start = float(times[min(before + 1, len(times) - 1)])
-    text_ = f"{declared['indicator']} in {declared['in']} turns from {words[0]} to {words[1]}"
-    end = None if after is None else float(times[after])
-    return EffectEvent(start, "colour-change", (declared["in"],), end, {"to": words[1]}, text_)
+    ends = np.flatnonzero(side).tolist()
+    passed: list[tuple[int, int | None]] = [
+        (before, after) for before, after in pairwise(ends) if side[before] != side[after]
+    ]
+    if ends and ends[-1] < len(side) - 1:
+        passed.append((ends[-1], None))
+    for before, after in passed:
+        old, new = (declared[key] for key in (WORDS if side[before] < 0 else WORDS[::-1]))
+        words = f"{declared['indicator']} in {declared['in']} turns from {old} to {new}"
+        end = None if after is None else float(times[after])
+        yield EffectEvent(float(times[before + 1]), "colour-change", (declared["in"],), end, {"to": new}, words)
 
 
 def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[LaneSpan]:

@@ -101,7 +101,8 @@ def _atoms(formula: str) -> Mapping[str, int]:
         counted = parsed(formula.translate(str.maketrans(".[]", "+()"))).atoms
     except Exception as error:  # the library's grammar raises what its parser has
         why = f": {error}" if isinstance(error, ValueError) else ""
-        meant = _meant(formula) or "; write for example Ca(OH)2 or CuSO4.5H2O"
+        close = get_close_matches(formula, COMMON, n=1)
+        meant = f"; did you mean {close[0]!r}?" if close else "; write for example Ca(OH)2 or CuSO4.5H2O"
         raise ValueError(f"{formula!r} is no formula{why}{meant}") from error
     return {element.symbol: int(many) for element, many in counted.items()}
 
@@ -135,9 +136,3 @@ def _counted(side: Mapping[str, int]) -> Counter[str]:
         for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):
             total[atom] += coefficient * count
     return total
-
-
-def _meant(formula: str) -> str:
-    """``; did you mean 'HCl'?`` where letters of another size make a formula of the common ones."""
-    close = get_close_matches(formula.lower(), [one.lower() for one in COMMON], n=1, cutoff=0.8)
-    return f"; did you mean {next(one for one in COMMON if one.lower() == close[0])!r}?" if close else ""
