@@ -34,14 +34,11 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
         assert row["contacts"] == counts.contacts
         over = figures.get("offsets")
         if over is None:
-            assert (row["missed"], row["late"], row["false"]) == (
-                counts.missed, counts.in_part, figures["invented"]["share"]
-            )  # fmt: skip
+            told = [row["missed"], row["late"], row["false"]]
+            assert told == [counts.missed, counts.in_part, figures["invented"]["share"]]
         else:
-            ends = [row["missed_smallest"], row["missed_largest"], row["late_smallest"], row["late_largest"]]
-            assert ends == [
-                over[f"contacts_{k}"][end] for k in ("missed", "in_part") for end in ("smallest", "largest")
-            ]
+            for name, key in (("missed", "contacts_missed"), ("late", "contacts_in_part")):
+                assert all(row[f"{name}_{end}"] == over[key][end] for end in ("smallest", "largest"))
             assert row["false"] == figures["phases"]["invented"]["share"]
         assert row["ms"] > 0 and row["p99_ms"] > 0
 
@@ -71,17 +68,10 @@ def test_without_the_extra_a_row_becomes_a_sentence(plain):
         replay.advise(cubes(PLACES), engine="mujoco")
 
 
-def test_where_nothing_is_wrong_it_says_so(plain):
+def test_where_nothing_is_wrong_it_says_so_and_a_row_that_is_the_oracle_is_left_out(plain):
     places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
-    advice = replay.advise(cubes(places, step_ns=11_111_111), engine="unreal")
-    assert advice.sentences[0] == "Row 1 gets each of 1 contact right."
-
-
-def test_a_row_that_is_the_oracle_is_not_compared_with_itself(plain):
-    advice = replay.advise(cubes(PLACES), engine="unreal", oracle="row-2")
-    assert [row["number"] for row in advice.rows] == [1]
-
-
-def test_an_oracle_is_needed(plain):
+    session = cubes(places, step_ns=11_111_111)
+    assert replay.advise(session, engine="unreal").sentences[0] == "Row 1 gets each of 1 contact right."
+    assert [row["number"] for row in replay.advise(session, engine="unreal", oracle="row-2").rows] == [1]
     with pytest.raises(AuditError, match="needs a reference"):
-        replay.advise(cubes(PLACES), engine="unreal", oracle="none")
+        replay.advise(session, engine="unreal", oracle="none")

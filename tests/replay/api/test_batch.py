@@ -1,5 +1,5 @@
-import json
 import signal
+from shutil import rmtree
 
 import numpy as np
 import pytest
@@ -36,19 +36,14 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
     out = tmp_path / "runs"
     first = run_batch(files, out, settings=SETTINGS)
     when = (out / "s0" / "summary.json").stat().st_mtime_ns
-    (out / "s2" / "summary.json").rename(out / "kept.json")
-    import shutil
-
-    shutil.rmtree(out / "s2")
-    (out / "kept.json").unlink()
+    rmtree(out / "s2")
     (out / ".s2.deadbeef.partial").touch()
     (out / ".s2.deadbeef.folder").mkdir()
     on_done = []
     again = run_batch(files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
     assert again.digest == first.digest and again.kept == ("s0", "s1")
-    assert on_done[-1] == ("s2", "done") and ("s0", "kept") in on_done
-    assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
-    assert not list(out.glob(".s2.*"))
+    assert on_done == [("s0", "kept"), ("s1", "kept"), ("s2", "done")]
+    assert (out / "s0" / "summary.json").stat().st_mtime_ns == when and not list(out.glob(".s2.*"))
 
 
 def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(files, tmp_path):
@@ -107,16 +102,6 @@ def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files,
     other.write_bytes(files[0].read_bytes())
     with pytest.raises(OutputError, match="different names"):
         run_batch([*files, other], tmp_path / "runs", settings=SETTINGS)
-
-
-def test_the_digest_sees_every_answer(files, tmp_path):
-    run_batch(files[:2], tmp_path / "runs", settings=SETTINGS)
-    before = batch_digest(tmp_path / "runs", ["s0", "s1"])[0]
-    summary = tmp_path / "runs" / "s1" / "summary.json"
-    on_done = json.loads(summary.read_text())
-    on_done["detectors"]["hybrid"]["digest"] = "0" * 64
-    summary.write_text(json.dumps(on_done))
-    assert batch_digest(tmp_path / "runs", ["s0", "s1"])[0] != before
 
 
 DEADLY = """

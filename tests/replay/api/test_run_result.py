@@ -50,9 +50,11 @@ def test_the_repr_of_a_run_its_session_and_its_detections_is_at_most_fifteen_lin
         cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(12)}), detectors=MANY
     )
     write_session(session, tmp_path / "s.mcap")
+    read = replay.read_session(tmp_path / "s.mcap")
+    assert "12 frames" in repr(session) and "when they are asked for" in repr(read) and "frames" not in vars(read)
     shown = [
         crowd, crowd.session, replay.run(session, detectors=()), replay.run(session, oracle="none", detectors="exact"),
-        session, replay.read_session(tmp_path / "s.mcap"), *crowd.detections.values(),
+        session, read, *crowd.detections.values(),
     ]  # fmt: skip
     for thing in shown:
         lines = repr(thing).split("\n")
@@ -77,14 +79,6 @@ def test_what_came_from_a_recording_is_text_in_html():
     for thing in (found, found.detections["slow"]):
         page = Tags(thing._repr_html_())
         assert page.open == [] and "<b>a" in " ".join(page.words)
-
-
-def test_a_session_says_what_it_holds_without_reading_the_frames_of_a_file(tmp_path):
-    session = cubes(BUMP)
-    assert "12 frames" in repr(session) and "a, b" in repr(session)
-    write_session(session, tmp_path / "s.mcap")
-    read = replay.read_session(tmp_path / "s.mcap")
-    assert "when they are asked for" in repr(read) and "frames" not in vars(read)
 
 
 def test_its_plot_is_a_frame_with_every_detector_over_its_cost_and_over_time(result):

@@ -35,19 +35,13 @@ def test_a_linux_processor_is_named_by_its_model_or_its_architecture(listed, nam
     assert processor() == named
 
 
-def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architecture(monkeypatch):
+@pytest.mark.parametrize(("answer", "named"), [("Apple M2\n", "Apple M2"), (None, platform.machine())])
+def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architecture(answer, named, monkeypatch):
+    def asked(*_, **__):
+        if answer is None:
+            raise FileNotFoundError
+        return subprocess.CompletedProcess((), 0, answer)
+
     monkeypatch.setattr(platform, "system", lambda: "Darwin")
-    monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess((), 0, "Apple M2\n"))
-    assert processor() == "Apple M2"
-
-    def absent(*_, **__):
-        raise FileNotFoundError
-
-    monkeypatch.setattr(subprocess, "run", absent)
-    assert processor() == platform.machine()
-
-
-def test_windows_names_its_processor_itself(monkeypatch):
-    monkeypatch.setattr(platform, "system", lambda: "Windows")
-    monkeypatch.setattr(platform, "processor", lambda: "Intel64 Family 6")
-    assert processor() == "Intel64 Family 6"
+    monkeypatch.setattr(subprocess, "run", asked)
+    assert processor() == named
