@@ -3,7 +3,6 @@
 import numpy as np
 from support.small_worlds import STEP_NS, cube
 
-from replay.effects.models.sliced import volume_kept
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -11,16 +10,6 @@ from sessions.model.track import Track
 
 RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""
-
-
-def tilt_of_onset(volume, radius, height):
-    """Least tilt in radians that keeps no more than ``volume``: where pouring from this fill begins."""
-    if volume >= volume_kept(0.0, radius, height):
-        return 0.0
-    low, high = 0.0, 0.5 * np.pi
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if volume_kept(middle, radius, height) > volume else (low, middle)
-    return high
 
 
 LOW = 0.2
@@ -65,14 +54,11 @@ def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
     return Session.from_tracks(tracks, meshes, scene)
 
 
-def poured(degrees, bodies=None, *more, place=(0.0, 0.0, 0.0), settings=None, valid=None, third=False):
-    """Effects of a run in which glass ``a`` is tilted over glass ``b``, and a third may stand far away."""
-    bodies = (*(bodies or (glass("a", 60.0), glass("b", 10.0))), *((glass("c"),) if third else ()))
+def poured(degrees, bodies=None, *more, place=(0.0, 0.0, 0.0), valid=None):
+    """Effects of a run in which glass ``a`` is tilted over glass ``b``."""
     poses = {"a": tilted(degrees), "b": still(len(degrees), place)}
-    if third:
-        poses["c"] = still(len(degrees), (5.0, 0.0, 0.0))
-    effects = (("pour", {"from": ["a"], "into": ["b"], **(settings or {})}), *more)
-    return compute(world(poses, bodies, *effects, valid=valid)).effects
+    effects = (("pour", {"from": ["a"], "into": ["b"]}), *more)
+    return compute(world(poses, bodies or (glass("a", 60.0), glass("b", 10.0)), *effects, valid=valid)).effects
 
 
 TAP = {
@@ -82,20 +68,20 @@ TAP = {
 COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 
 
-def turned(degrees, place=(0.0, 0.25, 0.0)):
+def turned(degrees):
     """Poses of a tap turned about Z."""
     half = 0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
     turns = np.zeros((len(half), 4))
     turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
-    return np.tile(np.asarray(place, dtype=np.float64), (len(half), 1)), turns
+    return np.tile((0.0, 0.25, 0.0), (len(half), 1)), turns
 
 
-def run_in(degrees, *more, base=None, acid=None, place=(0.0, 0.0, 0.0), settings=None, valid=None, step_ns=STEP_NS):
+def run_in(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
     """Effects of a run in which a burette of base is opened over a flask of acid by so many degrees."""
     base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=COLUMN)
     acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)
     count = len(degrees)
-    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": turned(degrees), "flask": still(count, place)}
+    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": turned(degrees), "flask": still(count)}
     effects = (("burette", {**TAP, **(settings or {})}), *more)
     return compute(world(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)).effects
 

@@ -1,12 +1,11 @@
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from support.small_worlds import cubes
 
 from replay.api.batch import run_batch
-from replay.api.places import far, near, place
+from replay.api.places import place
 from replay.cli.main import main
 from replay.errors import OutputError, PlaceError
 from sessions import write_session
@@ -39,13 +38,6 @@ def s3():
         patch.setenv("AWS_ENDPOINT_URL", "http://{}:{}".format(*server.get_host_and_port()))
         yield "s3://laboratory"
     server.stop()
-
-
-def test_a_path_is_one_and_a_url_is_not():
-    assert place("runs/a") == Path("runs/a") and place(Path("x")) == Path("x")
-    assert not far(Path("x")) and not far(None)
-    with near(Path("x"), None) as kept:
-        assert kept == (Path("x"), None)
 
 
 def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):

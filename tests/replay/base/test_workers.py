@@ -8,7 +8,6 @@ from importlib.metadata import version
 import pytest
 from support.spawned import spawned_by
 
-from replay.base.progress import Silent
 from replay.base.workers import Workers, do_all
 from replay.errors import WorkerError
 
@@ -111,8 +110,3 @@ def test_one_after_the_other_every_task_is_done_and_told_and_failures_are_named(
     tasks = {name: (str(tmp_path / name), what) for name, what in kinds.items()}
     assert do_all(note, tasks, 1, lambda *one: told.append(one)) == {"b": "it was not to be"}
     assert told == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
-
-
-def test_silence_takes_any_stage_and_any_advance():
-    with Silent().stage("detect", 10) as advance:
-        assert advance(3) is None

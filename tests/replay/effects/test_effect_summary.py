@@ -1,12 +1,11 @@
 import json
 
-import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.effect_summary import effect_summary, happened_words, leading, titration_curves
+from replay.effects.effect_summary import effect_summary, happened_words, leading
 from replay.effects.effects_runner import EffectRun
-from replay.effects.output import EffectEvent, EffectOutput, Series
+from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -42,12 +41,3 @@ def test_the_weightiest_result_leads_and_without_one_the_last_event():
     assert leading({}) is None and leading({"pour": told("pour", pour)}) is pour
     assert leading({"pour": told("pour", pour), "a": told("a", turns)}) is turns
     assert leading({"a": told("a", turns), "reaction": told("reaction", end), "pour": told("pour", pour)}) is end
-
-
-def test_a_curve_is_the_ph_over_what_came_in_and_ends_at_the_end_point():
-    mixing = told("mixing", **{"flask/volume": Series(np.array([0.0, 1.0, 3.0]), np.array([20.0, 20.0, 30.0]), "mL")})
-    ph = Series(np.array([1.0, 2.0, 3.0]), np.array([1.0, 7.0, 12.0]), "pH")
-    reaction = told("reaction", EffectEvent(2.5, "end-point", ("flask",)), **{"flask/pH": ph})
-    added, values, at = titration_curves({"mixing": mixing, "reaction": reaction})["flask"]
-    assert added.tolist() == [0.0, 5.0, 10.0] and values.tolist() == [1.0, 7.0, 12.0] and at == [7.5]
-    assert titration_curves({"reaction": reaction}) == {} == titration_curves({"mixing": mixing})

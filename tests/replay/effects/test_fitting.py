@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.fitting import SETTLE_S, before, fitted, settled_runs, velocities
+from replay.effects.fitting import before, fitted, velocities
 
 UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011, 0.011, 0.009, 0.011, 0.014]))
 
@@ -27,14 +27,3 @@ def test_no_velocity_is_taken_across_a_gap_or_from_four_samples():
     runs = np.array([0] * 10 + [1] * 12 + [-1])
     samples = [before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
     assert samples == [[*range(1, 10)], [*range(10, 16)], [], []]
-
-
-def test_frames_without_a_pose_or_soon_after_a_loss_belong_to_no_stretch():
-    valid = np.ones(100, dtype=np.bool_)
-    valid[20:25] = False
-    linked = valid.copy()
-    linked[[0, 25]] = False
-    runs = settled_runs(np.arange(100) / 100, valid, linked)
-    drifting = 25 + round(SETTLE_S * 100)
-    assert set(runs[:20]) == {runs[0]} and set(runs[20:drifting]) == {-1} and set(runs[drifting:]) == {runs[-1]}
-    assert 0 <= runs[0] != runs[-1] >= 0

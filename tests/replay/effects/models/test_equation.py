@@ -19,21 +19,11 @@ def test_what_is_no_formula_is_refused(formula):
         atoms(formula)
 
 
-def test_an_equation_has_two_balanced_sides():
-    equation = equation_of("Zn + 2 HCl -> ZnCl2 + H2")
-    assert equation.reagents == {"Zn": 1, "HCl": 2} and equation.products == {"ZnCl2": 1, "H2": 1}
-    with pytest.raises(ValueError, match="not balanced: Cl 1 and 2, H 1 and 2"):
-        equation_of("Zn + HCl -> ZnCl2 + H2")
-    with pytest.raises(ValueError, match="has no ->"):
-        equation_of("Zn + 2 HCl = ZnCl2 + H2")
-    with pytest.raises(ValueError, match="coefficient 0"):
-        equation_of("0 Zn -> 0 Zn")
-
-
 @pytest.mark.parametrize(
     ("text", "reagents", "phases"),
     [("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
      ("Cu2+ + 2 OH- \u2192 Cu(OH)2\u2193", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
+     ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
      ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
      ("NH4+ + OH- \u21cc NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
      ("Zn + 2 H\u207a --> Zn\u00b2\u207a + H\u2082\u2191", {"Zn": 1, "H+": 2}, {"H2": "g"})],

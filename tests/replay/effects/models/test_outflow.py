@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from replay.effects.models.outflow import GRAVITY, Stream, entry_times, flows, places_at_height
+from replay.effects.models.outflow import GRAVITY, Stream, entry_times, flows
 
 UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
@@ -17,10 +15,6 @@ def disc_entered(start, velocity, discs):
     """Name of the opening that is entered first."""
     times = {name: entry_times(start[None], velocity[None], *rest)[0] for name, *rest in discs}
     return min((time, name) for name, time in {**times, "": np.inf}.items())[1]
-
-
-def place_at_height(start, velocity, height):
-    return places_at_height(start[None], velocity[None], np.array([height]))[0]
 
 
 DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY))
@@ -43,16 +37,6 @@ AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
 )  # fmt: skip
 def test_it_falls_into_the_opening_below_that_looks_up(start, velocity, discs, name):
     assert disc_entered(np.array(start), np.array(velocity), discs) == name
-
-
-@given(st.floats(-50, 50), st.floats(0.0, 10.0), st.floats(-5, 5))
-def test_where_it_lands_lies_on_its_parabola(vertical, drop, sideways):
-    start, velocity = np.array([0.0, drop, 0.0]), np.array([sideways, vertical, 0.0])
-    place = place_at_height(start, velocity, 0.0)
-    assert place[1] == pytest.approx(0.0, abs=1e-9 * (1 + vertical**2)) and np.isfinite(place).all()
-    if abs(sideways) > 1e-3:
-        time = place[0] / sideways
-        assert time >= 0.0 and drop + vertical * time - 0.5 * GRAVITY * time**2 == pytest.approx(0.0, abs=1e-6)
 
 
 def stream(times, volumes, source="a", target="b"):
