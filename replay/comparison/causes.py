@@ -15,7 +15,7 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
 from replay.comparison.delay import at_frame, constant_delay, reported
-from replay.comparison.evidence import Evidence, grouped, looks
+from replay.comparison.evidence import grouped, longest_cuts, looks
 from replay.comparison.misses import FOUND_LATE, LOST_EARLY, MissedStretch, misses, stretches
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
 from replay.detection.recorded import RecordedDetector
@@ -233,10 +233,10 @@ def examine(
     trusted = runs[next(iter(comparisons.values())).oracle]
     own = trusted.detection
     has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
-    evidence = Evidence(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
+    cuts = longest_cuts(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
     names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
     times = assembly.motion.times
-    numbered = {label: misses(found, names, times, evidence) for label, found in places.items()}
+    numbered = {label: misses(found, names, times, cuts) for label, found in places.items()}
     causes = {}
     for label, found in places.items():
         scene = MissEvidence(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdcore import Detection
+from cdcore.numerics import ByteArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
@@ -21,7 +21,7 @@ REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 class ContactCounts:
     """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
 
-    Those of a hand with what it holds are not among them: `HeldAnswers` has them.
+    Those of a hand with what it holds are not among them: ``held_counts`` has them.
 
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
@@ -108,44 +108,32 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     return everything.only(frames[:, Outcome.HELD] == 0)
 
 
-def frames_of(contact: Episode) -> NDArray[np.int64]:
-    """Frames of a contact that have a pose."""
-    frames = np.arange(contact.first, contact.last + 1)
-    lost = [np.arange(first, last + 1) for first, last in contact.lost]
-    return np.setdiff1d(frames, np.concatenate(lost)) if lost else frames
-
-
 def cut_contacts(contacts: Iterable[Episode]) -> int:
     """How many contacts lost poses cut."""
     return sum(one.cuts > 0 for one in contacts)
 
 
-@dataclass(frozen=True, eq=False)
-class HeldAnswers:
-    """What the oracle and a detector say of the oracle's contacts while a hand holds the body: these are not counted.
+def held_counts(
+    comparison: Comparison, verdicts: tuple[ByteArray, ByteArray], contacts: Sequence[Episode], pairs: Sequence[int]
+) -> dict[str, int]:
+    """What a detector says while a hand holds the body, which is not counted.
 
-    ``contacts`` are the oracle's that are held.
+    Contacts, those missed and missed in part, and pair-frames. ``verdicts`` (T, P) of oracle and detector; ``contacts``
+    are the oracle's that are held, and ``pairs`` the columns asked about.
     """
-
-    comparison: Comparison
-    truth: Detection
-    said: Detection
-    contacts: Sequence[Episode]
-
-    def counts(self, pairs: Sequence[int]) -> dict[str, int]:
-        """Contacts, those missed and missed in part, and pair-frames, of some pairs (columns)."""
-        columns = list(pairs)
-        held = self.comparison.outcome[:, columns] == Outcome.HELD
-        truth, said = (counts_as_contact(answer.verdict[:, columns]) for answer in (self.truth, self.said))
-        own = [contact for contact in self.contacts if contact.pair in columns]
-        found = [said[frames_of(contact), columns.index(contact.pair)] for contact in own]
-        frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
-        return {
-            "contacts": len(found),
-            "contacts_missed": sum(not part.any() for part in found),
-            "contacts_in_part": sum(bool(part.any() and not part.all()) for part in found),
-            **{name: int((held & part).sum()) for name, part in frames.items()},
-        }
+    columns = list(pairs)
+    held = comparison.outcome[:, columns] == Outcome.HELD
+    truth, said = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
+    own = [contact for contact in contacts if contact.pair in columns]
+    # No detector says contact in a frame without a pose.
+    found = [int(said[one.first : one.last + 1, columns.index(one.pair)].sum()) for one in own]
+    frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
+    return {
+        "contacts": len(own),
+        "contacts_missed": found.count(0),
+        "contacts_in_part": sum(0 < count < one.frames for count, one in zip(found, own, strict=True)),
+        **{name: int((held & part).sum()) for name, part in frames.items()},
+    }
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:

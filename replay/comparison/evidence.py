@@ -1,7 +1,7 @@
 """The geometry behind misses: faces, curve, point and normal, computed only in frames with a miss."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -44,86 +44,73 @@ class Cut:
     faces: IntArray | None = field(default=None, compare=False, repr=False)
 
 
-class Evidence:
-    """Finds the frame of a stretch in which the surfaces of two bodies intersect in the longest curve.
+def longest_cuts(
+    assembly: Assembly, faces: Detection | Callable[[Motion], Detection], places: Sequence[Place], *,
+    between: bool = False,
+) -> dict[Place, Cut]:  # fmt: skip
+    """Of every stretch the frame in which the surfaces of its two bodies intersect in the longest curve.
+
+    Of equals it is the one with most faces, then the earliest. Every frame is asked for once; memory holds the faces of
+    one group of frames.
 
     Parameters
     ----------
     assembly : bodies, motion, pairs.
     faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
-    places : (pair, first, last) of every stretch that will be asked for.
+    places : (pair, first, last) of every stretch.
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
+    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
+    frames = {place: looks(place[1], place[2], most) for place in places}
+    middles = [body.mesh.referenced_vertices for body in assembly.bodies]
+    middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
+    touches = TOUCHES_IN_ALL if between else 0
+    cuts: dict[Place, Cut] = {}
+    for group in grouped(frames, lambda place: len(frames[place]), LOOKS_AT_ONCE):
+        if isinstance(faces, Detection):
+            asked, detection = np.arange(len(assembly.motion)), faces
+        else:
+            asked = np.unique(np.concatenate([frames[place] for place in group]))
+            detection = faces(assembly.motion.take(asked))
+        for place in group:
+            pair, first, _ = place
+            rows = zip(np.searchsorted(asked, frames[place]).tolist(), frames[place].tolist(), strict=True)
+            looked = [_cut(assembly, detection, row, middles, pair, frame) for row, frame in rows]
+            cut = max(looked, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
+            if touches and not cut.face_pairs:
+                touches -= 1
+                cut = _before(assembly, pair, first) or cut
+            cuts[place] = replace(cut, faces=None) if isinstance(faces, Detection) and cut.touch is None else cut
+    return cuts
 
-    def __init__(
-        self, assembly: Assembly, faces: Detection | Callable[[Motion], Detection], places: Sequence[Place], *,
-        between: bool = False,
-    ) -> None:  # fmt: skip
-        self._assembly = assembly
-        points = (body.mesh.referenced_vertices for body in assembly.bodies)
-        self._middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in points]
-        most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
-        self._frames = {place: looks(place[1], place[2], most) for place in places}
-        self._faces = faces
-        self._groups = list(grouped(self._frames, lambda place: len(self._frames[place]), LOOKS_AT_ONCE))
-        self._group_of = {place: number for number, group in enumerate(self._groups) for place in group}
-        self._touches_left = TOUCHES_IN_ALL if between else 0
-        self._asked = -1
-        self._answer: tuple[Detection, dict[int, int]] | None = None
 
-    def deepest(self, pair: int, first: int, last: int) -> Cut:
-        """The look with the longest curve; of equals the one with most faces, then the earliest.
+def _before(assembly: Assembly, pair: int, first: int) -> Cut | None:
+    """Where a pair first touches on the way to a frame, if that is known."""
+    touch = first_touch(assembly, pair, first - 1)
+    if touch is None:
+        return None
+    return Cut(first, touch.point, touch.normal, 1, 0.0, touch, np.array([touch.faces], dtype=np.int64))
 
-        Called in the order of ``places``, it examines every frame once, and memory holds one group of frames.
-        """
-        detection, row = self._detection((pair, first, last))
-        frames = self._frames[pair, first, last].tolist()
-        cuts = [self._cut(detection, row.get(frame, frame), pair, frame) for frame in frames]
-        deepest = max(cuts, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
-        return deepest if deepest.face_pairs else self._between_frames(pair, first, deepest)
 
-    def _between_frames(self, pair: int, first: int, nothing: Cut) -> Cut:
-        """Where they first touch before the first frame; ``nothing`` where that is not known."""
-        if self._touches_left <= 0:
-            return nothing
-        self._touches_left -= 1
-        touch = first_touch(self._assembly, pair, first - 1)
-        if touch is None:
-            return nothing
-        return Cut(first, touch.point, touch.normal, 1, 0.0, touch, np.array([touch.faces], dtype=np.int64))
-
-    def _detection(self, place: Place) -> tuple[Detection, dict[int, int]]:
-        """A detection that holds the faces of a stretch, and frame -> row where the two differ."""
-        if isinstance(self._faces, Detection):
-            return self._faces, {}
-        number = self._group_of[place]
-        if self._answer is None or number != self._asked:
-            self._answer = None
-            frames = np.unique(np.concatenate([self._frames[one] for one in self._groups[number]]))
-            rows = {frame: row for row, frame in enumerate(frames.tolist())}
-            self._answer, self._asked = (self._faces(self._assembly.motion.take(frames)), rows), number
-        return self._answer
-
-    def _cut(self, detection: Detection, row: int, pair: int, frame: int) -> Cut:
-        faces = detection.faces(row, pair)
-        segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
-        way = segments[:, 1] - segments[:, 0]
-        length = np.sqrt((way * way).sum(axis=-1))
-        a, b = self._centres(pair, frame)
-        toward = direction(b - a)
-        point, normal = (a + b) / 2, toward
-        if len(segments):
-            point, normal = _point(segments, length), _normal(segments, toward)
-        kept = None if isinstance(self._faces, Detection) else np.array(faces, dtype=np.int64)
-        return Cut(frame, vector_of(point), vector_of(normal), len(faces), float(length.sum()), faces=kept)
-
-    def _centres(self, pair: int, frame: int) -> tuple[FloatArray, FloatArray]:
-        motion = self._assembly.motion
-        a, b = (
-            motion.rotations[frame, body] @ self._middles[body] + motion.translations[frame, body]
-            for body in self._assembly.pairs[pair].tolist()
-        )
-        return a, b
+def _cut(
+    assembly: Assembly, detection: Detection, row: int, middles: Sequence[FloatArray], pair: int, frame: int
+) -> Cut:
+    """How the surfaces of a pair meet in a frame, which is a ``row`` of the detection; ``middles`` of all bodies."""
+    motion, faces = assembly.motion, detection.faces(row, pair)
+    segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
+    way = segments[:, 1] - segments[:, 0]
+    length = np.sqrt((way * way).sum(axis=-1))
+    a, b = (
+        motion.rotations[frame, body] @ middles[body] + motion.translations[frame, body]
+        for body in assembly.pairs[pair].tolist()
+    )
+    toward = direction(b - a)
+    point, normal = (a + b) / 2, toward
+    if len(segments):
+        point, normal = _point(segments, length), _normal(segments, toward)
+    return Cut(
+        frame, vector_of(point), vector_of(normal), len(faces), float(length.sum()), faces=np.array(faces, np.int64)
+    )
 
 
 def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:

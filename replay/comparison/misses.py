@@ -1,6 +1,6 @@
 """Every stretch of an oracle's contact that a detector did not report gets one fixed number, in order of time."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from cdcore.numerics import ByteArray, FloatArray
 from replay.comparison.episodes import column_runs
-from replay.comparison.evidence import Evidence
+from replay.comparison.evidence import Cut, Place
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
 from replay.prepare.frame_times import frame_ends
 
@@ -60,7 +60,7 @@ def kind_within(kinds: Sequence[str], outcome: ByteArray, contact: tuple[int, in
 
 
 def misses(
-    places: Sequence[MissedStretch], names: Sequence[tuple[str, str]], times: FloatArray, evidence: Evidence
+    places: Sequence[MissedStretch], names: Sequence[tuple[str, str]], times: FloatArray, cuts: Mapping[Place, Cut]
 ) -> tuple[Miss, ...]:
     """Number the stretches from 1 and describe each where the surfaces cut longest.
 
@@ -69,11 +69,11 @@ def misses(
     places : in order of time.
     names : the two bodies of every pair.
     times : (T,) seconds.
-    evidence : the geometry of the frames concerned.
+    cuts : where the surfaces cut longest in each stretch.
     """
     found, ends = [], frame_ends(times)
     for number, place in enumerate(places, 1):
-        cut = evidence.deepest(place.pair, place.first, place.last)
+        cut = cuts[place.pair, place.first, place.last]
         start, end = float(times[place.first]), float(ends[place.last])
         found.append(
             Miss(

@@ -4,14 +4,14 @@ Of misses and false contacts there are as many as the report has cards for; the 
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from cdcore import Detection, Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
-from replay.comparison.contact_counts import ContactCounts, HeldAnswers, count_reports, cut_contacts
+from replay.comparison.contact_counts import ContactCounts, count_reports, cut_contacts, held_counts
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
@@ -49,7 +49,7 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "contacts_cut": cut_contacts(result.loose),
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
-        "held": held_answers(result, label).counts(held_pairs), "misses": len(missed),
+        "held": _held(result, label, held_pairs), "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
     }  # fmt: skip
@@ -114,22 +114,23 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
             own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length, "cut": own["cut"] + (one.cuts > 0)}
             own["longest"] = max(own["longest"], length)
     for label, comparison in result.comparisons.items():
-        became, held = result.counts[label], held_answers(result, label)
+        became = result.counts[label]
         for pair, row in enumerate(rows):
             counts = {outcome.name: int(comparison.by_pair[pair, outcome]) for outcome in OF_PAIR}
             if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
                 own = became.of_pair(pair)
                 told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
                 if counts[Outcome.HELD.name] or "held_contacts" in row:
-                    told["held"] = held.counts([pair])
+                    told["held"] = _held(result, label, [pair])
                 row.setdefault("audit", {})[label] = told
     return rows
 
 
-def held_answers(result: Measured, label: str) -> HeldAnswers:
-    """What a detector says while a hand holds the body."""
+def _held(result: Measured, label: str, pairs: Sequence[int]) -> dict[str, int]:
+    """What a detector says of some pairs while a hand holds the body."""
+    verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
     apart = tuple(set(result.episodes[result.oracle]) - set(result.loose))
-    return HeldAnswers(result.comparisons[label], result.detections[result.oracle], result.detections[label], apart)
+    return held_counts(result.comparisons[label], verdicts, apart, pairs)
 
 
 def _between(result: Measured, label: str) -> int | str:

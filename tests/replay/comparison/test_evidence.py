@@ -3,12 +3,13 @@ import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
-from replay.comparison.evidence import LOOKS_PER_MISS, Evidence, looks
+from replay.comparison.evidence import LOOKS_PER_MISS, longest_cuts, looks
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
 
 
-def evidence_of(session, places):
+def cuts_of(session, places):
+    """The longest cuts of these stretches in order, and how many frames were asked for at a time."""
     assembly = assemble(session)
     detector = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
     asked = []
@@ -17,7 +18,8 @@ def evidence_of(session, places):
         asked.append(len(motion))
         return detector.detect(motion, faces=True)
 
-    return Evidence(assembly, detect, places), asked
+    found = longest_cuts(assembly, detect, places)
+    return [found[place] for place in places], asked
 
 
 def offset_cubes(places):
@@ -33,25 +35,22 @@ def offset_cubes(places):
 
 def test_the_deepest_look_is_where_the_curve_is_longest_and_every_frame_is_asked_once():
     session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
-    evidence, asked = evidence_of(session, [(0, 0, 4), (0, 0, 1)])
-    whole, part = evidence.deepest(0, 0, 4), evidence.deepest(0, 0, 1)
+    (whole, part), asked = cuts_of(session, [(0, 0, 4), (0, 0, 1)])
     assert (whole.frame, part.frame, asked) == (2, 1, [5]) and whole.length > part.length > 0.0
 
 
 def test_point_lies_on_the_cut_and_normal_points_from_first_to_second():
-    evidence, _ = evidence_of(offset_cubes([0.6, 0.55]), [(0, 0, 1)])
-    cut = evidence.deepest(0, 0, 1)
+    (cut,), _ = cuts_of(offset_cubes([0.6, 0.55]), [(0, 0, 1)])
     assert cut.face_pairs > 0
     assert cut.point[0] == pytest.approx(0.5, abs=1e-12)
     assert cut.normal[0] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
-    evidence, _ = evidence_of(
+    (cut,), _ = cuts_of(
         Session.from_arrays([0, 1], {"a": along_x([0, 0]), "b": along_x([0.2, 0.1])}, {"a": cube(), "b": cube(0.1)}),
         [(0, 0, 1)],
     )
-    cut = evidence.deepest(0, 0, 1)
     assert (cut.frame, cut.length, cut.face_pairs) == (0, 0.0, 0)
     assert cut.point == pytest.approx((0.1, 0, 0)) and cut.normal == pytest.approx((1, 0, 0))
 
@@ -77,8 +76,7 @@ def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
     poses = {"a": along_x([0, 0]), "b": along_x([0, 1e-3])}
-    evidence, _ = evidence_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
-    cut = evidence.deepest(0, 0, 0)
+    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
     assert cut.face_pairs == 1 and cut.length > 0.0
     assert cut.normal == pytest.approx(normal, abs=1e-9)
 
@@ -87,7 +85,7 @@ def between(places, asked=(0, 2, 2)):
     session = cubes({"a": [0.0] * len(places), "b": places})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
-    return Evidence(assembly, lambda motion: exact.detect(motion, faces=True), [asked], between=True).deepest(*asked)
+    return longest_cuts(assembly, lambda motion: exact.detect(motion, faces=True), [asked], between=True)[asked]
 
 
 def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():

@@ -51,15 +51,14 @@ def test_stretches_are_exactly_the_missed_frames(letters):
     assert np.array_equal(covered, comparison.outcome[:, 0] == Outcome.MISSED)
 
 
-class FakeEvidence:
-    def deepest(self, pair, first, last):
-        return Cut(last, (1.0, 2.0, 3.0), (0.0, 1.0, 0.0), 7, 0.25 * pair)
-
-
 def test_misses_are_numbered_in_order_and_carry_time_names_and_geometry():
     oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
     places = stretches(compare(subject, oracle), episodes(oracle))
-    first, second = misses(places, [("rod", "glass"), ("rod", "jar")], oracle.times, FakeEvidence())
+    cuts = {
+        (one.pair, one.first, one.last): Cut(one.last, (1.0, 2.0, 3.0), (0.0, 1.0, 0.0), 7, 0.25 * one.pair)
+        for one in places
+    }
+    first, second = misses(places, [("rod", "glass"), ("rod", "jar")], oracle.times, cuts)
     assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.02)
     assert (second.number, second.pair, second.kind, second.episode) == (2, 1, FOUND_LATE, 2)
     assert (second.deepest, second.point, second.face_pairs, second.cut_length) == (1, (1.0, 2.0, 3.0), 7, 0.25)
