@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.bounding.hull import hull_collider
+from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
 
@@ -29,7 +29,7 @@ def box_collider(mesh: TriangleMesh, grown: float = 0.0) -> TriangleMesh:
 def sphere_collider(mesh: TriangleMesh) -> TriangleMesh:
     """A sphere about the middle of the box, its radius the largest half extent."""
     low, high = _bounds(mesh)
-    return _capsule((low + high) / 2, float((high - low).max()) / 2, 0.0, 1)
+    return _capsule(mesh, float((high - low).max()) / 2, 0.0, 1)
 
 
 def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
@@ -38,7 +38,7 @@ def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
     size = high - low
     axis = int(size.argmax())
     radius = float(np.delete(size, axis).max()) / 2
-    return _capsule((low + high) / 2, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
+    return _capsule(mesh, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
 
 
 SHAPES: Final[dict[str, Callable[[TriangleMesh], TriangleMesh]]] = {
@@ -56,23 +56,17 @@ def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def _capsule(centre: FloatArray, radius: float, half: float, axis: int) -> TriangleMesh:
-    """Rings of corners between two poles along an axis, meshed and closed; ``half``: of the straight part."""
-    rings = AROUND // 4
-    polar = np.linspace(0, np.pi / 2, rings + 1)[1:]
-    upper = [(radius * np.sin(angle), half + radius * np.cos(angle)) for angle in polar]
-    lower = [(out, -along) for out, along in reversed(upper if half > 0 else upper[:-1])]
-    profile = [*upper, *lower]
+def _capsule(mesh: TriangleMesh, radius: float, half: float, axis: int) -> TriangleMesh:
+    """The hull of rings about an axis through the middle of the box, and of two poles; of a needle the mesh itself.
+
+    ``half``: of the straight part, metres.
+    """
+    low, high = _bounds(mesh)
+    polar = np.linspace(0, np.pi / 2, AROUND // 4 + 1)[1:, None]
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
-    body = [(out * np.sin(t), along, out * np.cos(t)) for out, along in profile for t in turn]
-    points = np.array([(0.0, half + radius, 0.0), *body, (0.0, -half - radius, 0.0)])
-    last = len(points) - 1
-    faces = []
-    for k in range(AROUND):
-        after = (k + 1) % AROUND
-        faces.append((0, 1 + k, 1 + after))
-        for ring in range(len(profile) - 1):
-            a, b = 1 + ring * AROUND + k, 1 + ring * AROUND + after
-            faces += [(a, a + AROUND, b), (b, a + AROUND, b + AROUND)]
-        faces.append((last, last - AROUND + after, last - AROUND + k))
-    return TriangleMesh(np.roll(points, axis - 1, axis=1) + centre, faces)
+    out, along = radius * np.sin(polar), half + radius * np.cos(polar)
+    upper = np.stack(np.broadcast_arrays(out * np.sin(turn), along, out * np.cos(turn)), axis=-1).reshape(-1, 3)
+    upper = np.concatenate([[[0.0, half + radius, 0.0]], upper])
+    points = np.unique(np.concatenate([upper, upper * [1, -1, 1]]), axis=0)
+    hull = hull_of(np.roll(points, axis - 1, axis=1))
+    return mesh if hull is None else TriangleMesh(hull.vertices + (low + high) / 2, hull.faces)
