@@ -1,10 +1,12 @@
 """Brute force: every face of one mesh against every face of another, the reference and the last resort."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray, place_points
 
+Pose = tuple[FloatArray, FloatArray]
 PAIRS_AT_ONCE = 1 << 20
 """Keeps each array of comparisons at a mebibyte, which stays in the processor's cache."""
 
@@ -16,6 +18,14 @@ def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> IntArray:
     """
     pairs = near_faces(first, second, 0.0)
     return pairs[triangles_intersect(np.stack([first[pairs[:, 0]], second[pairs[:, 1]]], axis=1))]
+
+
+def meeting_faces_placed(
+    first: FloatArray, first_pose: Pose, second: FloatArray, second_pose: Pose
+) -> NDArray[np.int32]:
+    """The same of triangles (f, 3, 3) and (g, 3, 3) in their bodies' frames, at rotations (3, 3), translations (3,)."""
+    placed = place_points(first, *first_pose), place_points(second, *second_pose)
+    return meeting_faces_exhaustive(*placed).astype(np.int32)
 
 
 def near_faces(first: FloatArray, second: FloatArray, reach: float) -> IntArray:

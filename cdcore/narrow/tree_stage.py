@@ -13,14 +13,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import decided_by_integers, faces_meet
 from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
 from cdcore.narrow.published_trees.tree_descent import PairPoses
 from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
 
@@ -98,7 +98,11 @@ class TreeStage:
             cut[near] = searched.truncated
             found = self._found(a, b, poses, searched.found, every)
             for k in np.flatnonzero(large).tolist():
-                found[k] = self._exhaustive(a, b, poses, k)[: None if every else 1]
+                meeting = meeting_faces_placed(
+                    self._bodies[a].mesh.triangles, (poses.turn_a[k], poses.move_a[k]),
+                    self._bodies[b].mesh.triangles, (poses.turn_b[k], poses.move_b[k]),
+                )  # fmt: skip
+                found[k] = meeting[: None if every else 1]
             which[rows] = number + len(sets)
             hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
             truncated[rows] = cut[number]
@@ -177,13 +181,6 @@ class TreeStage:
         bounds = np.searchsorted(found[order, 0], np.arange(len(poses.pad) + 1)).tolist()
         faces = found[order, 1:3].astype(np.int32)
         return [faces[start:stop] for start, stop in pairwise(bounds)]
-
-    def _exhaustive(self, a: int, b: int, poses: PairPoses, row: int) -> NDArray[np.int32]:
-        placed = [
-            place_points(self._bodies[body].mesh.triangles, turn[row], move[row])
-            for body, turn, move in ((a, poses.turn_a, poses.move_a), (b, poses.turn_b, poses.move_b))
-        ]
-        return meeting_faces_exhaustive(*placed).astype(np.int32)
 
 
 def _reach(triangles: FloatArray) -> float:

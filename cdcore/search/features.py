@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.level_tree import morton_codes
 from cdcore.numerics import FloatArray, IntArray, readonly
+from cdcore.search.morton import morton_codes
 
 NEIGHBOURS: Final = 14
 """Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""

@@ -8,31 +8,41 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
+from cdcore.narrow.bvh.tree_memory import Doubles, Integers, Words, reader
 
 SWEEPS = 8
 """Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""
 
 
 class BuildMemory(NamedTuple):
-    """What fitting and splitting read and write; rows one after another. First as arrays, then as their memory.
+    """What fitting and splitting read and write; rows one after another.
 
     ``corners`` (f, 9) of the faces, body axes; ``order`` (f,) faces, those of a node next to each other; ``spans``
     (f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand, whose ``axes`` (9,)
     stand by rows and whose ``extent`` (6,) is the least and largest coordinate along each; ``matrix`` (9,) scratch.
     Of a split: ``bounds`` (BINS, 6) least and largest coordinates of the faces of a bin; ``counts`` (BINS,) its faces;
-    ``left`` (BINS,) cost of the bins up to this one; ``right`` (6,) the box of several bins.
+    ``left`` (BINS,) cost of the bins up to this one; ``right`` (6,) the box of several bins. ``boxes``, ``links``,
+    ``leaves`` are those of the ``BoxTree``; ``stack`` (3 f + 6,) is scratch.
     """
 
-    corners: Memory
-    order: Memory
-    spans: Memory
-    axes: Memory
-    extent: Memory
-    matrix: Memory
-    bounds: Memory
-    counts: Memory
-    left: Memory
-    right: Memory
+    corners: Doubles
+    spans: Doubles
+    axes: Doubles
+    extent: Doubles
+    matrix: Doubles
+    bounds: Doubles
+    left: Doubles
+    right: Doubles
+    boxes: Doubles
+    order: Integers
+    links: Integers
+    leaves: Integers
+    counts: Words
+    stack: Words
+
+
+build_at = reader(BuildMemory)
+"""In a kernel: the memory whose row starts at a place."""
 
 
 @hot_kernel

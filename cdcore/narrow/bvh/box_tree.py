@@ -7,14 +7,15 @@ Source: Gottschalk, Lin and Manocha (1996) for oriented boxes; Wald (2007) for b
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of, integers_of, words_of
-from cdcore.narrow.bvh.box_fit import BuildMemory, fit_box
+from cdcore.kernels.memory import Memory, words_of
+from cdcore.narrow.bvh.box_fit import BuildMemory, build_at, fit_box
+from cdcore.narrow.bvh.tree_memory import row_of, words_of_rows
 from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16
@@ -154,10 +155,10 @@ def partition(fit: BuildMemory, start: int, stop: int) -> int:
 
 
 @hot_kernel
-def write_box(fit: BuildMemory, box: Memory, at: int) -> None:
-    """Centre, axes, half extents and half diagonal of the fitted box to ``box[at : at + 16]``."""
+def write_box(fit: BuildMemory, at: int) -> None:
+    """Centre, axes, half extents and half diagonal of the fitted box to ``boxes[at : at + 16]``."""
     stay_one_function()
-    axes, extent = fit.axes, fit.extent
+    axes, extent, box = fit.axes, fit.extent, fit.boxes
     for i in range(3):
         box[at + i] = 0.0
     diagonal = 0.0
@@ -172,28 +173,17 @@ def write_box(fit: BuildMemory, box: Memory, at: int) -> None:
 
 
 @kernel
-def split_all(
-    build: BuildMemory, boxes_of: FloatArray, links_of: NDArray[np.int32], leaves_of: NDArray[np.int32],
-    stack: IntArray, scale: float,
-) -> int:  # fmt: skip
-    """Fill boxes, links and leaves from the root down; returns how many nodes there are.
-
-    ``stack`` (3 f + 6,) is scratch.
-    """
-    fit = BuildMemory(
-        doubles_of(build.corners), integers_of(build.order), doubles_of(build.spans), doubles_of(build.axes),
-        doubles_of(build.extent), doubles_of(build.matrix), doubles_of(build.bounds), words_of(build.counts),
-        doubles_of(build.left), doubles_of(build.right),
-    )  # fmt: skip
-    boxes, links, leaves = doubles_of(boxes_of), integers_of(links_of), integers_of(leaves_of)
-    todo, count = words_of(stack), len(build.order)
+def split_all(row: IntArray, count: int, scale: float) -> int:
+    """Fill boxes, links and leaves of a ``BuildMemory`` from the root down; returns how many nodes there are."""
+    fit = build_at(words_of(row))
+    links, leaves, todo = fit.links, fit.leaves, fit.stack
     todo[0], todo[1], todo[2] = 0, 0, count
     depth, nodes, leaf = runtime_int(3), runtime_int(1), runtime_int(0)
     while depth > 0:
         depth -= 3
         node, start, stop = todo[depth], todo[depth + 1], todo[depth + 2]
         fit_box(fit, start, stop, scale)
-        write_box(fit, boxes, BOX_WIDTH * node)
+        write_box(fit, BOX_WIDTH * node)
         if stop - start <= LEAF_FACES:
             links[2 * node], links[2 * node + 1] = -1, leaf
             leaves[4 * leaf], leaves[4 * leaf + 1] = start, stop - start
@@ -231,14 +221,14 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     count = len(triangles)
     boxes, links = np.empty((2 * count, BOX_WIDTH)), np.empty((2 * count, 2), dtype=np.int32)
     order, leaves = np.arange(count, dtype=np.int32), np.zeros((count, 4), dtype=np.int32)
-    spans, counts, stack = np.empty((count, 9)), np.empty(BINS, dtype=np.int64), np.empty(3 * count + 6, dtype=np.int64)
-    axes, extent, matrix, bounds = (np.empty(length) for length in (9, 6, 9, 6 * BINS))
-    left, right = np.empty(BINS), np.empty(6)
-    flat = np.array(triangles, order="C")  # a copy: read-only arrays would compile the kernel once more
-    build = BuildMemory(flat, order, spans, axes, extent, matrix, bounds, counts, left, right)
+    lengths = {"spans": 9 * count, "axes": 9, "extent": 6, "matrix": 9, "bounds": 6 * BINS, "left": BINS, "right": 6}
+    scratch: dict[str, NDArray[Any]] = {name: np.empty(length) for name, length in lengths.items()}
+    scratch |= {"counts": np.empty(BINS, dtype=np.int64), "stack": np.empty(3 * count + 6, dtype=np.int64)}
     largest = float(np.abs(triangles).max())
     scale = 1.0 / largest if largest > SMALLEST_SCALED else 1.0
-    nodes = split_all(build, boxes, links, leaves, stack, scale)
+    corners = np.ascontiguousarray(triangles)
+    row = row_of(BuildMemory, **scratch, corners=corners, boxes=boxes, order=order, links=links, leaves=leaves)
+    nodes = split_all(words_of_rows(row[None])[0], count, scale)
     boxes, links, leaves = boxes[:nodes].copy(), links[:nodes].copy(), leaves[: (nodes + 1) // 2].copy()
     sorted_faces, leaf = triangles[order], np.repeat(np.arange(len(leaves)), leaves[:, 1])
     leaf_boxes = boxes[links[:, 1] >= 0][np.argsort(links[links[:, 1] >= 0, 1])][leaf]

@@ -166,7 +166,8 @@ def _shape(kind: Any) -> Any:
     return make(entries, kind)
 
 
-def _read(kind: Any) -> Callable[[Memory], Any]:
+def reader(kind: Any) -> Callable[[Memory], Any]:
+    """For kernels: what reads a named tuple from the place in memory at which its row starts."""
     shape = _shape(kind)
 
     def typed(_context: Any, words: Any) -> Any:
@@ -187,5 +188,4 @@ def _read(kind: Any) -> Callable[[Memory], Any]:
     return machine_operation(typed)
 
 
-pair_at, pose_at, scratch_at = _read(Pair), _read(PoseMemory), _read(Scratch)
-"""In a kernel: the named tuple whose row starts at a place in memory."""
+pair_at, pose_at, scratch_at = reader(Pair), reader(PoseMemory), reader(Scratch)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.memory import address_of
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import MOST_AT_ONCE, search_pairs
@@ -37,7 +37,7 @@ from cdcore.narrow.bvh.tree_memory import (
     words_of_rows,
 )
 from cdcore.narrow.bvh.undecided import settled
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
 STAGES: Final = ("poses", "search", "faces")
@@ -259,11 +259,11 @@ def _beyond(
     beyond = marks[:, 1] == BEYOND
     marks[:, 1][beyond] = NEAR
     for column, frame in np.argwhere(beyond).tolist():
-        ends = pairs[column].tolist()
-        first, second = (
-            place_points(_triangles(trees[body]), turns[frame, body], places[frame, body]) for body in ends
-        )
-        faces = meeting_faces_exhaustive(first, second).astype(np.int32)
+        a, b = pairs[column].tolist()
+        faces = meeting_faces_placed(
+            _triangles(trees[a]), (turns[frame, a], places[frame, a]),
+            _triangles(trees[b]), (turns[frame, b], places[frame, b]),
+        )  # fmt: skip
         marks[column, 0, frame] = len(faces) > 0
         found.append(Found(column, np.full(len(faces), frame), faces))
     return found

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.level_tree import extents, grow_tree
 from cdcore.narrow.published_trees.tree_descent import OBB, RAPID, SOLID, WORLD, BoxNodes
 from cdcore.numerics import FloatArray, IntArray
 
@@ -14,16 +13,17 @@ Boxes = tuple[FloatArray, FloatArray, FloatArray]
 """Of the n nodes of a level: axes (n, 3, 3), one a row, and the least and largest coordinates along them (n, 3)."""
 
 Level = Callable[[IntArray, IntArray, IntArray], tuple[Boxes, FloatArray]]
-"""The boxes of a level, and the place of each face along the cut; given what ``level_tree.Keys`` is given."""
+"""``(faces, node, first) -> boxes, key``: called once a level with the faces of all its nodes (E,), the node within the
+level each belongs to (E,), and where each node's faces start (n,); the key is the place of each face along the cut."""
 
 
 @dataclass(frozen=True)
 class TreeKind:
     """A hierarchy: how a level of its tree is cut, of corners (f, 3, 3), and how two trees are searched.
 
-    ``balanced``: cut at the median, else at 0. ``scaled``: corners come divided by their size, so that the covariance
-    of a mesh of 1e-200 m neither vanishes nor overflows. ``undismissed``: the counter of face pairs that no volume kept
-    apart by the pad.
+    ``balanced``: cut at the median of the keys; else between keys up to 0 and keys above, and in the middle where that
+    leaves one side empty. ``scaled``: corners come divided by their size, so that the covariance of a mesh of 1e-200 m
+    neither vanishes nor overflows. ``undismissed``: the counter of face pairs that no volume kept apart by the pad.
     """
 
     level: Callable[[FloatArray], Level]
@@ -36,21 +36,39 @@ class TreeKind:
 
 
 def build_tree(corners: FloatArray, kind: TreeKind) -> tuple[BoxNodes, int]:
-    """A tree over faces (f, 3, 3), and its depth."""
+    """A tree over faces (f, 3, 3), and its depth: level by level with whole arrays, nothing to compile, no recursion.
+
+    Nodes stand in order of their level, so children come after their parent and siblings are neighbours.
+    """
     unit = float(np.abs(corners).max()) if kind.scaled else 1.0
     unit = unit if unit > 0 else 1.0
-    level, boxes = kind.level(corners / unit), list[Boxes]()
-
-    def keys(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
-        box, key = level(faces, node, first)
-        boxes.append(box)
-        return key
-
-    shape = grow_tree(len(corners), kind.leaf_faces, keys, balanced=kind.balanced)
-    axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
+    level, order = kind.level(corners / unit), np.arange(len(corners))
+    start, stop = np.array([0]), np.array([len(corners)])
+    levels: list[tuple[FloatArray | IntArray, ...]] = []
+    count = 0
+    while len(start):
+        sizes = stop - start
+        first = np.cumsum(sizes) - sizes
+        node = np.repeat(np.arange(len(start)), sizes)
+        place = np.arange(len(node)) + np.repeat(start - first, sizes)
+        faces = order[place]
+        boxes, key = level(faces, node, first)
+        rank = key if kind.balanced else key > 0
+        order[place] = faces[np.lexsort((faces, rank, node))]
+        opened, cut = sizes > kind.leaf_faces, sizes // 2
+        if not kind.balanced:
+            below = sizes - np.add.reduceat(rank.astype(np.int64), first)
+            cut = np.where((below > 0) & (below < sizes), below, cut)
+        count += len(start)
+        child = np.full(len(start), -1, dtype=np.int64)
+        child[opened] = count + 2 * np.arange(opened.sum())
+        levels.append((child, start, stop, *boxes))
+        low, middle, high = start[opened], start[opened] + cut[opened], stop[opened]
+        start, stop = np.column_stack([low, middle]).ravel(), np.column_stack([middle, high]).ravel()
+    child, start, stop, axes, low, high = (np.concatenate(part) for part in zip(*levels, strict=True))
     centre, half = np.einsum("nki,nk->ni", axes, low / 2 + high / 2) * unit, (high / 2 - low / 2) * unit
-    nodes = shape.child, shape.start, shape.stop, centre, axes, half, half.max(axis=1)
-    return BoxNodes(np.ascontiguousarray(corners[shape.order]), shape.order, *nodes), shape.depth
+    faces = np.ascontiguousarray(corners[order])
+    return BoxNodes(faces, order, child, start, stop, centre, axes, half, half.max(axis=1)), len(levels)
 
 
 def along_body_axes(corners: FloatArray) -> Level:
@@ -58,7 +76,7 @@ def along_body_axes(corners: FloatArray) -> Level:
     centroids = corners[:, 0] / 3 + corners[:, 1] / 3 + corners[:, 2] / 3
 
     def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
-        low, high = extents(centroids[faces, None], first)
+        low, high = _extents(centroids[faces, None], first)
         return _straight(corners[faces], first), centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
 
     return level
@@ -104,7 +122,7 @@ def rapid_boxes(corners: FloatArray) -> Level:
     def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
         mean, covariance = _statistics(area[faces], centroid[faces], second[faces], first)
         axes = np.ascontiguousarray(np.linalg.eigh(covariance)[1].transpose(0, 2, 1)[:, ::-1])
-        low, high = extents(np.einsum("eci,eki->eck", corners[faces], axes[node]), first)
+        low, high = _extents(np.einsum("eci,eki->eck", corners[faces], axes[node]), first)
         return (axes, low, high), np.einsum("ei,ei->e", centroid[faces] - mean[node], axes[node, 0])
 
     return level
@@ -123,9 +141,14 @@ TREE_KINDS: Final = {
 """Detector -> its hierarchy."""
 
 
+def _extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Least and largest coordinates (n, 3) of n nodes; ``along`` (E, c, 3): corners of their faces, node after node."""
+    return np.minimum.reduceat(along.min(axis=1), first), np.maximum.reduceat(along.max(axis=1), first)
+
+
 def _straight(corners: FloatArray, first: IntArray) -> Boxes:
     """Boxes along the body's axes; ``corners`` (E, 3, 3) of the faces of n nodes, node by node."""
-    return np.tile(np.eye(3), (len(first), 1, 1)), *extents(corners, first)
+    return np.tile(np.eye(3), (len(first), 1, 1)), *_extents(corners, first)
 
 
 def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> Boxes:
@@ -136,8 +159,8 @@ def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> Boxe
     covariance = np.add.reduceat(np.einsum("eci,ecj->eij", spread, spread), first)
     principal = np.ascontiguousarray(np.linalg.eigh(covariance)[1].transpose(0, 2, 1))
     body = np.broadcast_to(np.eye(3), principal.shape)
-    turned = extents(np.einsum("eci,eki->eck", corners, principal[node]), first)
-    straight = extents(corners, first)
+    turned = _extents(np.einsum("eci,eki->eck", corners, principal[node]), first)
+    straight = _extents(corners, first)
     tighter = _half_surface(*turned) < _half_surface(*straight)
     low, high = (np.where(tighter[:, None], one, other) for one, other in zip(turned, straight, strict=True))
     return np.where(tighter[:, None, None], principal, body), low, high

@@ -7,7 +7,6 @@ from support.shapes import lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
-from cdcore.narrow.level_tree import grow_tree
 from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 
@@ -85,23 +84,6 @@ def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
         assert changed.any() == (budget < 10**6)
         assert cut.work["node_tests"] + cut.work["leaf_tests"] <= budget * cut.work["tree_queries"]
     assert np.array_equal(before, whole.face_counts)
-
-
-def keys_of(values):
-    return lambda faces, node, first: np.asarray(values, dtype=float)[faces]
-
-
-def test_a_balanced_cut_is_at_the_median_and_the_other_at_zero():
-    values = [5, 4, 3, 2, 1, -1]
-    half = grow_tree(6, 5, keys_of(values), balanced=True)
-    assert half.order[: half.stop[1]].tolist() == [5, 4, 3]
-    zero = grow_tree(6, 5, keys_of(values), balanced=False)
-    assert zero.order[: zero.stop[1]].tolist() == [5]
-
-
-def test_keys_all_on_one_side_are_cut_in_the_middle():
-    shape = grow_tree(8, 1, keys_of([1] * 8), balanced=False)
-    assert shape.depth == 4
 
 
 @pytest.mark.parametrize("name", TREES)

@@ -119,8 +119,20 @@ def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
     assert np.allclose(second.half[0], [9.0, 3.0, 0.0], atol=1e-9)
 
 
-def test_a_node_of_solid_is_cut_at_the_middle_of_its_longest_side_not_at_its_median_face():
-    along = np.array([0.0, 0.1, 0.2, 0.3, 10.0])[:, None, None]
-    faces = np.array([[[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]]]) + along * np.array([1.0, 0, 0])
-    tree, _ = build_tree(faces, TREE_KINDS["solid-style"])
-    assert sorted(tree.number[faces_below(tree, tree.child[0])]) == [0, 1, 2, 3]
+SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
+
+
+@pytest.mark.parametrize(
+    ("kind", "places", "first_child"),
+    [
+        # in the middle of the longest side, at the median face, and in the middle where no cut separates the faces
+        ("solid-style", [0.0, 0.1, 0.2, 0.3, 10.0], [0, 1, 2, 3]),
+        ("aabb", [10.0, 0.3, 0.2, 0.1, 0.0], [3, 4]),
+        ("solid-style", [0.0] * 4, [0, 1]),
+        ("rapid-style", [0.0] * 4, [0, 1]),
+    ],
+)
+def test_a_node_is_cut_where_its_row_says(kind, places, first_child):
+    faces = SMALL_FACE + np.array(places)[:, None, None] * np.array([1.0, 0, 0])
+    tree, _ = build_tree(faces, TREE_KINDS[kind])
+    assert sorted(tree.number[faces_below(tree, tree.child[0])]) == first_child
