@@ -82,26 +82,3 @@ def test_the_meshes_have_the_faults_their_notes_count(folder, name, code, count)
         (path,) = (DATA / folder).rglob(path.name)
     (found,) = of(examine(path), code)
     assert (found.body, found.count) == (path.stem, count)
-
-
-def test_mirrored_or_turned_captures_are_told_from_their_hands_and_head():
-    session = import_session("aframe", CAPTURES / "grabRight.json")
-    frames = session.frames
-    times = frames.stamp_ns
-    mirrored = {n: (frames.position[:, c] * [-1, 1, 1], frames.quaternion_xyzw[:, c] * [1, -1, -1, 1])
-                for c, n in enumerate(session.names)}  # fmt: skip
-    swapped = {"left": "right", "right": "left"}
-    wrong = {swapped.get(name, name): (frames.position[:, c], frames.quaternion_xyzw[:, c])
-             for c, name in enumerate(session.names)}  # fmt: skip
-    upright = {n: (frames.position[:, c][:, [0, 2, 1]] * [1, -1, 1], turned(frames.quaternion_xyzw[:, c]))
-               for c, n in enumerate(session.names)}  # fmt: skip
-    assert of(examine(Session.from_arrays(times, mirrored)), "handedness")
-    assert of(examine(Session.from_arrays(times, wrong)), "handedness")
-    assert of(examine(Session.from_arrays(times, upright)), "up-axis")
-
-
-def turned(q):
-    """Quaternions after a quarter turn about X: what was +Y is +Z."""
-    x, y, z, w = q.T
-    s = np.sqrt(0.5)
-    return s * np.stack([w + x, y - z, z + y, w - x], axis=1)

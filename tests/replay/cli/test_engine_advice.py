@@ -4,9 +4,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.api import advisor
-from replay.cli import engine_advice
 from replay.cli.main import main
-from replay.prepare import convex_pieces
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -31,17 +29,6 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
         and told["rows"][0]["number"] == 1
     )
     assert (out / "report.html").is_file() and str(out) in err
-
-
-@pytest.mark.parametrize(("there", "kept", "said"), [(True, False, True), (True, True, False), (False, False, False)])
-def test_the_first_cut_on_a_machine_is_announced(there, kept, said, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(engine_advice, "find_spec", lambda name: there or None)
-    monkeypatch.setattr(convex_pieces, "cache_folder", lambda: tmp_path)
-    if kept:
-        (tmp_path / "pieces-1.npz").touch()
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
-    assert main(["tradeoff", str(tmp_path / "s.mcap"), "--engine", "godot"]) == 1
-    assert ("cutting meshes into convex pieces, once per machine" in capsys.readouterr().err) == said
 
 
 def test_an_engine_has_settings_of_its_own(file, capsys):

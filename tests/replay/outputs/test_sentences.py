@@ -9,20 +9,11 @@ from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.price_rows import ABOUT, price_row
 from support.sentences import picture_text
 
-from replay.outputs.report import page
-from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.texts import accuracy_text
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import advice_of, front_of
-
-
-@pytest.fixture(scope="module", autouse=True)
-def without_drawings():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "fault_still", lambda *_: (Markup(""), ""))
-        yield
 
 
 def expected_in_picture(state):
@@ -42,14 +33,6 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
     listed = findall(r"^it +(miss|false) (\d+) ", text, MULTILINE)
     assert len({*listed}) == len(lost) + len(wrong)
     assert ("**Fix** " in text) == bool(wrong or lost)
-
-
-def test_a_page_without_an_audit_counts_what_each_detector_found():
-    truth = STATES["several"][0]
-    session = run("several").session
-    text = unescape(report_html(compute(session, detectors="exact,sphere", oracle="none")))
-    contacts = sum(value == "C" for _, _, value in stretches(truth))
-    assert f"<h1>{contacts} contacts found by exact, 1 contact found by sphere</h1>" in text
 
 
 def test_frames_that_were_not_timed_one_by_one_have_no_slow_and_no_longest_one():

@@ -20,11 +20,6 @@ def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     assert len(found) == 4 and found[0] == found[1] > found[2] == found[3]
 
 
-def test_an_axis_that_does_not_begin_at_zero_names_the_values_it_shows():
-    shown = str(drawn(curve([(0.0, 20.0), (1.0, 24.4)], (), "words", "s", "degC", 20.0)))
-    assert {"20", "22", "24", "26"} <= set(re.findall(r">([\d.]+)</text>", shown)) and ">0.5<" not in shown
-
-
 def test_a_calorimeter_has_its_temperature_as_headline_and_as_the_first_curve():
     session, _ = replay.synthetic_session("ammonia-calorimetry")
     page = report_html(replay.run(session))
