@@ -292,32 +292,48 @@ def cost_table(result: Summarised) -> Table:
     return Table.of(TIMES, rows, "Time of each detector", notes)
 
 
+EFFECTS = (
+    Column("effect", of="kind", whole=True),
+    Column("because", of=lambda row: "; ".join(row["because"])),
+    Column("found", of=lambda row: tallied(row["events"]) or _curves(row["counters"].get(CURVES, 0))),
+    Column("runs only in", of=lambda row: row["trigger"] or "always"),
+    Column("work", of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row["counters"].items())),
+    Column("ms", float, of=lambda row: 1e3 * row["seconds"], show=".1f"),
+    Column("% of the run", float, of=lambda row: 100 * row["share"], show=".1f"),
+    Column("% skipped", float, of=lambda row: 100 - 100 * row["frames_run"] / max(1, row["frames"]), show=".1f"),
+)
+
+
+def _curves(count: int) -> str:
+    return counted(count, "curve") if count else "nothing"
+
+
 def effect_table(result: Summarised) -> Table:
     """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
-    rows = []
-    for kind, figures in result.summary["effects"].items():
-        curves = figures["counters"].get(CURVES, 0)
-        found = tallied(figures["events"]) or (counted(curves, "curve") if curves else "nothing")
-        work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
-        skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
-        shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")
-        rows.append((kind, "; ".join(figures["because"]), found, figures["trigger"] or "always", work, *shares))
-    head = ("effect", "because", "found", "runs only in", "work", "ms", "% of the run", "% skipped")
-    return table("Effects", head, rows, words=5)
+    rows = [{**figures, "kind": kind} for kind, figures in result.summary["effects"].items()]
+    return Table.of(EFFECTS, rows, "Effects")
 
 
-def finding_table(findings: Sequence[Finding], title: str = "Findings", *, marks: Sequence[str] = ()) -> Table:
+def finding_table(
+    findings: Sequence[Finding], title: str = "Findings", *, marks: Sequence[str] = ("", "", "")
+) -> Table:
     """What is wrong with a recording, in the order given; ``marks`` of a severity: note, warning, error.
 
     What a code means and what to do stands below its first row only: with nine losses of tracking it would be most of
     the table.
     """
-    rows, said = [], set[str]()
-    for one in findings:
-        below = "" if one.code in said else f"{one.meaning}; {one.fix}"
-        said.add(one.code)
-        severity = Marked(one.severity.name.lower(), marks[one.severity] if marks else "")
-        when = span_words(one.start, one.end)
-        rows.append((severity, one.code, one.body, Marked(one.message, "", below), when, one.count))
-    head = ("severity", "code", "body", "what", "seconds", "count")
-    return table(title, head, rows, words=4, whole=("severity", "code", "body", "seconds"))
+    first = {finding.code: finding for finding in reversed(findings)}
+
+    def said(finding: Finding) -> Cell:
+        below = f"{finding.meaning}; {finding.fix}" if finding is first[finding.code] else ""
+        return Marked(finding.message, "", below)
+
+    columns = (
+        Column("severity", of="severity", show=lambda level: Marked(level.name.lower(), marks[level]), whole=True),
+        Column("code", whole=True),
+        Column("body", whole=True),
+        Column("what", of=said),
+        Column("seconds", of=lambda finding: span_words(finding.start, finding.end), whole=True),
+        Column("count", int),
+    )
+    return Table.of(columns, findings, title)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from replay.outputs.tables import Table, table
+from replay.outputs.tables import Column, Table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 
@@ -39,19 +39,30 @@ def settings_words(diff: "RunDiff") -> Iterator[str]:
         yield f"set differently: {name.replace('.settings.', ': ')} {values}"
 
 
+VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}
+
+DIFFERENCES: Final = (
+    Column("detector", of="0", whole=True),
+    Column("same", int, of="1.same"),
+    *(Column(kind, int, of=f"1.{kind}", show=len) for kind in ("gained", "lost", "shifted")),
+    Column("missed", float, of="1.missed", show=lambda shares: _change(shares), whole=True),
+    Column("false", float, of="1.invented", show=lambda shares: _change(shares), whole=True),
+    Column("time", float, of="1.time_ratio", show=lambda ratio: _times(ratio)),
+    Column("p99", float, of="1.p99_ratio", show=lambda ratio: _times(ratio)),
+    Column("verdicts", of="1.same_verdicts", show=VERDICTS.get, whole=True),
+)
+"""Columns of pairs of a label and what its detector changed."""
+
+
 def diff_table(diff: "RunDiff") -> Table:
     """A row per detector that both runs have."""
-    verdicts = {None: "no digest", True: "the same", False: "differ"}
-    rows = []
-    for label, both in diff.detectors.items():
-        counts = (both.same, len(both.gained), len(both.lost), len(both.shifted))
-        ratios = ("" if ratio is None else f"x {ratio:.2f}" for ratio in (both.time_ratio, both.p99_ratio))
-        shares = (_change(both.missed), _change(both.invented))
-        rows.append((label, *map(str, counts), *shares, *ratios, verdicts[both.same_verdicts]))
-    head = ("detector", "same", "gained", "lost", "shifted", "missed", "false", "time", "p99", "verdicts")
     title = "contacts, and shares of pair-frames"
     note = "time, p99: of the second run, as a multiple of the first's; where verdicts are the same, the machine's own"
-    return table(title, head, rows, words=("detector", "verdicts"), whole=head, notes=[note])
+    return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
+
+
+def _times(ratio: float | None) -> str:
+    return "" if ratio is None else f"x {ratio:.2f}"
 
 
 def _change(shares: tuple[float | None, float | None]) -> str:
