@@ -11,7 +11,7 @@ from replay.effects.chemistry import Recipe, recipe_of
 from replay.effects.contents import WATER, contents_of
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
-from replay.effects.models.ledger import BROUGHT, HEAT, LUMPS, UNFOLLOWED, History, Ledger, Warmth, lumps
+from replay.effects.models.ledger import BROUGHT, HEAT, UNFOLLOWED, History, Ledger, Warmth
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
@@ -101,8 +101,9 @@ def _matter(inputs: EffectInputs) -> Matter:
     times = inputs.times
     if len(times):
         ledger.begin(float(times[0]))
-        for part in _parts(moved.streams, times):
-            _carry_out(ledger, *part)
+        for frames, streams, volume_ml in _parts(moved.streams, times):
+            pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
+            ledger.flow(frames, times[frames], pairs, volume_ml, over)
         ledger.end(len(times) - 1, float(times[-1]))
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels if len(times)})
 
@@ -126,11 +127,8 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth:
     )  # fmt: skip
 
 
-Part = tuple[IntArray, FloatArray, list[Stream], FloatArray]
-
-
-def _parts(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[Part]:
-    """Frames, times, streams and millilitres (frames, streams) of stretches in which the same streams flow."""
+def _parts(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:
+    """Frames, streams and millilitres (frames, streams) of stretches in which the same streams flow."""
     frames = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.frames for one in streams)]))
     volumes = np.zeros((len(frames), len(streams)))
     for column, one in enumerate(streams):
@@ -141,23 +139,4 @@ def _parts(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[Part]:
     for first, stop in pairwise(cuts):
         if stop > first:
             part, rows = np.flatnonzero(flowing[first]), frames[first:stop]
-            yield rows, times[rows], [streams[column] for column in part.tolist()], volumes[first:stop][:, part]
-
-
-def _carry_out(
-    ledger: Ledger, frames: IntArray, times: FloatArray, streams: list[Stream], volume_ml: FloatArray
-) -> None:
-    over = np.array([one.over for one in streams])
-    pairs = [(one.source, one.target) for one in streams]
-    through = {a for a, _ in pairs} & {b for _, b in pairs}
-    if not over.any() and not through:
-        ledger.flow(frames, times, pairs, volume_ml)
-        return
-    # What flows through a vessel goes step by step; what only runs over, in as many steps as are told apart.
-    chained = {a for (a, _), brim in zip(pairs, over, strict=True) if not brim} & {b for _, b in pairs}
-    for first, stop in lumps(len(frames), len(frames) if chained else LUMPS):
-        part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
-        for wanted in (False, True):
-            moving = np.flatnonzero((over == wanted) & (part > 0.0))
-            if len(moving):
-                ledger.flow(frames[last], times[last], [pairs[k] for k in moving.tolist()], part[None, moving])
+            yield rows, [streams[column] for column in part.tolist()], volumes[first:stop][:, part]

@@ -7,14 +7,14 @@ brought``), or energy in J. Row -1 of the state is everything outside the vessel
 What came together reacts: equations without a constant to their end or at their rate, the rest to equilibrium.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
 from replay.effects.models.speciation import GAS, NOTHING, PROTON, SOLID, Speciation
 from replay.effects.models.warming import heat_given_off
@@ -29,7 +29,7 @@ GROWTH: Final = 1.05
 TIMES: Final = 50.0
 """What is left after so many times the reaction's own time is nothing to speak of."""
 LUMPS: Final = 64
-"""Steps into which a flow is cut where what receives it reacts slowly or is followed in its warmth."""
+"""Steps into which a flow is cut where it runs over, or what receives it reacts slowly or grows warm."""
 
 
 HEAT: Final = "heat above the room"
@@ -199,23 +199,37 @@ class Ledger:
         self._cool(place, since - done)
 
     def flow(
-        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray
-    ) -> None:
+        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
+        over: BoolArray | None = None,
+    ) -> None:  # fmt: skip
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
-        In more than one frame no source may be a target. Where something reacts slowly or grows warm it goes in `LUMPS`
-        steps.
+        ``over`` (pairs,): it runs over a brim, after the others. A chain, in which what gives also gets, goes frame by
+        frame; where something runs over, reacts slowly or grows warm it goes in `LUMPS` steps.
         """
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
-        places = sorted({place for both in ends for place in both})
-        # Row 0 of everything below is the state before.
-        total = np.concatenate([np.zeros((1, len(pairs))), np.cumsum(volume_ml, axis=0)])
-        in_steps = self.warmth.followed or any(self._reacts_slowly(place, ends) for place in places)
-        if len(frames) > 1 and in_steps:
-            for first, stop in lumps(len(frames)):
-                last = slice(stop - 1, stop)
-                self.flow(frames[last], times[last], pairs, total[stop : stop + 1] - total[first : first + 1])
+        late = np.zeros(len(ends), dtype=np.bool_) if over is None else over
+        getting = {target for _, target in ends}
+        chained = any(source in getting for (source, _), brim in zip(ends, late, strict=True) if not brim)
+        slow = any(self._reacts_slowly(place, ends) for place in getting.union(source for source, _ in ends))
+        if not (chained or late.any() or slow or self.warmth.followed):
+            self._flow(frames, times, ends, volume_ml)
             return
+        count = len(frames) if chained else min(len(frames), LUMPS)
+        for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
+            part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
+            for brim in (False, True):
+                moving = np.flatnonzero((late == brim) & (part > 0.0))
+                if len(moving):
+                    self._flow(frames[last], times[last], [ends[k] for k in moving.tolist()], part[None, moving])
+
+    def _flow(
+        self, frames: IntArray, times: FloatArray, ends: Sequence[tuple[int, int]], volume_ml: FloatArray
+    ) -> None:
+        """Flows between places; in more than one frame no source may be a target."""
+        # Row 0 of everything below is the state before.
+        total = np.concatenate([np.zeros((1, len(ends))), np.cumsum(volume_ml, axis=0)])
+        places = sorted({place for both in ends for place in both})
         for place in places:
             self.advance(place, int(frames[-1]), float(times[-1]))
         states = {place: np.repeat(self.state[place : place + 1], len(total), axis=0) for place in places}
@@ -407,11 +421,6 @@ class Ledger:
             for name, many in changes.items():
                 table[row, self.column[name]] = many
         return table
-
-
-def lumps(count: int, most: int = LUMPS) -> Iterator[tuple[int, int]]:
-    """First and stop of each of at most so many parts of ``count`` frames."""
-    return pairwise(np.unique(np.linspace(0, count, min(count, most) + 1).astype(np.int64)).tolist())
 
 
 def _held_at(mixture: Mixture, ph: float) -> dict[str, float]:
