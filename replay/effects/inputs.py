@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -108,15 +108,13 @@ class EffectInputs:
     session: Session
     assembly: Assembly
     known_bodies: frozenset[str]  # bodies that some effect of the plan names
-    reads: tuple[str, ...] = ()  # topics its spec names; ``detector`` likewise
-    detection: Detection | None = None
-    outputs: Mapping[str, EffectOutput] = field(default_factory=dict)  # of the effects it needs or uses
-    counters: Counter[str] = field(default_factory=Counter)
-    tables: Mapping[str, tuple[Declaration, ...]] = field(
-        default_factory=dict
-    )  # declarations of every kind of the plan
-    made: dict[str, Any] = field(default_factory=dict)  # what effects share
-    believed: frozenset[str] = frozenset()  # codes of the doctor's findings that the run's policy keeps though doubtful
+    reads: tuple[str, ...]  # topics its spec names; ``detector`` likewise
+    detection: Detection | None
+    outputs: Mapping[str, EffectOutput]  # of the effects it needs or uses
+    counters: Counter[str]
+    tables: Mapping[str, tuple[Declaration, ...]]  # declarations of every kind of the plan
+    made: dict[str, Any]  # what effects share
+    believed: frozenset[str]  # codes of the doctor's findings that the run's policy keeps though doubtful
 
     @property
     def times(self) -> FloatArray:

@@ -38,17 +38,18 @@ def falling(height, phase=0.0, rest=-0.0005, count=60, **more):
 
 def broken(session):
     run = compute(session, detectors=()).effects["breakage"]
-    return run.output.named("broken"), run.output.named("impact"), run.counters
+    return run.output.named("broken"), run.output.named("impact"), run
 
 
 @pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
 @pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
 def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(height, phase):
-    (crash,), (impact,), _ = broken(falling(height, phase))
+    (crash,), (impact,), run = broken(falling(height, phase))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
     assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
     assert crash.level == "error" and crash.point is not None
+    assert run.frames_run == 3 and not run.counters
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():
@@ -91,8 +92,8 @@ def test_a_tracking_jump_into_contact_breaks_nothing(step):
     ids=["jump", "lost before the impact", "gap", "from the start", "drifts back"],
 )  # fmt: skip
 def test_an_impact_whose_path_is_not_known_is_counted_and_not_judged(session, counted):
-    crash, impact, counters = broken(session)
-    assert not crash and (counters == {counted: 1} and not impact if counted else counters)
+    crash, impact, run = broken(session)
+    assert not crash and (run.counters == {counted: 1} and not impact if counted else run.counters)
 
 
 def bouncing(height, restitution, depth, rate, phase, noise):

@@ -105,6 +105,7 @@ def test_carbonate_has_its_first_end_point_where_half_the_acid_is_in_at_every_ra
     assert found == pytest.approx([5.0, 10.0], abs=0.01)
     drawn = titration_curves(effects)["flask"][2]
     assert drawn == pytest.approx([5.0, 10.0], abs=0.01)
+    assert titration_curves({"reaction": effects["reaction"]}) == {} == titration_curves({"mixing": effects["mixing"]})
 
 
 @pytest.mark.parametrize(
