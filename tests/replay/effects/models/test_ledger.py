@@ -122,3 +122,13 @@ def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed)
 def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
     check(seed, warm=True)
     check(seed, warm=False)
+
+
+def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in_neutral_water():
+    """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.21 - 7): of two protons it holds 1.62."""
+    parts = CHEMISTRY.parts("NaH2PO4")
+    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes], {}, (), open_air=False)
+    book = Ledger(["a"], [*parts], [ZINC], speciation)
+    book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
+    held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.21))
+    assert book.pending(book.amounts[0])[0] == pytest.approx((2.0 - held) / 2.0, rel=1e-3)
