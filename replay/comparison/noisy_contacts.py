@@ -105,7 +105,7 @@ def in_noise(
     levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
     pairs = []
     for column, ends in enumerate(assembly.pairs.tolist()):
-        reach = noise.reach_between(ends, [levers[end] for end in ends])
+        reach = noise.reach(ends, [levers[end] for end in ends])
         offset = ContactOffset(trees, assembly.pairs, reach) if reach else None
         pairs.append(NoisyPair(column, assembly, offset, oracle, seed))
     with ThreadPoolExecutor(os.cpu_count()) as pool:

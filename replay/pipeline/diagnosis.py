@@ -21,22 +21,16 @@ from replay.pipeline.sentences import detector_words, plural, sentence_of, why_f
 
 def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
     """One for each audited detector, in the order of ``ranks``, the worst first."""
-    return tuple(_answer(result, summary, rank, number == 0, len(ranks) > 2) for number, rank in enumerate(ranks[:-1]))
-
-
-def _answer(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: bool, several: bool) -> Answer:
-    figures = summary["detectors"][rank.label]
-    fault = _key_fault(result, rank)
-    sentence = _sentence(result, summary, rank, worst=worst, several=several)
-    if fault is None:
-        return Answer(rank.label, sentence, "", None, None)
-    return Answer(
-        rank.label,
-        sentence,
-        why(result, rank.label, figures, fault),
-        _fix(result, summary, rank, fault),
-        _moment(result, fault),
-    )
+    found = []
+    for number, rank in enumerate(ranks[:-1]):
+        label, fault = rank.label, _key_fault(result, rank)
+        sentence = _sentence(result, summary, rank, worst=number == 0 and len(ranks) > 2)
+        if fault is None:
+            found.append(Answer(label, sentence, "", None, None))
+            continue
+        reason = why(result, label, summary["detectors"][label], fault)
+        found.append(Answer(label, sentence, reason, _fix(result, summary, rank, fault), _moment(result, fault)))
+    return tuple(found)
 
 
 def why(result: Measured, label: str, figures: Mapping[str, Any], fault: Miss | FalseContact) -> str:
@@ -46,15 +40,15 @@ def why(result: Measured, label: str, figures: Mapping[str, Any], fault: Miss | 
     return why_false(fault, label, figures, float(result.assembly.motion.times[fault.widest]))
 
 
-def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, *, worst: bool, several: bool) -> str:
-    """What is wrong with a detector; of several that the first is the worst."""
+def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: bool) -> str:
+    """What is wrong with a detector; ``worst``: it is the worst of several."""
     cut = summary["audit"][rank.label].get("contacts_cut", 0)
     more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
     if not rank.contacts and not part_of(rank.false):
         return _nothing_happened(result, summary, rank.label) + more
     who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
     whose = "its" if code else "their"
-    if not (several and worst):
+    if not worst:
         return f"{who}: {fault_words(rank, whose=whose)}.{more}"
     if not (rank.lost or rank.fault):
         return f"No detector missed a contact or reported a false one.{more}"

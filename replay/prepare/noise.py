@@ -24,7 +24,7 @@ COPIES: Final = 64
 
 MOST_COPIES: Final = 100_000
 
-_PART = re.compile(r"\s*([0-9.eE+-]+)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
+_PART = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
 _UNITS: Final = {
     "um": ("position_rms_m", 1e-6), "mm": ("position_rms_m", 1e-3), "cm": ("position_rms_m", 1e-2),
     "m": ("position_rms_m", 1.0), "deg": ("rotation_rms_deg", 1.0), "rad": ("rotation_rms_deg", 180.0 / np.pi),
@@ -71,11 +71,8 @@ def _size(text: str) -> TrackerNoise:
     for part in text.split(","):
         match = _PART.fullmatch(part)
         name, unit = _UNITS[match[2]] if match else ("", 0.0)
-        try:
-            value = float(match[1]) * unit if match else -1.0
-        except ValueError:
-            value = -1.0
-        if name in sizes or not 0.0 <= value <= MOST.get(name, 0.0) or (name == "correlation_s" and not value):
+        value = float(match[1]) * unit if match else 0.0
+        if not name or name in sizes or value > MOST[name] or (name == "correlation_s" and not value):
             raise NoiseError(f"{text!r} is no noise; {_HOW}")
         sizes[name] = value
     return TrackerNoise(**sizes)
@@ -96,17 +93,17 @@ class BodyNoise:
     anchors: tuple[int, ...]
     noise: Mapping[str, TrackerNoise]
 
-    def reach(self, body: int, lever: float) -> float:
-        """Metres by which the noise may move a surface ``lever`` metres from the body's origin: five sigma."""
-        own = self.noise.get(self.roots[body])
-        return 0.0 if own is None else own.margin(lever, bodies=1)
+    def reach(self, ends: Sequence[int], levers: Sequence[float]) -> float:
+        """Metres by which the noise may move two bodies against each other: five sigma; 0 where one tracker has both.
 
-    def reach_between(self, ends: Sequence[int], levers: Sequence[float]) -> float:
-        """The same of two bodies against each other; none where one tracker carries both."""
-        one, other = ends
-        if self.roots[one] == self.roots[other]:
+        ``levers``: metres of a surface from the origin of each body.
+        """
+        one, other = (self.roots[body] for body in ends)
+        if one == other:
             return 0.0
-        return float(np.hypot(self.reach(one, levers[0]), self.reach(other, levers[1])))
+        sizes = [self.noise.get(root) for root in (one, other)]
+        reaches = [size.margin(lever, bodies=1) for size, lever in zip(sizes, levers, strict=True) if size is not None]
+        return float(np.linalg.norm(reaches))
 
 
 def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene) -> BodyNoise:

@@ -81,26 +81,16 @@ class RepairedFrames:
             first += len(block)
 
 
-def replacements(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> dict[int, Replacement]:
-    """What the policy makes of the samples in these spans, by column; columns where nothing changes are not there."""
-    found = {
-        column: _replacement(looked, [span for span in spans if span.column == column], policy, blocks)
-        for column in sorted({span.column for span in spans})
-    }
-    return {column: one for column, one in found.items() if one is not None}
-
-
 def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
     """What the policy makes of the samples of one body in its spans; ``None``: nothing changes."""
     column, stamps = spans[0].column, looked.stamp_ns
     present = np.flatnonzero(looked.has(Mark.PRESENT, column))
     rank, limit = np.zeros(len(present), dtype=np.uint8), np.zeros(len(present), dtype=np.int64)
-    for span in spans:
-        rule = policy.rule(span.code)
-        low, high = np.searchsorted(present, [span.first, span.last + 1])
-        stricter = rank[low:high] < RANKS.get(rule.action, 0)
-        rank[low:high][stricter] = RANKS.get(rule.action, 0)
-        limit[low:high][stricter] = round(rule.limit * 1e9)
+    rules = [(RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)]
+    # The strictest is written last, and of equals the first.
+    for strictness, rule, span in sorted(rules, key=lambda entry: entry[0]):
+        samples = slice(*np.searchsorted(present, [span.first, span.last + 1]))
+        rank[samples], limit[samples] = strictness, round(rule.limit * 1e9)
     # The good samples around each bad one, by their place among those present.
     places, good, none = np.arange(len(present)), rank == 0, len(present)
     before = np.maximum.accumulate(np.where(good, places, -1))[~good]
@@ -167,7 +157,11 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
             raise RefusedError(_refusal(session, finding))
     spans = pose_spans(looked)
-    replaced = replacements(looked, spans, policy, session.blocks)
+    of_column: dict[int, list[PoseSpan]] = {}
+    for span in spans:
+        of_column.setdefault(span.column, []).append(span)
+    found = {column: _replacement(looked, own, policy, session.blocks) for column, own in of_column.items()}
+    replaced = {column: replacement for column, replacement in found.items() if replacement is not None}
     repaired = session
     if replaced:
         repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))

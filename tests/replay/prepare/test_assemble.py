@@ -74,24 +74,25 @@ def jumped(status, stamps=None, **more):
     return dataclasses.replace(framed(np.asarray(stamps) * MS, status, position, names=("a", "b")), **more)
 
 
-def unlinked(session):
-    return [np.flatnonzero(~column)[1:].tolist() for column in assemble(session).motion.linked.T]
+ABSENT_BEFORE = np.ones((12, 2))
+ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
 
 
-def test_a_jump_breaks_the_path_of_all_that_the_body_carries():
-    scene = Scene(bodies=(SceneBody("b", parent="a"),))
-    assert unlinked(jumped(np.ones((12, 2)))) == [[5], []]
-    assert unlinked(jumped(np.ones((12, 2)), scene=scene)) == [[5], [5]]
-
-
-def test_poses_interpolated_across_a_jump_lie_on_no_known_path():
-    status = np.ones((12, 2))
-    status[3:5, 0] = int(Status.ABSENT)
-    assert unlinked(jumped(status)) == [[3, 4, 5], []]
-
-
-def test_a_jump_in_a_frame_that_is_left_out_breaks_the_path_to_the_next():
-    assert unlinked(jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)])) == [[5], []]
+@pytest.mark.parametrize(
+    ("session", "breaks"),
+    [
+        (jumped(np.ones((12, 2))), [[5], []]),
+        # All that the body carries jumps with it.
+        (jumped(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", parent="a"),))), [[5], [5]]),
+        # Poses interpolated across a jump lie on no known path.
+        (jumped(ABSENT_BEFORE), [[3, 4, 5], []]),
+        # The frame of the jump is left out, for its stamp repeats the one before: so the way to the next is broken.
+        (jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)]), [[5], []]),
+    ],
+)
+def test_a_jump_breaks_the_path_wherever_it_shows(session, breaks):
+    linked = assemble(session).motion.linked
+    assert [np.flatnonzero(~column)[1:].tolist() for column in linked.T] == breaks
 
 
 def test_a_cut_does_not_change_what_is_interpolated_at_its_border():

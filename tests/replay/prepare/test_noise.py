@@ -77,7 +77,7 @@ def test_what_one_tracker_carries_moves_with_it_and_what_is_fixed_does_not():
     session = Session.from_arrays(np.arange(4) * 10_000_000, poses, meshes, Scene(bodies=bodies))
     assembly = assemble(session)
     noise = noise_of(parse_noise(["1 mm, 1 deg"]), assembly, session.scene)
-    assert set(noise.noise) == {"hand"} and noise.reach(2, 0.1) == 0.0 < noise.reach(1, 0.1)
+    assert set(noise.noise) == {"hand"} and noise.reach((0, 1), (0.1, 0.1)) == 0.0 < noise.reach((1, 2), (0.1, 0.1))
     drawn, every = NoisyCopies(noise, 3, 0), np.ones(4, dtype=bool)
     errors = drawn.errors(assembly.motion.times)
     (turn, place), (turn_rod, place_rod), (_, bench) = (

@@ -9,10 +9,8 @@ from support.small_worlds import cube
 from replay.errors import RefusedError
 from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
-from replay.prepare.repair import RepairedFrames, repair_session, replacements
-from sessions import Frames, MeshData, Session, Status
-from sessions.doctor.pose_pass import look_through
-from sessions.doctor.pose_spans import pose_spans
+from replay.prepare.repair import repair_session
+from sessions import Frames, MeshData, Status
 
 
 def test_losses_that_the_tracker_flagged_need_no_treatment():
@@ -66,10 +64,7 @@ def test_what_the_doctor_calls_a_teleport_is_no_contact_between_frames():
 
 
 def repaired(draft, *words):
-    session = draft.session()
-    looked = look_through([session.frames])
-    replaced = replacements(looked, pose_spans(looked), parse_policy(words), session.blocks)
-    return Session(RepairedFrames(session.blocks, session.names, replaced), {})
+    return repair_session(draft.session(), parse_policy(words)).session
 
 
 def lost_hand():
