@@ -94,8 +94,13 @@ def busy_sentence(share: float) -> str:
 
 
 def milliseconds(seconds: float) -> str:
-    """Two decimals, and below a tenth of a millisecond two digits: ``0.86``, ``0.041``, ``12.7``."""
+    """Two decimals, below a tenth of a millisecond two digits, below a hundredth one: ``0.86``, ``0.041``, ``0.009``.
+
+    More would not fit beside the names of detectors in 80 columns.
+    """
     number = 1e3 * seconds
     if number >= 10.0:
         return f"{number:.1f}"
-    return f"{number:.2f}" if number >= 0.1 else f"{number:.2g}"
+    if number >= 0.1:
+        return f"{number:.2f}"
+    return f"{number:.2g}" if number >= 0.01 else f"{number:.1g}"

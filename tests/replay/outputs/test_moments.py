@@ -1,12 +1,12 @@
 """Moments of all detectors stand in one order, no two in one place, and their words are true."""
 
-from replay.comparison.outcome import Episode
+from replay.comparison.outcome import Episode, Outcome
 from replay.outputs.moments import FocusMoment, focus_rows
 
 
 def at(*places):
     return [
-        FocusMoment(frame, later, (0.0, 0.0, 0.0), "slow", Episode(k, 9, 12, 0.1, 0.2))
+        FocusMoment(frame, later, (0.0, 0.0, 0.0), "slow", Outcome.BOTH, Episode(k, 9, 12, 0.1, 0.2))
         for k, (frame, later) in enumerate(places)
     ]
 
