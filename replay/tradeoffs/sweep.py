@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from replay.base.machine import machine, versions
-from replay.comparison.tolerance import TAU
-from replay.detection.detector_spec import TRUSTED, SpecLike, SpecsLike, parse_detector
+from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import Tradeoff
+from replay.pipeline.settings import RunSettings
 from replay.pipeline.summary import session_name
-from replay.prepare.assemble import Pairs
 from replay.prepare.assembly import Assembly
 from replay.prepare.convex_pieces import seconds_to_cut
-from replay.prepare.policy import Policy, PolicyLike
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
@@ -85,50 +83,51 @@ class _Trial(Timed):
         return min(float(frames.live_pass([asked])[0].mean()) for _ in range(2)), answer
 
 
+ASKED: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "policy")
+"""Fields of ``RunSettings`` that a tradeoff takes."""
+
+
 def tradeoff(
-    session: Session, *, settings: Sequence[Setting] | None = None, detectors: SpecsLike | None = None,
-    oracle: SpecLike | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    seed: int = 0, tau: float = TAU, policy: PolicyLike | Policy | None = None,
-    time_limit: float | None = TIME_LIMIT, watch: Watch | None = None,
-) -> Tradeoff:  # fmt: skip
+    session: Session,
+    *,
+    settings: Sequence[Setting] | None = None,
+    time_limit: float | None = TIME_LIMIT,
+    watch: Watch | None = None,
+    **asked: Any,
+) -> Tradeoff:
     """Run many settings over a session, beside the oracle, and time them frame by frame.
 
     Parameters
     ----------
     settings : what to try; ``None``: ``detectors``, and without those the list of ``replay.tradeoffs.settings``.
-    detectors, oracle, policy : as ``replay.run``.
-    tau : metres; a disagreement about less is *within tolerance* and counts neither way.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
     watch : called after every step.
+    asked : ``detectors``, ``oracle``, ``pairs``, ``start``, ``end``, ``seed``, ``tau``, ``policy``, as ``replay.run``.
 
     Raises ``TradeoffError``: the oracle finds no contact, so nothing can be missed; and as ``replay.run``.
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
+    unknown = ", ".join(sorted(asked.keys() - {*ASKED}))
+    if unknown:
+        raise TypeError(f"tradeoff takes no {unknown}; it takes settings, time_limit, watch, {', '.join(ASKED)}")
+    run = RunSettings(**asked)
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
-        ready = prepared(session, pairs=pairs, start=start, end=end, policy=policy)
-        motion = ready.assembly.motion
+        ready = prepared(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
+        motion, session = ready.assembly.motion, ready.treatment.session
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
-        session = ready.treatment.session
-        wanted = _wanted(session, assembly, settings, detectors)
-        scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau, session)
-        sweep = _Sweep(assembly, scoring, seed, deadline, wanted)
+        if settings is None and run.detectors is not None:
+            settings = settings_of(run.detectors)
+        elif settings is None:
+            settings = settings_list(frames_hz=rate_of(motion.times), shipped=bool(session.colliders))
+        elif not all(isinstance(setting, Setting) for setting in settings):
+            raise TypeError("settings are replay.tradeoffs.settings.Setting; name detectors with detectors=...")
+        scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED), run.seed, run.tau, session)
+        sweep = _Sweep(assembly, scoring, run.seed, deadline, tuple(settings))
         sweep.run(watch or (lambda *_: None))
     return sweep.whole(session)
-
-
-def _wanted(
-    session: Session, assembly: Assembly, settings: Sequence[Setting] | None, detectors: SpecsLike | None
-) -> tuple[Setting, ...]:
-    if settings is not None:
-        if not all(isinstance(setting, Setting) for setting in settings):
-            raise TypeError("settings are replay.tradeoffs.settings.Setting; name detectors with detectors=...")
-        return tuple(settings)
-    if detectors is not None:
-        return settings_of(detectors)
-    return settings_list(frames_hz=rate_of(assembly.motion.times), shipped=bool(session.colliders))
 
 
 class _Deadline:

@@ -121,3 +121,5 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
 def test_detectors_given_as_settings_are_refused_in_a_sentence(bumped):
     with pytest.raises(TypeError, match="detectors="):
         tradeoff(bumped, settings=["exact", "sphere"])
+    with pytest.raises(TypeError, match="takes no noise"):
+        tradeoff(bumped, noise="vive")
