@@ -49,7 +49,7 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
         return done
 
     fixtures = each("fixtures", fixture, [(*key, seed) for key in product(size.targets, range(size.poses))])
-    groups = list(groups_of(fixtures))
+    groups = groups_of(fixtures)
     complete = joined(each("measuring times", ask_to_completion, [(group,) for group in groups]))
     short = {
         share: joined(each(f"Table I, B = {share:g}", ask_cut_short, [(group, complete, share) for group in groups]))

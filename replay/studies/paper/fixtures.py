@@ -75,6 +75,8 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
         way = _Way(rng, bodies)
         motion = _with_faces(bodies, way, target)
         if motion is not None:
+            # Every pose has a stamp, hence a random stream, of its own.
+            motion = Motion([number / HEADSET_HZ], motion.translations, motion.rotations)
             pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
             return Fixture(family, target, number, bodies, motion, pairs)
     raise FixtureError(

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from cdcore.numerics import FloatArray
 from replay.errors import OutputError
-from replay.outputs.paper_table import Cell
 from replay.outputs.tables import Table
 from replay.studies.paper.feature_samples import ALL
 from replay.studies.paper.printed import PRINTED
@@ -19,7 +19,7 @@ GREY: Final = "#777777"
 BEYOND_LARGEST: Final = 1.5
 """Sampled faces are drawn on a logarithm; *all* of them stand this factor right of the largest sample."""
 
-BARS: Final = {"fmt": "o", "capsize": 3}
+ROWS_OF_8: Final = ("contacts of which no pair is in the sample", "share of covered poses missed", "evaluations")
 
 
 def write_pictures(tables: Sequence[Table], out: Path) -> list[Path]:
@@ -40,13 +40,26 @@ def figure_7(tables: Mapping[str, Table]) -> bytes:
 
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained")
     parts: Any = figure.subfigures(2, 1)
-    above, below = parts
-    _accuracy(above, tables["F7ab"])
-    families = _distinct(tables["F7e"], "family")
-    times, *rates = below.subplots(1, 1 + len(families))
-    _times(times, tables["F7c"])
-    for axes, family in zip(rates, families, strict=True):
-        _rates(axes, tables["F7e"].where(family=family), f"7e: random collisions, {family}")
+    accuracy, times, rates = (tables[key] for key in ("F7ab", "F7c", "F7e"))
+    shares, families = _distinct(accuracy, "B"), _distinct(rates, "family")
+    above = parts[0].subplots(1, len(shares), squeeze=False, sharey="row")[0]
+    for axes, share in zip(above, shares, strict=True):
+        part = accuracy.where(B=share)
+        names = _by_algorithm(axes, part, "mean", "mean, low", "mean, high")
+        axes.plot(_numbers(part, f"mean: {PRINTED}"), names, "x", color=GREY, label=PRINTED)
+        axes.set(title=f"7a, b: accuracy, B = {share:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
+    above[0].invert_yaxis()
+    _legend(parts[0], above[0])
+    first, *others = parts[1].subplots(1, 1 + len(families))
+    _by_algorithm(first, times, "median, ms", "lower quartile, ms", "upper quartile, ms")
+    first.set(title="7c: time of a pose", xlabel="ms for all faces: median, lower to upper quartile", xscale="log")
+    first.xaxis.set_major_formatter("{x:g}")
+    for axes, family in zip(others, families, strict=True):
+        _by_algorithm(axes, rates.where(family=family), "rate", "low", "high")
+        axes.set(title=f"7e: random collisions, {family}", xlabel="share detected, with Wilson interval")
+        axes.set_xlim(-0.03, 1.03)
+    for axes in (first, *others):
+        axes.invert_yaxis()
     return _png(figure)
 
 
@@ -55,18 +68,43 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
     from matplotlib.figure import Figure
 
     coverage, search = tables["F8 coverage"], tables["F8 search"]
+    missed = next(heading for heading in search.head if heading.startswith("misses at"))
+    spent = next(heading for heading in search.head if heading.startswith("evaluations") and "covered" in heading)
     families = _distinct(coverage, "family")
     figure = Figure(figsize=(12.0, 10.0), dpi=110, layout="constrained")
     panels = figure.subplots(3, len(families), squeeze=False, sharey="row")
-    for column, family in zip(panels.T, families, strict=True):
-        _coverage(column[0], coverage.where(family=family), str(family))
-        _search(column[1], column[2], search.where(family=family))
-    panels[0, 0].set_ylabel("contacts of which no pair is in the sample")
-    panels[1, 0].set_ylabel("share of covered poses missed")
-    panels[2, 0].set_ylabel("evaluations")
-    handles, labels = panels[2, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8, frameon=False)
+    for (covered, rates, work), family in zip(panels.T, families, strict=True):
+        part, searches = coverage.where(family=family), search.where(family=family)
+        values, error = _intervals(part, "rate", "low", "high")
+        covered.errorbar(_sizes(covered, part), values, error, fmt="o-", capsize=3)
+        covered.set(title=f"8: coverage, {family}", ylim=(-0.03, 1.03))
+        for name in _distinct(search, "search"):
+            part = searches.where(search=name)
+            values, error = _intervals(part, "rate", "low", "high")
+            rates.errorbar(_sizes(rates, part), values, error, fmt="o-", capsize=3)
+            work.plot(_sizes(work, part), _numbers(part, spent), "o-", label=name)
+        rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))
+        # A logarithm cannot show a panel in which nothing was measured.
+        measured = (_numbers(searches, spent) > 0).any()
+        work.set(title=f"8: {spent} poses", yscale="log" if measured else "linear")
+        work.yaxis.set_major_formatter("{x:,.0f}")
+    for axes, label in zip(panels[:, 0], ROWS_OF_8, strict=True):
+        axes.set_ylabel(label)
+    _legend(figure, panels[2, 0])
     return _png(figure)
+
+
+def _by_algorithm(axes: Axes, table: Table, *columns: str) -> list[str]:
+    """A bar a row, of a value between its ends; returns the names of the rows."""
+    names = table.column("algorithm")
+    values, error = _intervals(table, *columns)
+    axes.errorbar(values, names, xerr=error, fmt="o", capsize=3, label="mean, with bootstrap interval")
+    return names
+
+
+def _legend(figure: Any, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8, frameon=False)
 
 
 def _png(figure: Any) -> bytes:
@@ -81,53 +119,24 @@ def _png(figure: Any) -> bytes:
     return buffer.getvalue()
 
 
-def _numbers(cells: Sequence[Cell]) -> list[float]:
-    return [float("nan") if cell is None or isinstance(cell, str) else float(cell) for cell in cells]
+def _numbers(table: Table, name: str) -> FloatArray:
+    """A column, nan where nothing was measured."""
+    return np.array(table.column(name), dtype=np.float64)
 
 
-def _intervals(table: Table, heading: str, low: str = "low", high: str = "high") -> tuple[list[float], Any]:
+def _intervals(table: Table, name: str, low: str, high: str) -> tuple[FloatArray, FloatArray]:
     """Numbers, and distances of their intervals' ends from them; rounding may put an end a hair inside."""
-    middle, below, above = (np.array(_numbers(table.column(name))) for name in (heading, low, high))
-    return middle.tolist(), np.maximum(0.0, [middle - below, above - middle])
+    middle = _numbers(table, name)
+    return middle, np.maximum(0.0, [middle - _numbers(table, low), _numbers(table, high) - middle])
 
 
-def _distinct(table: Table, heading: str) -> list[Cell]:
-    return list(dict.fromkeys(table.column(heading)))
-
-
-def _accuracy(figure: Any, table: Table) -> None:
-    shares = _distinct(table, "B")
-    panels = figure.subplots(1, len(shares), squeeze=False, sharey="row")[0]
-    for axes, share in zip(panels, shares, strict=True):
-        part = table.where(B=share)
-        names, (means, error) = part.column("algorithm"), _intervals(part, "mean", "mean, low", "mean, high")
-        axes.errorbar(means, names, xerr=error, label="mean, with bootstrap interval", **BARS)
-        axes.plot(_numbers(part.column(f"mean: {PRINTED}")), names, "x", color=GREY, label=PRINTED)
-        axes.set(title=f"7a, b: accuracy, B = {share:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
-    panels[0].invert_yaxis()
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-
-
-def _times(axes: Axes, table: Table) -> None:
-    middle, error = _intervals(table, "median, ms", "lower quartile, ms", "upper quartile, ms")
-    axes.errorbar(middle, table.column("algorithm"), xerr=error, **BARS)
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.invert_yaxis()
-    axes.set(title="7c: time of a pose", xlabel="ms for all faces: median, lower to upper quartile")
-
-
-def _rates(axes: Axes, table: Table, title: str) -> None:
-    rates, error = _intervals(table, "rate")
-    axes.errorbar(rates, table.column("algorithm"), xerr=error, **BARS)
-    axes.invert_yaxis()
-    axes.set(title=title, xlabel="share detected, with Wilson interval", xlim=(-0.03, 1.03))
+def _distinct(table: Table, name: str) -> list[Any]:
+    return list(dict.fromkeys(table.column(name)))
 
 
 def _sizes(axes: Axes, table: Table) -> list[float]:
     """Places of the sampled faces along a logarithm, and their words below."""
-    words = [str(cell) for cell in table.column("faces sampled")]
+    words = table.column("faces sampled")
     largest = max(float(word) for word in words if word != ALL)
     places = [BEYOND_LARGEST * largest if word == ALL else float(word) for word in words]
     axes.set_xscale("log", base=2)
@@ -135,22 +144,3 @@ def _sizes(axes: Axes, table: Table) -> list[float]:
     axes.minorticks_off()
     axes.set_xlabel("faces sampled of each mesh")
     return places
-
-
-def _coverage(axes: Axes, table: Table, family: str) -> None:
-    axes.errorbar(_sizes(axes, table), *_intervals(table, "rate"), **BARS | {"fmt": "o-"})
-    axes.set(title=f"8: coverage, {family}", ylim=(-0.03, 1.03))
-
-
-def _search(rates: Axes, work: Axes, table: Table) -> None:
-    missed = next(heading for heading in table.head if heading.startswith("misses at"))
-    spent = next(heading for heading in table.head if heading.startswith("evaluations") and "covered" in heading)
-    for search in _distinct(table, "search"):
-        part = table.where(search=search)
-        rates.errorbar(_sizes(rates, part), *_intervals(part, "rate"), **BARS | {"fmt": "o-"})
-        work.plot(_sizes(work, part), _numbers(part.column(spent)), "o-", label=str(search))
-    # A logarithm cannot show a panel in which nothing was measured.
-    measured = any(number > 0 for number in _numbers(table.column(spent)))
-    rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))
-    work.set(title=f"8: {spent} poses", yscale="log" if measured else "linear")
-    work.yaxis.set_major_formatter("{x:,.0f}")

@@ -1,16 +1,14 @@
 """Who takes part, and what each finds in a pose: every row is asked the same way, its findings held to the truth."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Body, Detector, Motion, create_detector
-from cdcore.numerics import IntArray
-from replay.base.constants import HEADSET_HZ
+from cdcore import Body, Detector, create_detector
 from replay.studies.paper.fixtures import Fixture, faces_of_pairs
 
 SEARCH: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
@@ -48,17 +46,6 @@ ROWS: Final[dict[str, Row]] = {
 BUDGETED: Final = tuple(name for name, row in ROWS.items() if row.counters)
 
 
-@dataclass(frozen=True, eq=False)
-class Group:
-    """The poses of one pair of meshes: a frame each, with a stamp of its own, hence a random stream of its own."""
-
-    family: str
-    target: int
-    bodies: tuple[Body, Body]
-    motion: Motion
-    truth: tuple[IntArray, ...]
-
-
 @dataclass(frozen=True)
 class PoseAnswer:
     """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs."""
@@ -82,17 +69,12 @@ Answers = Mapping[str, Sequence[PoseAnswer]]
 """Row -> an answer a pose."""
 
 
-def groups_of(fixtures: Sequence[Fixture]) -> Iterator[Group]:
+def groups_of(fixtures: Iterable[Fixture]) -> list[list[Fixture]]:
     """The fixtures, those of the same meshes together."""
-    ordered = sorted(fixtures, key=lambda pose: (pose.target, pose.family, pose.number))
-    for (target, family), members in groupby(ordered, key=lambda pose: (pose.target, pose.family)):
-        poses = list(members)
-        motion = Motion(
-            np.array([pose.number for pose in poses]) / HEADSET_HZ,
-            np.concatenate([pose.motion.translations for pose in poses]),
-            np.concatenate([pose.motion.rotations for pose in poses]),
-        )
-        yield Group(family, target, poses[0].bodies, motion, tuple(pose.pairs for pose in poses))
+    groups: defaultdict[tuple[int, str], list[Fixture]] = defaultdict(list)
+    for pose in sorted(fixtures, key=lambda pose: (pose.target, pose.family, pose.number)):
+        groups[pose.target, pose.family].append(pose)
+    return [*groups.values()]
 
 
 def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
@@ -101,22 +83,20 @@ def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
     return create_detector(row.detector, bodies, **dict(row.settings) | settings)
 
 
-def ask(name: str, detector: Detector, group: Group, pose: int) -> PoseAnswer:
+def ask(name: str, detector: Detector, pose: Fixture) -> PoseAnswer:
     """What ``detector``, made for row ``name``, finds in one pose, held to the truth."""
-    frame = group.motion.frames(pose, pose + 1)
     start = perf_counter()
-    detection = detector.detect(frame, faces=True)
+    detection = detector.detect(pose.motion, faces=True)
     pairs = detection.faces(0, 0)
     seconds = perf_counter() - start
-    truth = group.truth[pose]
-    both = set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))
+    both = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
     right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
     return PoseAnswer(
-        target=group.target,
+        target=pose.target,
         faces=faces_of_pairs(right),
-        true_faces=faces_of_pairs(truth),
+        true_faces=pose.faces,
         pairs=len(pairs),
-        true_pairs=len(truth),
+        true_pairs=len(pose.pairs),
         right_pairs=len(right),
         operations=sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters),
         seconds=seconds,

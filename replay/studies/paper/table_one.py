@@ -3,8 +3,8 @@
 Wall times are taken once: they turn a common wall time into a budget of operations for every row.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from statistics import mean, median
+from collections.abc import Mapping, Sequence
+from statistics import fmean, mean, median
 from typing import Final
 
 import numpy as np
@@ -12,8 +12,9 @@ import numpy as np
 from replay.base.machine import machine
 from replay.outputs.paper_table import Cell, paper_table
 from replay.outputs.tables import Table
+from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
-from replay.studies.paper.rows import BUDGETED, ROWS, Answers, Group, PoseAnswer, ask, make
+from replay.studies.paper.rows import BUDGETED, ROWS, Answers, PoseAnswer, ask, make
 from sessions.synthetic.rng import random_stream
 
 SHARES: Final = (0.25, 0.5, 1.0, 2.0)
@@ -22,15 +23,15 @@ SHARES: Final = (0.25, 0.5, 1.0, 2.0)
 RESAMPLES: Final = 1000
 
 
-def ask_to_completion(group: Group) -> Answers:
+def ask_to_completion(group: Sequence[Fixture]) -> Answers:
     """Ask and time every row in every pose of a group, rows in turn within a pose, after one warm round."""
-    detectors = {name: make(name, group.bodies) for name in ROWS}
+    detectors = {name: make(name, group[0].bodies) for name in ROWS}
     for name, detector in detectors.items():
-        ask(name, detector, group, 0)
+        ask(name, detector, group[0])
     answers: dict[str, list[PoseAnswer]] = {name: [] for name in ROWS}
-    for pose in range(len(group.truth)):
+    for pose in group:
         for name, detector in detectors.items():
-            answers[name].append(ask(name, detector, group, pose))
+            answers[name].append(ask(name, detector, pose))
     return answers
 
 
@@ -42,12 +43,12 @@ def budget(complete: Answers, name: str, target: int, share: float) -> int:
     return max(1, round(share * hybrid * rate))
 
 
-def ask_cut_short(group: Group, complete: Answers, share: float) -> Answers:
+def ask_cut_short(group: Sequence[Fixture], complete: Answers, share: float) -> Answers:
     """Ask every row that takes a budget in every pose of a group, with ``share`` medians of ``hybrid``."""
     answers = {}
     for name in BUDGETED:
-        detector = make(name, group.bodies, budget=budget(complete, name, group.target, share))
-        answers[name] = [ask(name, detector, group, pose) for pose in range(len(group.truth))]
+        detector = make(name, group[0].bodies, budget=budget(complete, name, group[0].target, share))
+        answers[name] = [ask(name, detector, pose) for pose in group]
     return answers
 
 
@@ -62,19 +63,14 @@ def table_one(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     for target in sorted({answer.target for answer in complete["exact"]}):
         for name, theirs in OURS.items():
             asked = (complete[name], *(equal[share][name] for share in SHARES))
-            cells = [_mean(answer.faces for answer in answers if answer.target == target) for answers in asked]
-            true = _mean(answer.true_faces for answer in complete[name] if answer.target == target)
+            cells = [fmean(answer.faces for answer in answers if answer.target == target) for answers in asked]
+            true = fmean(answer.true_faces for answer in complete[name] if answer.target == target)
             rows.append((target, f"{name} ({theirs})", true, *cells, TABLE_1[name].get(target)))
     head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
     return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
         "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations.",
     )  # fmt: skip
-
-
-def _mean(values: Iterable[int]) -> float:
-    listed = list(values)
-    return sum(listed) / len(listed)
 
 
 def to_completion(complete: Answers) -> Table:

@@ -24,11 +24,6 @@ def near(gap):
     return close_stretches(assembly, np.arange(len(assembly.pairs)))
 
 
-def test_a_cube_that_comes_within_four_millimetres_is_seen_with_its_time():
-    (one,) = near(approach(0.004))
-    assert 1.89 <= one.start <= one.end <= 2.11
-
-
 def test_two_approaches_are_two_and_a_flicker_is_one():
     assert len(near(np.minimum(approach(0.004, 1.0), approach(0.004, 3.0)))) == 2
     assert len(near(np.minimum(approach(0.004, 2.0), approach(0.004, 2.3)))) == 1

@@ -12,14 +12,11 @@ from replay.comparison.outcome import Episode
 from replay.effects.output import EffectEvent
 from replay.metrics.row import (
     TASK,
-    contact_frames,
     effect_metrics,
     intended,
     joined,
     metric_rows,
-    recall,
 )  # fmt: skip
-from replay.outputs.results.parquet_tables import metrics_table
 from replay.pipeline.engine import compute
 from sessions.synthetic.scenes import make_scene_session
 
@@ -60,26 +57,24 @@ def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows
     assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
     pair_frames = result.summary["audit"]["slow"]["pair_frames"]
     assert rows["slow"]["recall"] == pair_frames["BOTH"] / (pair_frames["BOTH"] + pair_frames["MISSED"])
+    assert {row["contact_frames"] for row in rows.values()} == {pair_frames["BOTH"] + pair_frames["MISSED"]}
     assert len({row["session"] for row in rows.values()}) == 1
     assert len({row["settings"] for row in rows.values()}) == 3
 
 
-def test_contact_frames_are_those_of_the_oracle(silver, rows):
-    result, _ = silver
-    pair_frames = result.summary["audit"]["hybrid"]["pair_frames"]
-    assert contact_frames(result) == pair_frames["BOTH"] + pair_frames["MISSED"] > 0
-    assert {row["contact_frames"] for row in rows.values()} == {contact_frames(result)}
-
-
-def test_where_nothing_touches_there_is_nothing_to_recall():
-    result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="exact")
-    assert [(row["recall"], row["contact_frames"]) for row in metric_rows(result)] == [(None, 0)] * 2
-
-
-def test_without_an_oracle_nobody_knows_the_recall():
-    result = run(cubes({"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] * 5}), detectors="hybrid", oracle="none")
-    assert recall(result, "hybrid") is None
-    assert metrics_table(result)["recall"].to_pylist() == [None]
+@pytest.mark.parametrize(
+    ("places", "detectors", "oracle", "told"),
+    [
+        (np.linspace(3, 4, 9), "hybrid", "exact", [("hybrid", None, 0, 0.0), ("exact", None, 0, 0.0)]),
+        (np.linspace(3, 4, 9), "hybrid", "none", [("hybrid", None, None, 0.0)]),
+        (np.linspace(3, 4, 9), (), None, [("none", None, None, None)]),
+    ],
+    ids=["no contact", "no oracle", "no detector"],
+)
+def test_a_recall_that_nobody_measured_is_none(places, detectors, oracle, told):
+    rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(places)}), detectors=detectors, oracle=oracle))
+    keys = ("detector", "recall", "contact_frames", "contacts_per_min")
+    assert [tuple(row[key] for key in keys) for row in rows] == told and all(row["valid_minutes"] > 0 for row in rows)
 
 
 def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
@@ -104,12 +99,6 @@ def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
 )
 def test_contacts_that_are_part_of_the_work(pair, start, fixed, taken, expected):
     assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
-
-
-def test_a_run_without_a_detector_has_one_row_without_contacts():
-    (row,) = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors=()))
-    assert row["detector"] == "none" and row["contacts_per_min"] is None and row["recall"] is None
-    assert row["valid_minutes"] > 0
 
 
 def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():

@@ -22,24 +22,11 @@ def test_the_front_is_that_of_a_second_way(found):
     assert order == sorted(order)
 
 
-def test_overlapping_intervals_are_a_tie_that_goes_to_the_complete_one_and_then_to_the_simpler():
-    quick, sure = price_row("budgeted", 1.0, 0), price_row("sure", 1.15, 0, complete=True, simplicity=5)
-    plain = price_row("plain", 1.1, 0, complete=True, simplicity=1)
-    assert front_of([quick, sure]) == ["sure"] and front_of([quick, sure, plain]) == ["plain"]
-    assert front_of([quick, price_row("sure", 1.3, 0, complete=True)]) == ["budgeted"]
-
-
 def test_one_pass_ties_with_nothing_and_is_advised_never():
     slow, quick = price_row("once", 2.5, 0, spread=None, complete=True), price_row("exact", 0.04, 0)
     assert front_of([slow, quick]) == ["exact"]
     some = [quick, price_row("a", 0.05, 1), price_row("b", 0.06, 2)]
     assert not any("once" in sentence for sentence in advice_of([*some, slow]))
-
-
-def test_what_saves_time_by_chance_only_is_not_on_the_front():
-    """A wide interval reaches below what is surely quicker; taken as a tie, it would stand there with a longer mean."""
-    found = [price_row("exact", 1.0, 0, spread=0.01), price_row("wide", 1.1, 3, spread=0.6), price_row("q", 0.5, 9)]
-    assert front_of(found) == ["q", "exact"]
 
 
 @pytest.mark.parametrize(

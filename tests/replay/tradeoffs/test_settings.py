@@ -59,8 +59,3 @@ def test_what_is_tried_next_stands_beside_the_front_on_its_line():
 def test_complete_is_what_asks_every_face_at_every_frame(spec, complete):
     (setting,) = settings_of(f"it={spec}")
     assert setting.complete == complete and setting.label == "it" == setting.spec.label
-
-
-def test_the_exact_one_is_the_simplest():
-    plain = {setting.label: setting.simplicity for setting in settings_list()}
-    assert min(plain, key=plain.get) == "exact"

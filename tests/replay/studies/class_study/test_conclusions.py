@@ -7,7 +7,7 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse, compared, findings_of
-from replay.studies.class_study.tables import headlines, opening, sensitivity_table
+from replay.studies.class_study.tables import opening, sensitivity_table
 
 ASKED = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
 
@@ -76,20 +76,3 @@ def test_a_conclusion_changes_where_one_detector_leaves_it_open():
     for before, after in ((one, open_), (open_, one), (open_, open_), (one, one)):
         (row,) = compared(findings_of([before], ()), findings_of([after], ()), table)
         assert row.changes == (before is not after)
-
-
-def test_groups_alone_are_said_first_where_they_differ_and_counted_where_not():
-    answers, contacts = a_class(40, seed=2)
-    answers[1::2, 3:] = np.clip(answers[1::2, 3:] + 2, 1, 5)
-    book = codebook((), groups=("arm", ("first", "second")))
-    (said,) = headlines(analyse(book, questionnaire(answers, ["first", "second"] * 20), metrics(contacts)))
-    one = analyse(book, questionnaire(answers, ["first", "second"] * 20), metrics(contacts)).groups[1].effect
-    between = f"{one.beta:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = 20 and 20"
-    assert said == f"Motivation is higher in group second than in first: {between}"
-    assert 0.5 < one.low < answers[1::2, 3:].mean() - answers[::2, 3:].mean() < one.high
-    turned = headlines(analyse(book, questionnaire(answers, ["second", "first"] * 20), metrics(contacts)))
-    assert turned[0].startswith("Motivation is lower in group second than in first: -")
-    same, _ = a_class(40, seed=2)
-    assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20), metrics(contacts))) == [
-        "No association was told from chance in 40 students"
-    ]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.regression import holm, permutation_p, regress
+from replay.studies.class_study.regression import permutation_p, regress
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
@@ -58,15 +58,3 @@ def test_what_cannot_be_told_apart_is_refused(y, x, rule):
     with pytest.raises(StudyRefusedError) as refused:
         fit(y, x)
     assert refused.value.rule == rule
-
-
-def test_holm_corrects_across_all_regressions_as_by_hand():
-    first, second = fit(SCORES[:, 3], SCORES[:, :1]), fit(SCORES[:, 2], SCORES[:, :2])
-    raw = [c.p for one in (first, second) for c in one.coefficients]
-    order = np.argsort(raw)
-    by_hand, most = np.empty(3), 0.0
-    for rank, k in enumerate(order):
-        most = max(most, min(1.0, (3 - rank) * raw[k]))
-        by_hand[k] = most
-    corrected = holm([*first.coefficients, *second.coefficients])
-    assert [c.p_holm for c in corrected] == pytest.approx(by_hand, abs=1e-12)

@@ -13,7 +13,6 @@ from replay.studies.class_study.reliability import (
     bartlett,
     cronbach_alpha,
     kmo,
-    reliability,
 )
 from replay.studies.class_study.resampling import interval
 
@@ -41,15 +40,6 @@ def test_alpha_knows_neither_the_order_of_students_nor_an_offset_nor_a_turned_sc
     alpha = cronbach_alpha(answers)
     for same in (answers[::-1], answers + 7.0, 6.0 - answers):
         assert cronbach_alpha(same) == pytest.approx(alpha, abs=1e-9)
-
-
-def test_the_interval_holds_alpha_and_narrows_with_the_class():
-    random = np.random.default_rng(1)
-    few = reliability(ANSWERS[:15, :5], random)
-    many = reliability(np.tile(ANSWERS[:, :5], (6, 1)), random)
-    assert few.low < few.alpha < few.high and many.low < many.alpha < many.high
-    assert many.high - many.low < 0.5 * (few.high - few.low)
-    assert (few.students, few.items) == (15, 5)
 
 
 def means(values, random, draws=4000):
@@ -90,17 +80,6 @@ def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     assert found.chi_square == pytest.approx(REFERENCE["bartlett"][0], rel=1e-10)
     assert found.p == pytest.approx(REFERENCE["bartlett"][1], rel=1e-9, abs=1e-10)
     assert found.degrees == 171
-
-
-def test_kmo_of_items_with_one_common_correlation_is_the_closed_form():
-    """Partial correlations of an equicorrelated matrix are r / (1 + (k - 2) r), so KMO follows by hand."""
-    k, r = 5, 0.5
-    root = np.linalg.cholesky((1 - r) * np.eye(k) + r)
-    raw = np.random.default_rng(0).normal(size=(40, k))
-    raw -= raw.mean(axis=0)
-    white = np.linalg.qr(raw)[0]
-    partial = r / (1 + (k - 2) * r)
-    assert kmo(white @ root.T) == pytest.approx(r * r / (r * r + partial * partial), abs=1e-12)
 
 
 @pytest.mark.parametrize(

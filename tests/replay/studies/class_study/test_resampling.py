@@ -22,10 +22,6 @@ def test_all_or_nothing_has_an_interval_too(share):
     assert (found.low, found.high) == wilson(12 * share, 12) and found.low < found.high
 
 
-def test_nobody_has_no_figure():
-    assert Resampling([]).ratio({}, {}).students == 0
-
-
 def test_intervals_hold_the_truth_in_about_95_of_100_classes():
     """Students differ more than their contacts do: an interval over contacts alone would hold it in 60."""
     random, held, classes = np.random.default_rng(1), 0, 300

@@ -7,7 +7,7 @@ import pytest
 from replay.errors import OutputError
 from replay.studies.class_study.codebook import read_codebook
 from replay.studies.class_study.joining import read_questionnaire
-from replay.studies.class_study.synthetic_class import Student, draw_class, make_class, record_student
+from replay.studies.class_study.synthetic_class import draw_class, make_class
 from sessions import read_session
 
 
@@ -57,8 +57,3 @@ def test_a_folder_of_something_else_or_of_another_class_is_left_alone(tmp_path):
     make_class(tmp_path / "class", students=1)
     with pytest.raises(OutputError, match="another seed or size"):
         make_class(tmp_path / "class", students=6)
-
-
-def test_a_session_that_cannot_be_made_is_told(tmp_path):
-    (tmp_path / "S01.mcap").mkdir()
-    assert record_student(Student("S01", {}, (-1.0,), 0), tmp_path / "S01.mcap", 0) != ""

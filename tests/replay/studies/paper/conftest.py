@@ -15,4 +15,4 @@ def small():
 
 @pytest.fixture(scope="session")
 def groups():
-    return list(groups_of([fixture(100, number) for number in range(4)]))
+    return groups_of(fixture(100, number) for number in range(4))

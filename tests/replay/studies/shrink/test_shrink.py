@@ -18,7 +18,7 @@ from replay.studies.shrink.fault import Fault, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence
-from sessions import MeshData, Session, write_session
+from sessions import Session, write_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""
@@ -79,22 +79,6 @@ def test_a_miss_between_looks_ends_at_two_frames_and_two_faces_of_each(folder):
     assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
     assert not any(one.stands() and doubts_of(one) <= doubts_of(done) for one in nothing_can_go(done))
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
-
-
-def test_an_invented_contact_stays_invented(tmp_path):
-    """A cube between two others of one body: only their hull meets it."""
-    one = cube(0.5)
-    aside = np.array([2.0, 0, 0])
-    two = MeshData(np.concatenate([one.vertices + aside, one.vertices - aside]), [*one.faces, *(one.faces + 8)])
-    meshes = {"two": two, "between": one}
-    poses = {"two": along_x([0] * 6), "between": along_x([9, 8.9, 8.8, 0.1, 0.2, 8])}
-    write_session(Session.from_arrays(np.arange(6) * 10_000_000, poses, meshes), tmp_path / "s.mcap")
-    run(tmp_path / "s.mcap", detectors="hull=collider[shape=hull]", out=tmp_path / "run", picture=False)
-    fault = of_run(read_run_folder(tmp_path / "run"), false=1)
-    done = least(fault)
-    assert not done.contact and len(done.motion) == 1 and sum(Size.of(done).faces) <= 4
-    assert not any(one.stands() and doubts_of(one) <= doubts_of(done) for one in nothing_can_go(done))
-    assert "invents a contact" in sentence(done)
 
 
 def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightly(tmp_path):
