@@ -25,7 +25,7 @@ PHASES: Final = 16
 """Offsets that a mean is over, evenly spread over the time from sample to sample."""
 
 STRETCHES: Final = 16
-STRETCH_FRAMES: Final = 256
+STRETCH_FRAMES: Final = 128
 """Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
 
 STEPS: Final = 24
