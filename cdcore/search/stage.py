@@ -150,9 +150,10 @@ class SearchStage:
             pose = np.empty(13)
             relative_pose(frame, *self._ends[column], motion.rotations, motion.translations, pose)
             budget = self._rests[column].budget(pose, known.searched, known.seen, budget)
-        pose_a, pose_b = self._poses(motion, frame, column)
-        bits = b"".join(part.tobytes() for part in (*pose_a, *pose_b)) if budget else known.poses
-        if bits == known.poses:
+        if budget:
+            pose_a, pose_b = self._poses(motion, frame, column)
+            bits = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
+        if not budget or bits == known.poses:
             work["reused"] += 1
             return None
         work["looks"] += 1
