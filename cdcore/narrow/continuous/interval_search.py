@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.vectors import placed
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.motion_segments import pose_at, seen_from
 from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay_apart, turned_between
@@ -51,7 +52,7 @@ class Room(NamedTuple):
     ``items`` (n, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be tested within a part;
     ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their items, first
     and count; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested, two to build
-    them; ``corners`` (27,), ``scratch`` (32,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
+    them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
     faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
     """
 
@@ -61,7 +62,6 @@ class Room(NamedTuple):
     spans: IntArray
     poses: FloatArray
     corners: FloatArray
-    scratch: FloatArray
     pair: FloatArray
     digits: IntArray
     found: FloatArray
@@ -73,7 +73,7 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Room(
         np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
-        np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS), np.empty(32),
+        np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
         np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
     )  # fmt: skip
 
@@ -88,29 +88,27 @@ def keep_item(items: Items, end: int, kind: int, a: int, b: int) -> int:
 
 
 @hot_kernel
-def load_corners(placed: FloatArray, face: int, poses: FloatArray, row: int, corners: FloatArray, at: int) -> None:
-    """Corners of a face at ``poses[row]`` to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
-    for corner in range(3):
-        x, y, z = placed[face, corner], placed[face, 4 + corner], placed[face, 8 + corner]
-        for k in range(3):
-            turned = poses[row, 3 * k] * x + poses[row, 3 * k + 1] * y + poses[row, 3 * k + 2] * z
-            corners[at + 3 * corner + k] = turned + poses[row, 9 + k]
+def load_corners(faces: FloatArray, face: int, pose: FloatArray, corners: FloatArray, at: int) -> None:
+    """Corners of a face at a pose (12,) to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
+    for k in range(3):
+        corner = placed(pose, (faces[face, k], faces[face, 4 + k], faces[face, 8 + k]))
+        corners[at + 3 * k], corners[at + 3 * k + 1], corners[at + 3 * k + 2] = corner
 
 
 @hot_kernel
 def face_pair_apart(
     placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, poses: FloatArray,
-    corners: FloatArray, scratch: FloatArray,
+    corners: FloatArray,
 ) -> bool:  # fmt: skip
     """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
     # Not the whole room: eighty numbers a call took a sixth of the search (2026-11).
     stay_one_function()
-    load_corners(placed_a, face_a, poses, 0, corners, 0)
-    load_corners(placed_a, face_a, poses, 1, corners, 9)
+    load_corners(placed_a, face_a, poses[0], corners, 0)
+    load_corners(placed_a, face_a, poses[1], corners, 9)
     for corner in range(3):
         for k in range(3):
             corners[18 + 3 * corner + k] = placed_b[face_b, 4 * k + corner]
-    return bool(faces_stay_apart(corners, margin, scratch))
+    return bool(faces_stay_apart(corners, margin))
 
 
 @hot_kernel
@@ -121,7 +119,7 @@ def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, marg
     for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
         for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
             room.work[FACE_TESTS] += 1
-            if face_pair_apart(placed_a, i, placed_b, j, margin, room.poses, room.corners, room.scratch):
+            if face_pair_apart(placed_a, i, placed_b, j, margin, room.poses, room.corners):
                 continue
             end = keep_item(room.items, end, FACES, i, j)
             if end < 0:
@@ -144,7 +142,7 @@ def boxes_left(
         a, b = int(waiting[depth, 1]), int(waiting[depth, 2])
         room.work[BOX_TESTS] += 1
         box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
-        if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin, room.scratch):
+        if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin):
             continue
         leaf_a, leaf_b = int(tree_a.links[a, 1]), int(tree_b.links[b, 1])
         fast = motion > box_a[15] + box_b[15]
@@ -180,7 +178,7 @@ def items_left(
         else:
             room.work[FACE_TESTS] += 1
             placed_a, placed_b = tree_a.placed, tree_b.placed
-            if not face_pair_apart(placed_a, a, placed_b, b, margin, room.poses, room.corners, room.scratch):
+            if not face_pair_apart(placed_a, a, placed_b, b, margin, room.poses, room.corners):
                 end = keep_item(items, end, FACES, a, b)
         if end < 0:
             return end
@@ -202,8 +200,8 @@ def look(
         pose_at(leg_b, share, room.poses[3])
         for k in range(first, end):
             room.work[MEETING_TESTS] += 1
-            load_corners(tree_a.placed, int(room.items[k, 1]), room.poses, 2, room.pair, 0)
-            load_corners(tree_b.placed, int(room.items[k, 2]), room.poses, 3, room.pair, 9)
+            load_corners(tree_a.placed, int(room.items[k, 1]), room.poses[2], room.pair, 0)
+            load_corners(tree_b.placed, int(room.items[k, 2]), room.poses[3], room.pair, 9)
             if placed_pair_meets(room.pair, room.digits) == 1:
                 room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
                 return share

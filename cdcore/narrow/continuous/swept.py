@@ -4,170 +4,146 @@ A direction must separate them at both ends of a part of the motion, by more tha
 direction is measured on the corners at both ends, however it was found.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, placed, turned, vector_at
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
 """Doubles of the corners of one face pair: A's at the start 9 and at the end 9, B's 9."""
 
+Three = tuple[Vector, Vector, Vector]
+
 
 @hot_kernel
-def separates(c: FloatArray, x: float, y: float, z: float, margin: float) -> bool:
+def separates(c: FloatArray, way: Vector, margin: float) -> bool:
     """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends.
 
     Compared as squares, so that no direction need be divided by its length; where a square underflows, the answer is
     False or right.
     """
-    a0, a1, a2 = along(c, 0, x, y, z), along(c, 3, x, y, z), along(c, 6, x, y, z)
-    a3, a4, a5 = along(c, 9, x, y, z), along(c, 12, x, y, z), along(c, 15, x, y, z)
-    b0, b1, b2 = along(c, 18, x, y, z), along(c, 21, x, y, z), along(c, 24, x, y, z)
-    above = min(min(min(a0, a1), min(a2, a3)), min(a4, a5)) - max(max(b0, b1), b2)
-    below = min(min(b0, b1), b2) - max(max(max(a0, a1), max(a2, a3)), max(a4, a5))
-    gap = max(above, below)
+    low_a = high_a = dot(way, vector_at(c, 0))
+    for k in range(3, 18, 3):
+        length = dot(way, vector_at(c, k))
+        low_a, high_a = min(low_a, length), max(high_a, length)
+    low_b = high_b = dot(way, vector_at(c, 18))
+    for k in range(21, 27, 3):
+        length = dot(way, vector_at(c, k))
+        low_b, high_b = min(low_b, length), max(high_b, length)
+    gap = max(low_a - high_b, low_b - high_a)
     if gap * gap == np.inf:
-        longest = max(abs(x), max(abs(y), abs(z)))
-        x, y, z, gap = x / longest, y / longest, z / longest, gap / longest
-    return bool(gap > 0.0 and gap * gap > margin * margin * (x * x + y * y + z * z))
+        longest = max(abs(way[0]), max(abs(way[1]), abs(way[2])))
+        way, gap = (way[0] / longest, way[1] / longest, way[2] / longest), gap / longest
+    return bool(gap > 0.0 and gap * gap > margin * margin * dot(way, way))
 
 
 @hot_kernel
-def along(c: FloatArray, k: int, x: float, y: float, z: float) -> float:
-    """Corner ``c[k:k + 3]`` along a direction."""
+def edges_of(corners: Three) -> Three:
+    """From each corner of a face to the next."""
     become_part_of_caller()
-    length: float = x * c[k] + y * c[k + 1] + z * c[k + 2]
-    return length
+    first, second, third = corners
+    return between(first, second), between(second, third), between(third, first)
 
 
 @hot_kernel
-def edge(p: FloatArray, first: int, k: int, out: FloatArray, at: int) -> None:
-    """Edge ``k`` of the face whose corners start at ``p[first]``, to ``out[at:at + 3]``."""
-    i, j = first + 3 * k, first + 3 * ((k + 1) % 3)
-    for n in range(3):
-        out[at + n] = p[j + n] - p[i + n]
-
-
-@hot_kernel
-def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
-    """Whether the faces with corners ``c`` (27,) are certainly apart all the way; ``scratch`` (32,).
+def faces_stay_apart(c: FloatArray, margin: float) -> bool:
+    """Whether the faces with corners ``c`` (27,) are certainly apart all the way.
 
     Directions are those of the middle of the way: both planes, pairs of edges, the nearest points of edges.
     """
     stay_one_function()
-    # scratch: corners of A in the middle 9, edges of A 9, of B 9, a direction 3
-    o = runtime_int(0)
-    for k in range(3):
-        edge(c, 18, k, scratch, 18 + 3 * k)
-    if cross_separates(c, scratch, o + 18, o + 21, margin):
+    still = vector_at(c, 18), vector_at(c, 21), vector_at(c, 24)
+    edges_b = edges_of(still)
+    if separates(c, cross(edges_b[0], edges_b[1]), margin):
         return True
-    for k in range(9):
-        scratch[k] = 0.5 * (c[k] + c[9 + k])
-    for k in range(3):
-        edge(scratch, 0, k, scratch, 9 + 3 * k)
-    if cross_separates(c, scratch, o + 9, o + 12, margin):
+    middle = half_way(c, 0), half_way(c, 3), half_way(c, 6)
+    edges_a = edges_of(middle)
+    if separates(c, cross(edges_a[0], edges_a[1]), margin):
         return True
-    for i in range(9, 18, 3):
-        for j in range(18, 27, 3):
-            if cross_separates(c, scratch, i, j, margin):
+    for edge_a in edges_a:
+        for edge_b in edges_b:
+            if separates(c, cross(edge_a, edge_b), margin):
                 return True
-    way_between_edges(scratch, 0, c, 18, scratch[27:30])
-    return bool(separates(c, scratch[27], scratch[28], scratch[29], margin))
+    return bool(separates(c, way_between_edges(middle, edges_a, still, edges_b), margin))
 
 
 @hot_kernel
-def way_between_edges(p: FloatArray, a: int, q: FloatArray, b: int, way: FloatArray) -> None:
-    """The way (3,) between the nearest points of the edges of two faces, corners ``p[a:a + 9]`` and ``q[b:b + 9]``, to
-    the first. An edge may be a point.
+def half_way(c: FloatArray, k: int) -> Vector:
+    """The corner ``c[k:k + 3]`` of A in the middle of its way."""
+    become_part_of_caller()
+    return 0.5 * (c[k] + c[9 + k]), 0.5 * (c[k + 1] + c[10 + k]), 0.5 * (c[k + 2] + c[11 + k])
+
+
+@hot_kernel
+def way_between_edges(corners_a: Three, edges_a: Three, corners_b: Three, edges_b: Three) -> Vector:
+    """The way between the nearest points of the edges of two faces, to the first. An edge may be a point.
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.
     """
-    stay_one_function()
-    best = np.inf
+    best, nearest = np.inf, (0.0, 0.0, 0.0)
     for i in range(3):
-        i0, i1 = a + 3 * i, a + 3 * ((i + 1) % 3)
-        ux, uy, uz = p[i1] - p[i0], p[i1 + 1] - p[i0 + 1], p[i1 + 2] - p[i0 + 2]
-        uu = ux * ux + uy * uy + uz * uz
+        u = edges_a[i]
+        uu = dot(u, u)
         for j in range(3):
-            j0, j1 = b + 3 * j, b + 3 * ((j + 1) % 3)
-            vx, vy, vz = q[j1] - q[j0], q[j1 + 1] - q[j0 + 1], q[j1 + 2] - q[j0 + 2]
-            wx, wy, wz = p[i0] - q[j0], p[i0 + 1] - q[j0 + 1], p[i0 + 2] - q[j0 + 2]
-            vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-            uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+            v, w = edges_b[j], between(corners_b[j], corners_a[i])
+            vv, uv, uw, vw = dot(v, v), dot(u, v), dot(u, w), dot(v, w)
             spread = uu * vv - uv * uv
             s = min(1.0, max(0.0, (uv * vw - vv * uw) / spread)) if spread > 0.0 else 0.0
             t = (uv * s + vw) / vv if vv > 0.0 else 0.0
             if t < 0.0 or t > 1.0 or vv == 0.0:
                 t = min(1.0, max(0.0, t))
                 s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
-            dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
-            distance = dx * dx + dy * dy + dz * dz
+            way = beyond(beyond(w, s, u), -t, v)
+            distance = dot(way, way)
             if distance < best:
-                best = distance
-                way[0], way[1], way[2] = dx, dy, dz
+                best, nearest = distance, way
+    return nearest
 
 
 @hot_kernel
-def cross_separates(c: FloatArray, e: FloatArray, i: int, j: int, margin: float) -> bool:
-    """Whether the direction perpendicular to ``e[i:i + 3]`` and ``e[j:j + 3]`` separates the corners."""
+def axis_of(box: FloatArray, n: int) -> Vector:
+    """An axis of a node box (16,), in its body's frame."""
     become_part_of_caller()
-    x, y = e[i + 1] * e[j + 2] - e[i + 2] * e[j + 1], e[i + 2] * e[j] - e[i] * e[j + 2]
-    return bool(separates(c, x, y, e[i] * e[j + 1] - e[i + 1] * e[j], margin))
+    return box[3 + n], box[6 + n], box[9 + n]
 
 
 @hot_kernel
 def boxes_stay_apart(
-    box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, chord: float, margin: float,
-    scratch: FloatArray,
-) -> bool:  # fmt: skip
+    box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, chord: float, margin: float
+) -> bool:
     """Whether node boxes (16,) of A and B are certainly apart while A goes from pose ``before`` to ``after`` (12,).
 
     ``chord`` bounds the norm of the difference of both rotations: turned, a box reaches further by at most that times
-    its half diagonal. ``scratch`` (15,).
+    its half diagonal.
     """
     stay_one_function()
     wide = margin + chord * box_a[15]
-    centre_ways(box_a, box_b, before, after, scratch)
+    first = between(vector_at(box_b, 0), placed(before, vector_at(box_a, 0)))
+    last = between(vector_at(box_b, 0), placed(after, vector_at(box_a, 0)))
+    axes_a = turned(before, axis_of(box_a, 0)), turned(before, axis_of(box_a, 1)), turned(before, axis_of(box_a, 2))
     for k in range(3):
-        x, y, z = box_b[3 + k], box_b[6 + k], box_b[9 + k]
+        axis = axis_of(box_b, k)
         reach = box_b[12 + k] + wide
         for n in range(3):
-            m = 6 + 3 * n
-            reach += box_a[12 + n] * abs(x * scratch[m] + y * scratch[m + 1] + z * scratch[m + 2])
-        if apart_along(x, y, z, reach, scratch):
+            reach += box_a[12 + n] * abs(dot(axis, axes_a[n]))
+        if apart_along(axis, reach, first, last):
             return True
     for n in range(3):
-        x, y, z = scratch[6 + 3 * n], scratch[7 + 3 * n], scratch[8 + 3 * n]
         reach = box_a[12 + n] + wide
         for k in range(3):
-            reach += box_b[12 + k] * abs(x * box_b[3 + k] + y * box_b[6 + k] + z * box_b[9 + k])
-        if apart_along(x, y, z, reach, scratch):
+            reach += box_b[12 + k] * abs(dot(axes_a[n], axis_of(box_b, k)))
+        if apart_along(axes_a[n], reach, first, last):
             return True
     return False
 
 
 @hot_kernel
-def centre_ways(box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, ways: FloatArray) -> None:
-    """From B's centre to A's at both ends, ``ways[0:6]``, and A's axes seen from B at the first, ``ways[6:15]``."""
-    for k in range(3):
-        c = ((before[3 * k] * box_a[0] + before[3 * k + 1] * box_a[1]) + before[3 * k + 2] * box_a[2]) + before[9 + k]
-        d = ((after[3 * k] * box_a[0] + after[3 * k + 1] * box_a[1]) + after[3 * k + 2] * box_a[2]) + after[9 + k]
-        ways[k], ways[3 + k] = c - box_b[k], d - box_b[k]
-    for n in range(3):
-        for k in range(3):
-            ways[6 + 3 * n + k] = (
-                before[3 * k] * box_a[3 + n] + before[3 * k + 1] * box_a[6 + n] + before[3 * k + 2] * box_a[9 + n]
-            )
-
-
-@hot_kernel
-def apart_along(x: float, y: float, z: float, reach: float, ways: FloatArray) -> bool:
-    """Whether both ways between the centres, ``ways[0:3]`` and ``ways[3:6]``, go beyond ``reach`` on one side."""
-    first = x * ways[0] + y * ways[1] + z * ways[2]
-    second = x * ways[3] + y * ways[4] + z * ways[5]
-    return bool(min(first, second) > reach or max(first, second) < -reach)
+def apart_along(axis: Vector, reach: float, first: Vector, last: Vector) -> bool:
+    """Whether both ways between the centres go beyond ``reach`` on one side."""
+    become_part_of_caller()
+    start, stop = dot(axis, first), dot(axis, last)
+    return bool(min(start, stop) > reach or max(start, stop) < -reach)
 
 
 @hot_kernel

@@ -15,7 +15,7 @@ from cdcore.narrow.triangles.predicates import triangles_intersect
 
 @kernel
 def stay_apart(corners, margin):
-    return faces_stay_apart(corners, margin, np.empty(32))
+    return faces_stay_apart(corners, margin)
 
 
 def corners_of(before, after, other):
