@@ -90,6 +90,8 @@ def read_moments(recording: Path) -> list[MomentPlace]:
         raise RunFolderError(f"{why}; replay the session again") from error
     batches = [chunk.to_record_batch() for chunk in chunks]
     texts = [batch.column(name)[0].as_py() for batch in batches for name in batch.schema.names if "moments" in name]
+    if batches and not texts:
+        raise RunFolderError(f"{recording} is a picture of an earlier version; replay the session again")
     return [MomentPlace(**place) for (text,) in texts for place in json.loads(text)]
 
 

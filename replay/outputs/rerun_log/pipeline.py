@@ -53,6 +53,9 @@ ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
 RISE: Final = np.array([0.0, 0.35, 0.0])
 """How far above the user's side volumes are seen from."""
 
+NARROW: Final = 0.75
+"""Width of their view over its height, with a rim: a wider one would cut the spheres at both sides."""
+
 NEAREST: Final = 0.22
 """Metres from the eye to the pair at least."""
 
@@ -141,7 +144,7 @@ def _volumes_eye(result: RunResult, moment: Moment, balls: list[Sphere]) -> Eye:
     axes = np.vstack([np.eye(3), -np.eye(3)])
     points = np.concatenate([centre + balls[body].radius * axes for body, centre in zip(near, centres, strict=True)])
     user = towards_user(assembly, result.session.scene, moment.frame, points.mean(axis=0).tolist())
-    return framing(points, user + RISE)
+    return framing(points, user + RISE, NARROW)
 
 
 def _search_eye(run: WatchedRun, result: RunResult, moment: Moment, balls: list[Sphere]) -> Eye:

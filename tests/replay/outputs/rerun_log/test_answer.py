@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import rerun as rr
+import rerun.blueprint as rrb
 from support.shapes import box_mesh
 
 from cdcore.narrow.mesh_stage import MeshStage
@@ -13,7 +15,7 @@ from replay.outputs.camera import CLOSE_UP
 from replay.outputs.moments import KINDS, key_moments
 from replay.outputs.palette import FREE, INVENTED
 from replay.outputs.rerun_log.moment_views import close_ups, read_moments, sharp_edges
-from replay.outputs.rerun_log.recording_file import packed
+from replay.outputs.rerun_log.recording_file import packed, recording_file
 from replay.outputs.rerun_log.viewer import _target
 
 SUBJECT, HULL = "22.5Hz", "hull"
@@ -118,6 +120,13 @@ def test_a_file_that_is_no_recording_is_one_sentence(tmp_path, content):
     (tmp_path / "run.rrd").write_bytes(content)
     with pytest.raises(RunFolderError, match=r"run\.rrd cannot be read as a recording"):
         read_moments(tmp_path / "run.rrd")
+
+
+def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_without_moments(tmp_path):
+    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
+    with pytest.raises(RunFolderError, match="earlier version; replay the session again"):
+        _target(tmp_path / "run.rrd", 1, None, "")
 
 
 def test_a_miss_between_frames_is_listed_at_the_moment_of_the_touch(passed, passed_read):

@@ -7,6 +7,7 @@ import pytest
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import box_best
+from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.palette import MISSED, SERIES
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.recording_file import packed
@@ -109,6 +110,21 @@ def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its
             assert reach == pytest.approx(sphere_best(mesh).radius, rel=1e-6)
     (frame,) = read.at(f"{ROOT}/frame", "TextDocument:text", free)
     assert f"| confirmed | {watched.counts['confirmed'][worked.frame]}, missed" in frame
+
+
+def test_the_view_of_the_volumes_holds_both_spheres_whole(run, watched, read):
+    # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
+    half = np.arctan(np.tan(0.45) * 595 / 640)
+    for moment in watched.moments:
+        (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
+        (turn,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
+        axes = rotation_from_quaternion(np.array(turn))
+        for body in run.assembly.pairs[moment.pair].tolist():
+            ball = sphere_best(run.assembly.bodies[body].mesh)
+            if ball.radius < 0.5:
+                turned = run.assembly.motion.rotations[moment.frame, body] @ ball.centre
+                middle = (turned + run.assembly.motion.translations[moment.frame, body] - eye) @ axes
+                assert -middle[2] * np.sin(half) - abs(middle[0]) * np.cos(half) >= ball.radius
 
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):
