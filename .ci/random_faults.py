@@ -2,6 +2,7 @@
 
     python .ci/random_faults.py --faults 60 --seed 0 --out faults.json      # continues where a file of results ends
     python .ci/random_faults.py --part 2/8 --stages own,folder              # quicker: without the quick suite
+    python .ci/random_faults.py --under cdcore/search --faults 20           # of one room, asked by tests/cdcore last
 
 A fault flips a comparison, puts + for - or - for +, or `and` for `or`. Tests run in a copy of the committed tree, in
 this order, and stop at the first that fails: those that name the module (its own file first), those of its folder,
@@ -84,12 +85,13 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
     return found
 
 
-def drawn(root: Path, count: int, seed: int) -> list[Fault]:
-    """So many faults, each in a module of its own while there are modules left.
+def drawn(root: Path, count: int, seed: int, under: str = "") -> list[Fault]:
+    """So many faults below a folder, each in a module of its own.
 
     Every module is drawn by its own name: a change in one changes nothing about the others.
     """
     files = [file for package in PACKAGES for file in (root / package).rglob("*.py")]
+    files = [file for file in files if file.relative_to(root).as_posix().startswith(under)]
     found = []
     for file in files:
         rng = random.Random(f"{seed} {file.relative_to(root).as_posix()}")
@@ -119,14 +121,16 @@ def own_tests(root: Path, fault: Fault) -> list[str]:
     return [test for *_, test in sorted(own)[:MOST_OWN]]
 
 
-def stages(root: Path, fault: Fault) -> dict[str, list[str]]:
-    """Which tests are asked, in turn."""
+def stages(root: Path, fault: Fault, suite: str = "tests") -> dict[str, list[str]]:
+    """Which tests are asked, in turn; the last are those of the suite."""
     folder = root / "tests" / Path(fault.module).parent
     asked = {"own": own_tests(root, fault), "folder": [str(folder.relative_to(root))] if folder.is_dir() else []}
-    return {**{name: tests for name, tests in asked.items() if tests}, "suite": ["-n", "auto", "tests"]}
+    return {**{name: tests for name, tests in asked.items() if tests}, "suite": ["-n", "auto", suite]}
 
 
-def noticed_by(root: Path, fault: Fault, environment: dict[str, str], chosen: tuple[str, ...] = STAGES) -> str:
+def noticed_by(
+    root: Path, fault: Fault, environment: dict[str, str], chosen: tuple[str, ...] = STAGES, suite: str = "tests"
+) -> str:
     """The first run of tests that fails: own, folder, suite; or "nothing"; or "harmless"."""
     if judged_harmless(root, fault):
         return "harmless"
@@ -141,7 +145,7 @@ def noticed_by(root: Path, fault: Fault, environment: dict[str, str], chosen: tu
         if b"kernel" not in right:
             shutil.copytree(kernels, spoiled)
     try:
-        for name, tests in stages(root, fault).items():
+        for name, tests in stages(root, fault, suite).items():
             if name not in chosen:
                 continue
             command = [sys.executable, "-m", "pytest", *QUICK, *tests]
@@ -166,7 +170,9 @@ def main() -> None:
     asked.add_argument("--out", type=Path, default=Path("faults.json"))
     asked.add_argument("--part", default="1/1", help="K/N: only every N-th fault, beginning with the K-th")
     asked.add_argument("--stages", default=",".join(STAGES), help="which of own,folder,suite are asked")
+    asked.add_argument("--under", default="", help="only modules below this folder, asked by the tests of its package")
     options = asked.parse_args()
+    suite = "tests/" + options.under.split("/")[0] if options.under else "tests"
     part, parts = map(int, options.part.split("/"))
     chosen = tuple(options.stages.split(","))
     done = json.loads(options.out.read_text()) if options.out.exists() else []
@@ -179,10 +185,10 @@ def main() -> None:
         environment = {**os.environ, "PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(kernels)}
         environment["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "bytecode")
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
-        for fault in drawn(root, options.faults, options.seed)[part - 1 :: parts]:
+        for fault in drawn(root, options.faults, options.seed, options.under)[part - 1 :: parts]:
             if any(one["module"] == fault.module and one["begin"] == fault.begin for one in done):
                 continue
-            by = noticed_by(root, fault, environment, chosen)
+            by = noticed_by(root, fault, environment, chosen, suite)
             done.append({**asdict(fault), "noticed_by": by})
             print(f"{by:8} {fault.module}:{fault.line}  {fault.right} -> {fault.wrong}", flush=True)
             options.out.write_text(json.dumps(done, indent=1))
