@@ -9,8 +9,8 @@ from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
-from cdcore.narrow.bvh.tree_memory import DOUBLES, Scratch, pair_at, words_of_rows
-from cdcore.narrow.bvh.whole_motion import rows_of_pairs, tree_row
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Scratch, TreeMemory, layout, pair_at, words_of_rows
+from cdcore.narrow.bvh.whole_motion import rows_of_pairs
 
 ROOM = 4096
 
@@ -29,7 +29,8 @@ def row_of_pair(trees, turn, move):
     tracks.fill(turn, move, np.ones((len(turn), 2), dtype=bool))
     rows = rows_of_pairs(trees, np.array([[0, 1]]), tracks, marks, every=True)
     for side, body in zip("ab", range(2), strict=True):
-        rows[f"tree_{side}"], rows[f"pose_{side}"] = tree_row(trees[body]), tracks.rows[body]
+        rows[f"tree_{side}"] = trees[body].words.view(layout(TreeMemory))
+        rows[f"pose_{side}"] = tracks.rows[body]
     return words_of_rows(rows)[0], (tracks, marks)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, words_of
 from cdcore.narrow.bvh.box_fit import BuildMemory, build_at, fit_box
-from cdcore.narrow.bvh.tree_memory import row_of, words_of_rows
+from cdcore.narrow.bvh.tree_memory import TreeMemory, row_of, words_of_rows
 from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16
@@ -37,6 +37,7 @@ class BoxTree(NamedTuple):
     counted from its leaf's first corner. ``corners`` (c, 3): distinct corners of a leaf, body axes, from the leaf's
     centre. ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the
     face along each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up.
+    ``words`` (9,): where the kernels find them, the row of a ``TreeMemory``.
     """
 
     boxes: FloatArray
@@ -49,6 +50,7 @@ class BoxTree(NamedTuple):
     boxed: FloatArray
     spans: FloatArray
     reach: float
+    words: IntArray
 
 
 @hot_kernel
@@ -242,4 +244,5 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     ]  # fmt: skip
     arrays = [np.ascontiguousarray(array) for array in arrays]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
-    return BoxTree._make([*arrays, reach])
+    row = row_of(TreeMemory, **dict(zip(TreeMemory._fields, arrays, strict=True)))
+    return BoxTree._make([*arrays, reach, words_of_rows(row[None])[0]])

@@ -151,12 +151,12 @@ class Tracks:
         counts = np.where(still[bodies], 1, frames)
         stride = row_length(counts)
         self.rows["frames"], self.rows["step"], self.rows["stride"] = counts, counts > 1, stride
-        rooms = {"entries": ROWS * stride, "centres": CENTRES * stride, "away": stride, "path": stride, "facts": 2}
-        stops = np.cumsum([np.broadcast_to(length, len(bodies)) for length in rooms.values()], axis=None)
+        lengths = np.stack([ROWS * stride, CENTRES * stride, stride, stride, np.full(len(bodies), 2)])
+        stops = np.cumsum(lengths)
         self._room, self._changed = np.empty(stops[-1]), np.ones((len(bodies), frames), dtype=np.uint8)
-        starts = np.concatenate([[0], stops[:-1]]).reshape(len(rooms), -1)
-        for name, start in zip(rooms, starts, strict=True):
-            self.rows[name] = address_of(self._room) + 8 * start
+        places = address_of(self._room) + 8 * (stops.reshape(lengths.shape) - lengths)
+        for name, place in zip(("entries", "centres", "away", "path", "facts"), places, strict=True):
+            self.rows[name] = place
         self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
         self._words, self._lanes = words_of_rows(self.rows), np.empty(LANES)
 

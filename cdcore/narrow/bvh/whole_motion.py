@@ -29,9 +29,9 @@ from cdcore.narrow.bvh.tree_memory import (
     NEAR,
     STATES,
     Pair,
+    PoseMemory,
     Rows,
     Scratch,
-    TreeMemory,
     layout,
     row_of,
     words_of_rows,
@@ -54,6 +54,7 @@ FEW: Final = 16
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 Faces = NDArray[np.int32]
+POSE_WORDS: Final = len(PoseMemory._fields)
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -136,26 +137,22 @@ class FrameLooks:
         return (CONTACT if hit else CLEAR), False
 
 
-def tree_row(tree: BoxTree) -> Rows:
-    """The ``TreeMemory`` of a tree, ()."""
-    return row_of(TreeMemory, **{name: getattr(tree, name) for name in TreeMemory._fields})
-
-
 def rows_of_pairs(trees: Sequence[BoxTree], pairs: IntArray, tracks: Tracks, marks: ByteArray, *, every: bool) -> Rows:
     """The ``Pair`` of each of P pairs, (P,), about all T frames; ``marks`` (P, 3, T), zeros."""
-    radius, bits = np.array([(tree.boxes[0, 15], (len(tree.faces) - 1).bit_length()) for tree in trees]).T
+    count, frames = len(pairs), marks.shape[2]
+    radius = np.array([tree.boxes[0, 15] for tree in trees])
+    bits = np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
     turned = radius[pairs[:, 0]] > radius[pairs[:, 1]]
     a, b = np.where(turned[:, None], pairs[:, ::-1], pairs).T
-    of_tree = np.array([tree_row(tree) for tree in trees])
-    of_body = np.zeros(len(trees), dtype=tracks.rows.dtype)
-    of_body[tracks.bodies] = tracks.rows
-    rows = np.zeros(len(pairs), dtype=layout(Pair))
-    rows["tree_a"], rows["tree_b"], rows["pose_a"], rows["pose_b"] = of_tree[a], of_tree[b], of_body[a], of_body[b]
-    for k, name in enumerate(("hits", "volumes", "repeats")):
-        rows[name] = address_of(marks) + (3 * np.arange(len(pairs)) + k) * marks.shape[2]
-    rows["stop"], rows["every"], rows["turned"] = marks.shape[2], every, turned
-    rows["bits_a"], rows["bits_b"] = bits[a], bits[b]
-    return rows
+    of_tree, of_body = np.array([tree.words for tree in trees]), np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
+    of_body[tracks.bodies] = words_of_rows(tracks.rows)
+    of_marks = address_of(marks) + frames * np.arange(3 * count).reshape(count, 3)
+    numbers = np.zeros((count, 6), dtype=np.int64)
+    numbers[:, 1], numbers[:, 2], numbers[:, 5] = frames, every, turned
+    numbers[:, 3], numbers[:, 4] = bits[a], bits[b]
+    # words side by side, in the order of a Pair's names: filling a row name by name takes twice as long
+    words = np.concatenate([of_tree[a], of_body[a], of_tree[b], of_body[b], of_marks, numbers], axis=1)
+    return words.view(layout(Pair))[:, 0]
 
 
 def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
