@@ -34,7 +34,7 @@ def study_tables(study: Study | None, runs: ClassRuns) -> Group:
     last = [line(f"Cronbach's alpha: {alphas}.", FAINT)] if alphas else []
     if study.refusals:
         last.append(line(f"{plural(len(study.refusals), 'result')} not given: the page says which and why.", WARNING))
-    if any(one.kind != "simple" for one in study.regressions):
+    if any(c.kind == "multiple" for c in study.coefficients):
         last.insert(0, line("* the other predictors held equal", FAINT))
     shown = [part.first(MOST_ROWS, "{} more on the page") for part in parts]
     return terminal(*first, *shown, *last, line(OBSERVED, FAINT))
@@ -42,17 +42,11 @@ def study_tables(study: Study | None, runs: ClassRuns) -> Group:
 
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
-    for fit in study.regressions:
-        held = "" if fit.kind == "simple" else " *"
-        for c in fit.coefficients:
-            yield f"{tables.words(c.name)}, {tables.words(fit.outcome)}{held}", f"{c.beta:+.2f}", _short(c.conclusion)
-    for two in study.groups:
-        effect = two.effect
-        yield f"{tables.words(two.outcome)}: {effect.name}", f"{effect.beta:+.2f}", _short(effect.conclusion)
-
-
-def _short(words: str) -> str:
-    return words.partition(":")[0]
+    for finding in study.findings:
+        name, outcome = tables.words(finding.name), tables.words(finding.outcome)
+        held = " *" if finding.kind == "multiple" else ""
+        what = f"{outcome}: {name}" if finding.kind == "groups" else f"{name}, {outcome}{held}"
+        yield what, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

@@ -5,7 +5,7 @@ import pytest
 from support.study_samples import metrics, names
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
+from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability
@@ -30,7 +30,7 @@ def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
         random = np.random.default_rng([k, round(1000 * slope)])
         x = random.normal(size=STUDENTS)
         y = slope * x + np.sqrt(1 - slope**2) * random.normal(size=STUDENTS)
-        c = regress("y", y, ["x"], x[:, None], random).coefficients[0]
+        c = regress("y", y, ["x"], x[:, None], random)[0]
         found.append((c.low, c.high))
     assert LOW <= covered(found, slope) <= HIGH
 
@@ -46,7 +46,7 @@ def test_intervals_of_a_multiple_regression_hold_the_truth():
         random = np.random.default_rng([k, 77])
         x = random.normal(size=(STUDENTS, 2)) @ root.T
         y = x @ betas + rest * random.normal(size=STUDENTS)
-        found.append([(c.low, c.high) for c in regress("y", y, ["a", "b"], x, random).coefficients])
+        found.append([(c.low, c.high) for c in regress("y", y, ["a", "b"], x, random)])
     for column, truth in enumerate(betas):
         assert LOW <= covered([one[column] for one in found], truth) <= HIGH
 
@@ -68,18 +68,18 @@ def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at
     """Eight coefficients are asked about in every class: without Holm's correction a third of them would err."""
     items = tuple(Item(f"i{k}", f"c{k // 3}", (1, 5)) for k in range(12))
     questions = (
-        RegressionQuestion("c0", ("c1",)),
-        RegressionQuestion("c0", ("c1", "c2", "c3")),
-        RegressionQuestion("c1", ("c2", "c3")),
+        ("c0", "c1"),
+        ("c0", "c1", "c2", "c3"),
+        ("c1", "c2", "c3"),
     )
-    book = Codebook("who", items, (*questions, RegressionQuestion("c2", ("c3",)), RegressionQuestion("c3", ("c0",))))
+    book = Codebook("who", items, (*questions, ("c2", "c3"), ("c3", "c0")))
     false = 0
     for k in range(CLASSES):
         random = np.random.default_rng([k, 9])
         answers = {item.name: random.integers(1, 6, STUDENTS).astype(float) for item in items}
         study = analyse(book, Questionnaire(tuple(names(STUDENTS)), answers), metrics(np.zeros(STUDENTS)), seed=k)
-        assert sum(len(one.coefficients) for one in study.regressions) == 8
-        false += any(c.associated for one in study.regressions for c in one.coefficients)
+        assert len(study.coefficients) == 8
+        false += any(one.associated for one in study.coefficients)
     most = 0.05 + 2 * np.sqrt(0.05 * 0.95 / CLASSES)
     print(f"a finding in {false} of {CLASSES} classes of chance; at most {most:.1%} are allowed")
     assert false / CLASSES <= most

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 
-from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
+from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.joining import Metrics, Questionnaire
 
 CODEBOOK = """
@@ -60,7 +60,7 @@ def write_answers(path, answers, students=None, extra=None):
 def codebook(questions=(("motivation", "ease of use"),), groups=None):
     """The codebook above with other questions: (outcome, predictor, ...) each."""
     items = tuple(Item(name, "ease of use" if name[0] == "e" else "motivation", (1, 5), name == "e3") for name in ITEMS)
-    return Codebook("who", items, tuple(RegressionQuestion(y, tuple(x)) for y, *x in questions), groups)
+    return Codebook("who", items, tuple(questions), groups)
 
 
 def questionnaire(answers, group=()):

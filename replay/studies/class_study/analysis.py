@@ -6,19 +6,18 @@ again with every other detector, to see whether its conclusion depends on what t
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
-from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
+from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.groups import GroupDifference, compare_groups
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, means_of_students
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
-from replay.studies.class_study.regression import Finding, Regression, holm, regress
+from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
@@ -28,16 +27,19 @@ from sessions.synthetic.rng import random_stream
 class Sensitivity:
     """One result about behaviour, as it is with another detector.
 
-    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``before`` is the result of the
-    study, ``after`` that with the other detector, ``None`` where none could be computed.
+    ``recall`` is what that detector finds of the contacts; ``before`` is the result of the study, ``after`` that with
+    the other detector, ``None`` where none could be computed.
     """
 
     detector: str
     recall: float | None
-    students: int
-    outcome: str
     before: Finding
     after: Finding | None
+
+    @property
+    def students(self) -> int:
+        """How many were used."""
+        return (self.after or self.before).students
 
     @property
     def tested(self) -> bool:
@@ -58,21 +60,12 @@ class Sensitivity:
         return "another conclusion" if self.changes else "the same" if self.tested else "not tested"
 
 
-class Judged(NamedTuple):
-    """A finding, its outcome, the students used, and the names of all variables of its regression or comparison."""
-
-    outcome: str
-    students: int
-    variables: tuple[str, ...]
-    finding: Finding
-
-
 @dataclass(frozen=True)
 class Study:
     """The results of a study: everything that a page or a table needs.
 
     ``detector`` and ``recall`` stand behind every behaviour. ``reliabilities`` are by construct, KMO and Bartlett's
-    test of all items together. ``regressions`` stand in the order asked, p corrected across all of them; ``groups``
+    test of all items together. ``coefficients`` stand in the order asked, p corrected across all of them; ``groups``
     compare the declared groups, ``group_sizes`` says how many students each has. ``sensitivity`` is both again with
     each other detector. ``refusals`` are results that a rule forbids, ``warnings`` speak of those that carry little.
     """
@@ -84,7 +77,7 @@ class Study:
     reliabilities: dict[str, Reliability]
     kmo: float | None
     bartlett: Bartlett | None
-    regressions: tuple[Regression, ...]
+    coefficients: tuple[Finding, ...]
     groups: tuple[GroupDifference, ...]
     group_sizes: dict[str, str]
     sensitivity: tuple[Sensitivity, ...]
@@ -92,9 +85,9 @@ class Study:
     warnings: tuple[str, ...]
 
     @property
-    def findings(self) -> list[Judged]:
+    def findings(self) -> tuple[Finding, ...]:
         """Every coefficient, then every difference of groups."""
-        return findings_of(self.regressions, self.groups)
+        return self.coefficients + self.groups
 
 
 def analyse(
@@ -126,14 +119,18 @@ def analyse(
         adequacy = kmo(_answers(questionnaire, codebook.items))
     with seen.noted("Bartlett's test"):
         sphericity = bartlett(_answers(questionnaire, codebook.items))
-    regressions, groups = seen.regressions(), seen.groups()
-    sensitivity: list[Sensitivity] = []
-    if seen.recall is not None:
-        for name in metrics.detectors:
-            if name != chosen:
-                other = _Analysis(codebook, questionnaire, metrics.of(name), seed)
-                again = findings_of(other.regressions(), other.groups())
-                sensitivity += compared(findings_of(regressions, groups), again, other.metrics)
+    coefficients, groups = seen.coefficients(), seen.groups()
+    about_behaviour = [one for one in (*coefficients, *groups) if metrics.columns.keys() & {*one.variables}]
+    sensitivity = []
+    for name in metrics.detectors:
+        if name != chosen and seen.recall is not None:
+            # Each detector's findings are a family of p of their own.
+            other = _Analysis(codebook, questionnaire, metrics.of(name), seed)
+            again = {(one.variables, one.name): one for one in (*other.coefficients(), *other.groups())}
+            sensitivity += [
+                Sensitivity(name, other.recall, before, again.get((before.variables, before.name)))
+                for before in about_behaviour
+            ]
     return Study(
         students=len(questionnaire.students),
         rows=len(seen.metrics),
@@ -142,7 +139,7 @@ def analyse(
         reliabilities=reliabilities,
         kmo=adequacy,
         bartlett=sphericity,
-        regressions=regressions,
+        coefficients=coefficients,
         groups=groups,
         group_sizes={name: few(questionnaire.group.count(name)) for name in codebook.group_names},
         sensitivity=tuple(sensitivity),
@@ -162,7 +159,7 @@ class _Analysis:
         self.variables = {name: questionnaire.scores(items) for name, items in codebook.constructs.items()}
         self.forbidden = "provenance" if self.recall is None else ""
         if not self.forbidden:
-            asked = dict.fromkeys(name for q in codebook.questions for name in (q.outcome, *q.predictors))
+            asked = dict.fromkeys(name for question in codebook.questions for name in question)
             behaviour = [name for name in asked if name in metrics.columns]
             try:
                 self.variables |= means_of_students(metrics, questionnaire, behaviour)
@@ -177,28 +174,25 @@ class _Analysis:
         except StudyRefusedError as refused:
             self.refusals.append(StudyRefusedError(refused.rule, what))
 
-    def regressions(self) -> tuple[Regression, ...]:
-        """Those of the codebook that no rule forbids."""
-        done = []
+    def coefficients(self) -> tuple[Finding, ...]:
+        """Those of the codebook's regressions that no rule forbids."""
+        done: list[Finding] = []
         for question in self.codebook.questions:
-            words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
+            words = f"the regression of {question[0]} on {', '.join(question[1:])}"
             with self.noted(words):
-                done.append(self._fit(question))
-                if any(c.p is None for c in done[-1].coefficients):
+                fitted = self._fit(*question)
+                done += fitted
+                if fitted[0].p is None:
                     self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
-        corrected = iter(holm([c for fitted in done for c in fitted.coefficients]))
-        return tuple(replace(fit, coefficients=tuple(next(corrected) for _ in fit.coefficients)) for fit in done)
+        return holm(done)
 
-    def _fit(self, question: RegressionQuestion) -> Regression:
-        names = (question.outcome, *question.predictors)
+    def _fit(self, outcome: str, *predictors: str) -> list[Finding]:
+        names = (outcome, *predictors)
         if not self.variables.keys() >= {*names}:
             raise StudyRefusedError(self.forbidden, "")
-        table = np.column_stack([self.variables[name] for name in names])
-        table = table[np.isfinite(table).all(axis=1)]
-        if len(table) < LEAST_IN_CELL:
-            raise StudyRefusedError("small-cell", "")
+        table = _complete([self.variables[name] for name in names])
         random = random_stream(self.seed, "regression", *names)
-        return regress(question.outcome, table[:, 0], question.predictors, table[:, 1:], random)
+        return regress(outcome, table[:, 0], predictors, table[:, 1:], random)
 
     def groups(self) -> tuple[GroupDifference, ...]:
         """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
@@ -218,12 +212,17 @@ def _choose(metrics: Metrics, detector: str | None) -> str:
 
 
 def _answers(questionnaire: Questionnaire, items: Sequence[Item]) -> FloatArray:
-    """The complete answers to some items, if so many students gave them that none can be recognised."""
-    answers = np.column_stack([questionnaire.answers[item.name] for item in items])
-    answers = answers[np.isfinite(answers).all(axis=1)]
-    if len(answers) < LEAST_IN_CELL:
+    """The complete answers to some items."""
+    return _complete([questionnaire.answers[item.name] for item in items])
+
+
+def _complete(columns: Sequence[FloatArray]) -> FloatArray:
+    """The rows without a gap, if they are of so many students that none can be recognised."""
+    table = np.column_stack(columns)
+    table = table[np.isfinite(table).all(axis=1)]
+    if len(table) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", "")
-    return answers
+    return table
 
 
 def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> Iterator[str]:
@@ -239,33 +238,10 @@ def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> Iterator[str]
 
 
 def _check_names(codebook: Codebook, metrics: Metrics) -> None:
-    known = {*codebook.constructs, *(name for name in metrics.columns if name not in (STUDENT, DETECTOR, RECALL))}
-    for question in codebook.questions:
-        for name in (question.outcome, *question.predictors):
-            if codebook.groups is not None and name == codebook.groups[0]:
-                raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
-            if name not in known:
-                what = f"the codebook's regressions name {name!r}, which is no construct or metric"
-                raise StudyError(f"{what}{nearest(name, known)}")
-
-
-def findings_of(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> list[Judged]:
-    """Every coefficient and every difference of groups."""
-    findings = [
-        Judged(fit.outcome, fit.students, (fit.outcome, *(other.name for other in fit.coefficients)), finding)
-        for fit in regressions
-        for finding in fit.coefficients
-    ]
-    return findings + [Judged(two.outcome, sum(two.students), (two.outcome,), two.effect) for two in groups]
-
-
-def compared(before: Sequence[Judged], after: Sequence[Judged], metrics: Metrics) -> Iterator[Sensitivity]:
-    """The results that use behaviour, beside those with another detector; each was fitted in its own family of p."""
-    detector, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
-    again = {(result.variables, result.finding.name): result for result in after}
-    for result in before:
-        if any(name in metrics.columns for name in result.variables):
-            other = again.get((result.variables, result.finding.name))
-            students = result.students if other is None else other.students
-            finding = None if other is None else other.finding
-            yield Sensitivity(detector, recall, students, result.outcome, result.finding, finding)
+    known = {*codebook.constructs, *metrics.columns} - {STUDENT, DETECTOR, RECALL}
+    for name in (name for question in codebook.questions for name in question):
+        if codebook.groups is not None and name == codebook.groups[0]:
+            raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
+        if name not in known:
+            what = f"the codebook's regressions name {name!r}, which is no construct or metric"
+            raise StudyError(f"{what}{nearest(name, known)}")

@@ -1,13 +1,16 @@
-"""All sessions of a folder of runs as rows that know their student: what the tables of the class page count."""
+"""All sessions of a folder of runs, and the rows that the tables of the class page count, each with its session."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from itertools import compress
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import pyarrow as pa
+import pyarrow.compute as pc
+
 from replay.errors import StudyError
-from replay.outputs.results.data_set import ADDED, find_runs, joined
+from replay.outputs.results.data_set import ADDED, DATA_SET, FoundRuns, find_runs, joined
+from replay.outputs.results.parquet import TYPES
 from replay.studies.class_study.joining import Metrics, check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -22,38 +25,24 @@ NEEDED: Final[dict[str, tuple[str, ...]]] = {
 }
 """Table -> the columns of it that the page needs: of 4,000 sessions all of them would not fit into 300 MB."""
 
-
-class Record(Mapping[str, Any]):
-    """A row of a table that is kept by columns; it takes a tenth of the memory of a dictionary."""
-
-    __slots__ = ("_columns", "_place")
-
-    def __init__(self, columns: Mapping[str, list[Any]], place: int) -> None:
-        self._columns, self._place = columns, place
-
-    def __getitem__(self, name: str) -> Any:
-        return self._columns[name][self._place]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
+ABOUT: Final = ("run", "session", "student", "oracle", "vr_type", "scene")
+"""What metrics say of a session, the same in every row of it."""
 
 
 @dataclass(frozen=True)
 class ClassRuns:
     """The sessions of a class, each once.
 
-    ``metrics`` are run -> detector -> row. ``tables`` are rows by table of the data set: what a hand holds is left
-    out, and of ``episodes`` all but the trusted detector's. Every row has ``student``, ``""`` where nobody states one,
-    and ``vr_type``. ``repeated`` counts runs of a session that is there already, and ``unmeasured`` those without
-    metrics.
+    ``metrics`` are run -> detector -> row, ``every_metric`` all columns of them. ``tables`` are those of the data set:
+    what a hand holds is left out, and of ``episodes`` all but the trusted detector's; every row has ``place``, the
+    number of its run in ``metrics``, and ``vr_type``. ``student`` is ``""`` where nobody states one. ``repeated``
+    counts runs of a session that is there already, and ``unmeasured`` those without metrics.
     """
 
     top: Path
     metrics: dict[str, dict[str, Row]]
-    tables: dict[str, list[Row]]
+    every_metric: pa.Table
+    tables: dict[str, pa.Table]
     repeated: int
     unmeasured: int
 
@@ -63,7 +52,7 @@ class ClassRuns:
         return sorted({self.of(run, "student") for run in self.metrics} - {""})
 
     def of(self, run: str, name: str) -> str:
-        """What all rows of a run say: its ``student``, ``oracle`` (the trusted detector) or ``vr_type``; or ``""``."""
+        """What all rows of a run say (``ABOUT``), such as its ``oracle``, the trusted detector; or ``""``."""
         return str(next(iter(self.metrics[run].values()))[name] or "")
 
     @property
@@ -74,10 +63,9 @@ class ClassRuns:
 
     def as_metrics(self) -> Metrics:
         """The rows of metrics for an analysis; refused as ``ids`` where one has no pseudonym."""
-        rows = [row for found in self.metrics.values() for row in found.values()]
-        check_pseudonyms([row["student"] for row in rows], "metrics")
-        names = dict.fromkeys(name for row in rows for name in row if name not in ADDED)
-        return Metrics({name: [row.get(name) for row in rows] for name in names})
+        columns = {name: self.every_metric[name].to_pylist() for name in self.every_metric.column_names}
+        check_pseudonyms(columns["student"], "metrics")
+        return Metrics({name: values for name, values in columns.items() if name not in ADDED})
 
 
 def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
@@ -88,21 +76,29 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     """
     found = find_runs(folder)
     named = read_students(students) if students is not None else {}
-    every: dict[str, dict[str, Row]] = {}
+    table = joined(found, "metrics")
+    rows = table.select([*ABOUT, "detector", "contacts_per_min", "settings"]).to_pylist()
     first: dict[str, tuple[str, str]] = {}
-    metrics = joined(found, "metrics")
-    columns = {name: _values(metrics, name) for name in metrics.column_names}
-    sessions = [session or run for session, run in zip(columns["session"], columns["run"], strict=True)]
-    own = zip(sessions, columns["student"], strict=True)
-    columns["student"] = [named.get(session, student or "") for session, student in own]
-    for row in (Record(columns, place) for place in range(len(metrics))):
+    for row in rows:
         session = row["session"] or row["run"]
+        row["student"] = named.get(session, row["student"] or "")
         if first.setdefault(session, (row["run"], row["student"]))[1] != row["student"]:
             raise StudyRefusedError("ids", f"{folder}: session {session} belongs to two students")
-        every.setdefault(row["run"], {})[row["detector"]] = row
-    kept = {run: every[run] for run, _ in first.values()}
-    made = ClassRuns(folder, kept, {}, len(every) - len(kept), len(found.runs) - len(every))
-    return replace(made, tables={name: _rows(made, name, found.pieces(name, NEEDED[name])) for name in NEEDED})
+    metrics: dict[str, dict[str, Row]] = {run: {} for run, _ in first.values()}
+    for row in rows:
+        if row["run"] in metrics:
+            metrics[row["run"]][row["detector"]] = row
+    owners = pa.array([row["student"] for row in rows], pa.string())
+    table = table.set_column(table.column_names.index("student"), "student", owners)
+    measured = {row["run"] for row in rows}
+    return ClassRuns(
+        folder,
+        metrics,
+        table.filter(pc.is_in(table["run"], pa.array(metrics, pa.string()))),
+        {name: _counted_rows(found, name, metrics) for name in NEEDED},
+        repeated=len(measured) - len(metrics),
+        unmeasured=len(found.runs) - len(measured),
+    )
 
 
 def read_students(path: Path) -> dict[str, str]:
@@ -118,44 +114,21 @@ def read_students(path: Path) -> dict[str, str]:
     return named
 
 
-def _rows(made: ClassRuns, name: str, pieces: Iterable[Any]) -> list[Row]:
-    """The rows of a table, read some hundred runs at a time; every one knows its student."""
-    about = {run: (made.of(run, "student"), made.of(run, "vr_type"), made.of(run, "oracle")) for run in made.metrics}
-    rows: list[Row] = []
-    for piece in pieces:
-        columns = {column: _values(piece, column) for column in NEEDED[name]}
-        held = columns.pop("held")
-        counted = [run in about and not is_held for run, is_held in zip(columns["run"], held, strict=True)]
+def _counted_rows(found: FoundRuns, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
+    """The rows of a table that count, read some hundred runs at a time."""
+    sessions = [next(iter(rows.values())) for rows in metrics.values()]
+    keys = "run", "oracle", "vr_type"
+    runs, oracles, types = (pa.array([row[key] for row in sessions], pa.string()) for key in keys)
+    kinds = DATA_SET[name][1]
+    empty = pa.schema([(column, TYPES[kinds[column]]) for column in NEEDED[name]]).empty_table()
+    parts = []
+    for piece in (empty, *found.pieces(name, NEEDED[name])):
+        # A column that a run has not is null in its rows.
+        rows = pa.concat_tables([empty, piece], promote_options="default").select(NEEDED[name])
+        place = pc.index_in(rows["run"], runs)
+        counted = pc.and_(pc.is_valid(place), pc.invert(pc.fill_null(rows["held"], False)))
         if name == "episodes":
-            labels = zip(columns["run"], columns["detector"], strict=True)
-            counted = [there and label == about[run][2] for there, (run, label) in zip(counted, labels, strict=True)]
-        columns = {column: list(compress(values, counted)) for column, values in columns.items()}
-        columns["student"] = [about[run][0] for run in columns["run"]]
-        columns["vr_type"] = [about[run][1] for run in columns["run"]]
-        rows += [Record(columns, place) for place in range(len(columns["run"]))]
-    return rows
-
-
-def _values(piece: Any, column: str) -> list[Any]:
-    """The values of a column; equal words are one object."""
-    if column not in piece.column_names:
-        return [None] * len(piece)
-    values = piece[column].combine_chunks()
-    if values.type != "string":
-        return values.to_pylist()
-    coded = values.dictionary_encode()
-    words = [*coded.dictionary.to_pylist(), None]  # -1, no word, is the last
-    return [words[code] for code in coded.indices.fill_null(-1).to_pylist()]
-
-
-def missed_by(contact: Row, label: str) -> bool:
-    """Whether a detector never finds a contact; ``""``: whether any does not."""
-    return bool(contact["missed_by"]) if not label else label in (contact["missed_by"] or "").split(",")
-
-
-def grouped(rows: Iterable[Row], *names: str) -> dict[tuple[Any, ...], list[Row]]:
-    """Values of some columns -> their rows, those of most rows first."""
-    found: dict[tuple[Any, ...], list[Row]] = {}
-    for row in rows:
-        found.setdefault(tuple(row[name] for name in names), []).append(row)
-    return dict(sorted(found.items(), key=lambda item: (-len(item[1]), [str(value) for value in item[0]])))
+            counted = pc.and_(counted, pc.equal(rows["detector"], oracles.take(place)))
+        rows = rows.append_column("place", place).append_column("vr_type", types.take(place))
+        parts.append(rows.filter(counted).drop_columns(["run", "held"]))
+    return pa.concat_tables(parts)

@@ -13,13 +13,15 @@ from typing import Final
 from urllib.parse import quote
 
 import numpy as np
+from numpy.typing import NDArray
 
+from cdcore.numerics import FloatArray
 from replay.outputs.results.run_folder import REPORT
 from replay.outputs.tables import Cell, Column, Marked, Table
 from replay.outputs.words import address
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import plural
-from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, missed_by
+from replay.studies.class_study.class_runs import ClassRuns, Row
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
 from sessions.mcap_format.metadata import NOT_STATED
@@ -38,6 +40,9 @@ ABOUT_RECORDINGS: Final = (
 
 Place = tuple[str, str]
 """Name and address of a session's page."""
+
+Counts = Mapping[tuple[str, ...], FloatArray]
+"""Values of some columns -> how many of their rows each session has, those of most rows first."""
 
 
 def percent(value: float) -> str:
@@ -60,18 +65,20 @@ def cell(estimate: Estimate, write: Callable[[float], str], counts: str = "") ->
 
 def class_counts(runs: ClassRuns) -> str:
     """Students, sessions and contacts, as the first words of page and terminal; contacts not of few students."""
-    counts = f"{few(len(runs.students))} students, {plural(len(runs.metrics), 'session')}"
-    contacts = sum(bool(row["student"]) for row in runs.tables["episodes"])
-    return counts if len(runs.students) < LEAST_IN_CELL else f"{counts}, {plural(contacts, 'contact')}"
+    students, sessions = len(runs.students), plural(len(runs.metrics), "session")
+    if students < LEAST_IN_CELL:
+        return f"{few(students)} students, {sessions}"
+    contacts = int(sum(counts.sum() for counts in ClassTables(runs).counts("episodes").values()))
+    return f"{students} students, {sessions}, {plural(contacts, 'contact')}"
 
 
 @dataclass(frozen=True)
 class _Row:
-    """A row: whose total it is a part of, its words, its students with their sessions, and its figures."""
+    """A row: whose total it is a part of, its words, how many sessions each student (n,) has in it, and its figures."""
 
     whole: str
     heads: tuple[str, ...]
-    sessions: Mapping[str, int]
+    sessions: FloatArray
     cells: tuple[Cell, ...]
 
 
@@ -79,17 +86,19 @@ class ClassTables:
     """The tables of the sessions of a class; ``seed`` is that of the draws. Rows of nobody count in the list alone."""
 
     def __init__(self, runs: ClassRuns, seed: int = 0) -> None:
+        students = runs.students
         self.runs = runs
-        self._drawn = Resampling(runs.students, seed)
-        owners = ((run, runs.of(run, "student")) for run in runs.metrics)
-        self._owner = {run: student for run, student in owners if student}
-        self._rows = {name: [row for row in rows if row["student"]] for name, rows in runs.tables.items()}
+        self._drawn = Resampling(len(students), seed)
+        self._owners = [runs.of(run, "student") for run in runs.metrics]
+        self._known = np.array([owner != "" for owner in self._owners])
+        self._student = np.searchsorted(students, self._owners)
 
     def headlines(self) -> list[str]:
         """What each audited detector never finds."""
         lines = []
+        contacts = self.counts("episodes", "missed_by")
         for label in self.runs.audited:
-            share = self._never(label, self._contacts(label))[1]
+            share = self._never(label, contacts)[1]
             if share.students >= LEAST_IN_CELL:
                 between = f"{percent(share.low)} to {percent(share.high)}, n = {share.students}"
                 lines.append(f"{label} misses {percent(share.value)} of the contacts ({between}).")
@@ -106,27 +115,31 @@ class ClassTables:
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
         trusted = dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.of(run, "oracle")))
+        contacts = self.counts("episodes", "missed_by")
+        faults = [self.counts(name, "detector") for name in FAULTS]
         rows = []
         for label in dict.fromkeys((*trusted, *self.runs.audited)):
             cells = [self._a_minute(label), "", "", ""]
             if label not in trusted:
-                faults = ([row for row in self._rows[name] if row["detector"] == label] for name in FAULTS)
-                cells[1:] = [self._never(label, self._contacts(label))[0], *(self._rate(own, label) for own in faults)]
+                nothing = np.zeros(len(self._owners))
+                rates = (self._rate(found.get((label,), nothing), label) for found in faults)
+                cells[1:] = [self._never(label, contacts)[0], *rates]
             heads = (label, "trusted" if label in trusted else "audited")
-            rows.append(_Row(label, heads, self._sessions(label), tuple(cells)))
+            rows.append(_Row(label, heads, self._of_students(self._seen_by(label)), tuple(cells)))
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
         figures = ("contacts a minute", "contacts never found", "misses", "false contacts")
         return _table(("detector", "is"), figures, rows, (note, *self._left_out()))
 
     def pairs(self) -> Table:
         """A row per detector and pair that it missed, those missed most first."""
-        touched, rows = grouped(self._rows["episodes"], "body_a", "body_b"), []
-        for (label, a, b), misses in grouped(self._rows["misses"], "detector", "body_a", "body_b").items():
-            contacts = [row for row in touched.get((a, b), ()) if label in self.runs.metrics[row["run"]]]
-            every, hit = self._with([*contacts, *misses]), self._with(misses)
-            where = cell(self._drawn.ratio(hit, every), percent, f"{hit.total()} of {every.total()}")
+        touched, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
+        for (label, *pair), misses in self.counts("misses", "detector", "body_a", "body_b").items():
+            contacts = {key: counts for key, counts in touched.items() if [*key[:2]] == pair}
+            there = sum(contacts.values(), misses) * self._seen_by(label)
+            every, hit = (self._of_students(counts > 0) for counts in (there, misses))
+            where = cell(self._drawn.ratio(hit, every), percent, f"{hit.sum():.0f} of {every.sum():.0f}")
             cells = (self._rate(misses, label), where, self._never(label, contacts)[0])
-            rows.append(_Row(label, (f"{a} - {b}", label), every, cells))
+            rows.append(_Row(label, (" - ".join(pair), label), every, cells))
         figures = ("misses", "sessions with a miss", "contacts never found")
         return _table(("pair", "detector"), figures, rows)
 
@@ -134,24 +147,41 @@ class ClassTables:
         """A row per task, stage and VR type: how many contacts, how many missed by any detector."""
         rows = []
         for kind in ("task", "stage", "vr_type"):
-            for (value,), found in grouped(self._rows["episodes"], kind).items():
+            contacts = self.counts("episodes", kind, "missed_by")
+            for (value,), found in self.counts("episodes", kind).items():
+                never = self._never("", {key: counts for key, counts in contacts.items() if key[0] == value})[0]
                 heads = (kind.replace("vr_type", "VR type"), value or (NOT_STATED if kind == "vr_type" else NONE))
-                rows.append(_Row(kind, heads, self._with(found), (self._rate(found), self._never("", found)[0])))
+                rows.append(_Row(kind, heads, self._of_students(found > 0), (self._rate(found), never)))
         return _table(("what", "which"), ("contacts", "missed by any"), rows)
 
     def causes(self) -> Table:
         """A row per cause of misses and of false contacts."""
         rows = [
-            _Row(word + label, (word, label, kind, cause or NONE), self._with(found), (self._rate(found, label),))
+            _Row(
+                word + label,
+                (word, label, kind, cause or NONE),
+                self._of_students(found > 0),
+                (self._rate(found, label),),
+            )
             for name, word in FAULTS.items()
-            for (label, kind, cause), found in grouped(self._rows[name], "detector", "kind", "cause").items()
+            for (label, kind, cause), found in self.counts(name, "detector", "kind", "cause").items()
         ]
         return _table(("what", "detector", "kind", "cause"), ("how many",), rows)
+
+    def counts(self, name: str, *columns: str) -> Counts:
+        """How many rows of a table there are, by values of some columns, in the sessions of known students."""
+        found: dict[tuple[str, ...], FloatArray] = {}
+        summed = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
+        for row in summed.to_pylist():
+            if self._known[row["place"]]:
+                key = tuple(row[column] or "" for column in columns)
+                found.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
+        return dict(sorted(found.items(), key=lambda item: (-item[1].sum(), item[0])))
 
     def _left_out(self) -> Iterator[str]:
         """What is not in the figures, and what makes them hard to compare."""
         runs = self.runs
-        if nobody := len(runs.metrics) - len(self._owner):
+        if nobody := self._owners.count(""):
             where = "they are in the list of sessions and in no figure"
             yield f"{nobody} of {len(runs.metrics)} sessions state no pseudonym: {where}."
         if runs.repeated:
@@ -163,43 +193,38 @@ class ClassTables:
         if mixed:
             yield f"Not run with the same settings and versions in all sessions: {', '.join(mixed)}."
 
-    def _contacts(self, label: str) -> list[Row]:
-        """Contacts of the trusted detector in sessions that a detector saw."""
-        return [row for row in self._rows["episodes"] if label in self.runs.metrics[row["run"]]]
+    def _of_students(self, counts: NDArray[np.generic]) -> FloatArray:
+        """The sum of what each session has, of every student."""
+        of_each = np.zeros(len(self.runs.students))
+        np.add.at(of_each, self._student[self._known], counts[self._known])
+        return of_each
 
-    def _sessions(self, label: str = "") -> Counter[str]:
-        """Student -> sessions, all or those that a detector saw."""
-        seen = self.runs.metrics
-        return Counter(student for run, student in self._owner.items() if not label or label in seen[run])
+    def _seen_by(self, label: str) -> FloatArray:
+        """1.0 of each session that a detector saw; ``""``: of all."""
+        return np.array([float(not label or label in found) for found in self.runs.metrics.values()])
 
-    def _with(self, rows: Iterable[Row]) -> Counter[str]:
-        """Student -> sessions in which there is such a row."""
-        return Counter(self._owner[run] for run in {row["run"] for row in rows})
-
-    def _rate(self, rows: Sequence[Row], label: str = "") -> Cell:
+    def _rate(self, counts: FloatArray, label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
-        return cell(self._drawn.ratio(_students(rows), self._sessions(label)), rate, str(len(rows)))
+        sessions = self._of_students(self._seen_by(label))
+        return cell(self._drawn.ratio(self._of_students(counts), sessions), rate, f"{counts.sum():.0f}")
 
-    def _never(self, label: str, contacts: Sequence[Row]) -> tuple[Cell, Estimate]:
-        """Contacts that a detector never finds, ``""``: that any does not."""
-        lost = _students(row for row in contacts if missed_by(row, label))
-        share = self._drawn.ratio(lost, _students(contacts))
-        return cell(share, percent, f"{lost.total()} of {len(contacts)}"), share
+    def _never(self, label: str, contacts: Counts) -> tuple[Cell, Estimate]:
+        """Contacts that a detector never finds, ``""``: that any does not; the last of each key says who missed it."""
+        every, lost = np.zeros((2, len(self._owners)))
+        for (*_, missed_by), counts in contacts.items():
+            every += counts
+            lost += counts * (label in missed_by.split(",") if label else missed_by != "")
+        every, lost = (self._of_students(counts * self._seen_by(label)) for counts in (every, lost))
+        share = self._drawn.ratio(lost, every)
+        return cell(share, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), share
 
     def _a_minute(self, label: str) -> Cell:
         """Contacts a minute that a detector sees."""
-        values: dict[str, list[float]] = {}
-        for run, student in self._owner.items():
-            contacts = self.runs.metrics[run].get(label, {}).get("contacts_per_min")
-            if contacts is not None:
-                values.setdefault(student, []).append(contacts)
-        means = {student: float(np.mean(rates)) for student, rates in values.items()}
-        return cell(self._drawn.ratio(means, dict.fromkeys(means, 1.0)), "{:.3g}".format)
-
-
-def _students(rows: Iterable[Row]) -> Counter[str]:
-    """Student -> how many rows."""
-    return Counter(row["student"] for row in rows)
+        rows = (found.get(label, {}) for found in self.runs.metrics.values())
+        rates = np.array([row.get("contacts_per_min") for row in rows], dtype=np.float64)
+        measured = self._of_students(np.isfinite(rates))
+        means = self._of_students(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
+        return cell(self._drawn.ratio(means, np.minimum(measured, 1.0)), "{:.3g}".format)
 
 
 def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], notes: Iterable[str] = ()) -> Table:
@@ -208,10 +233,10 @@ def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], n
     columns += (Column(name, float) for name in ("n", "sessions", *figures))
     hidden, values = _hidden(rows), []
     for k, row in enumerate(rows):
-        count = len(row.sessions)
-        cells: tuple[Cell, ...] = (count, sum(row.sessions.values()), *row.cells)
+        students = int(np.count_nonzero(row.sessions))
+        cells: tuple[Cell, ...] = (students, int(row.sessions.sum()), *row.cells)
         if k in hidden:
-            cells = (few(count) if count < LEAST_IN_CELL else NOT_SHOWN, *[""] * (1 + len(row.cells)))
+            cells = (few(students) if students < LEAST_IN_CELL else NOT_SHOWN, *[""] * (1 + len(row.cells)))
         values.append((*row.heads, *cells))
     return Table(tuple(columns), tuple(values), FIGURES, tuple(notes))
 
@@ -223,14 +248,15 @@ def _hidden(rows: Sequence[_Row]) -> set[int]:
     26. So those that say nothing have to be of five students at least together, else the row of fewest says nothing
     either.
     """
-    hidden = {k for k, row in enumerate(rows) if len(row.sessions) < LEAST_IN_CELL}
+    hidden: set[int] = set()
     for whole in dict.fromkeys(row.whole for row in rows):
-        parts = [k for k, row in enumerate(rows) if row.whole == whole]
-        left = sorted((k for k in parts if k not in hidden), key=lambda k: len(rows[k].sessions))
-        inside = [k for k in parts if k in hidden]
-        while inside and left and len({who for k in inside for who in rows[k].sessions}) < LEAST_IN_CELL:
-            inside.append(left.pop(0))
-        hidden |= set(inside)
+        students = {k: row.sessions > 0 for k, row in enumerate(rows) if row.whole == whole}
+        together = np.zeros(len(rows[0].sessions), dtype=np.bool_)
+        for k in sorted(students, key=lambda k: np.count_nonzero(students[k])):
+            alone = np.count_nonzero(students[k]) < LEAST_IN_CELL
+            if alone or 0 < np.count_nonzero(together) < LEAST_IN_CELL:
+                hidden.add(k)
+                together |= students[k]
     return hidden
 
 
@@ -246,27 +272,32 @@ def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
 
 def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
     """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
-    misses = grouped(runs.tables["misses"], "run", "detector")
-    rows, counts = {}, {}
-    for run, detectors in runs.metrics.items():
-        name, page = where[run]
+    misses = runs.tables["misses"]
+    owners = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
+    counts = Counter(owners)
+    worst = {}
+    for place, (run, detectors) in enumerate(runs.metrics.items()):
         audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
-        label = max(audited, key=lambda label: len(misses.get((run, label), ())), default="")
-        found = misses.get((run, label), [])
-        look = Marked("nothing missed" if audited else "not audited")
-        if found:
-            look = _look(min(found, key=_depth), page, "" if label == audited[0] else label)
-        rows[run], counts[run] = (Marked(name, to=page), look, label), len(found)
+        label = max(audited, key=lambda label: counts[place, label], default="")
+        worst[run] = (counts[place, label], place, label, audited)
     students, chosen = set[str](), list[str]()
-    for run in sorted(rows, key=lambda run: (-counts[run], run)):
+    for run in sorted(worst, key=lambda run: (-worst[run][0], run)):
         if len(students) >= LEAST_IN_CELL and len(chosen) >= LEAST_IN_CELL:
             break
         chosen.append(run)
         # A session of nobody may be of anybody already there.
         students |= {runs.of(run, "student")} - {""}
+    listed = []
+    for run in sorted(chosen):
+        name, page = where[run]
+        count, place, label, audited = worst[run]
+        look = Marked("nothing missed" if audited else "not audited")
+        if count:
+            own = misses.take([k for k, owner in enumerate(owners) if owner == (place, label)])
+            look = _look(min(own.to_pylist(), key=_depth), page, "" if label == audited[0] else label)
+        listed.append((Marked(name, to=page), look, label))
     columns = Column("session", whole=True), Column("look at"), Column("by")
-    listed = tuple(rows[run] for run in sorted(chosen))
-    return Table(columns, listed, "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
+    return Table(columns, tuple(listed), "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
 
 
 def _depth(miss: Row) -> tuple[bool, float, int]:

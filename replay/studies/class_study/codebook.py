@@ -3,7 +3,7 @@
 It is written before the data are seen: what is not declared here is not analysed.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,26 +25,17 @@ class Item:
 
 
 @dataclass(frozen=True)
-class RegressionQuestion:
-    """One regression asked: an outcome and its predictors, by name."""
-
-    outcome: str
-    predictors: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Codebook:
     """What a questionnaire means and what is asked of it.
 
-    ``student`` is the column with the student's pseudonym; ``groups`` the column of the declared groups and their
-    names, ``None`` where none are compared. Items and questions stand in the order declared.
+    ``student`` is the column with the student's pseudonym; ``questions`` are regressions, an outcome and its predictors
+    each; ``groups`` is the column of the declared groups and their names, ``None`` where none are compared.
     """
 
     student: str
     items: tuple[Item, ...]
-    questions: tuple[RegressionQuestion, ...] = ()
+    questions: tuple[tuple[str, ...], ...] = ()
     groups: tuple[str, tuple[str, ...]] | None = None
-    path: Path | None = field(default=None, compare=False)
 
     @property
     def group_names(self) -> tuple[str, ...]:
@@ -91,7 +82,7 @@ def read_codebook(path: Path) -> Codebook:
     table.done()
     if not items:
         raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
-    return Codebook(student, items, questions, groups, path)
+    return Codebook(student, items, questions, groups)
 
 
 def _with_words(value: Any) -> Any:
@@ -116,14 +107,14 @@ def _item(name: str, table: TomlTable, scale: tuple[float, float]) -> Item:
     return item
 
 
-def _question(table: TomlTable) -> RegressionQuestion:
-    question = RegressionQuestion(table.text("outcome", None), table.texts("predictors"))
-    if not question.predictors:
+def _question(table: TomlTable) -> tuple[str, ...]:
+    outcome, predictors = table.text("outcome", None), table.texts("predictors")
+    if not predictors:
         raise table.fail("predictors is empty; name one or more")
-    if len({question.outcome, *question.predictors}) <= len(question.predictors):
-        raise table.fail(f"{question.outcome} and its predictors must differ from each other")
+    if len({outcome, *predictors}) <= len(predictors):
+        raise table.fail(f"{outcome} and its predictors must differ from each other")
     table.done()
-    return question
+    return (outcome, *predictors)
 
 
 def _groups(table: TomlTable) -> tuple[str, tuple[str, ...]]:

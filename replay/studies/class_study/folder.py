@@ -11,7 +11,7 @@ from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import places
 from replay.studies.class_study.page import study_html
-from replay.studies.class_study.tables import coefficient_table, group_table, reliability_table, sensitivity_table
+from replay.studies.class_study.tables import study_tables
 
 SCHEMA: Final = "vrlab-study/1"
 PAGE: Final = "study.html"
@@ -60,14 +60,6 @@ def as_json(runs: ClassRuns, study: Study | None) -> dict[str, Any]:
         ]
         told |= {name: table.plain() for name, table in study_tables(study).items()}
     return told
-
-
-def study_tables(study: Study) -> dict[str, Table]:
-    """Name in the file -> table."""
-    return {
-        "associations": coefficient_table(study), "reliability": reliability_table(study),
-        "sensitivity": sensitivity_table(study), "groups": group_table(study),
-    }  # fmt: skip
 
 
 def _write_csv(path: Path, table: Table) -> None:

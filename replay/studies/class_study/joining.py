@@ -73,25 +73,29 @@ def read_questionnaire(path: Path, codebook: Codebook) -> Questionnaire:
     missing = [name for name in columns if name not in rows[0]]
     if missing:
         raise StudyError(f"{path.name} lacks the column {missing[0]!r} that the codebook names")
-    students = [(row[codebook.student] or "").strip() for row in rows]
+    told = {name: [(row[name] or "").strip() for row in rows] for name in columns}
+    students = told[codebook.student]
     check_pseudonyms(students, path.name)
     twice = sorted(student for student, count in Counter(students).items() if count > 1)
     if twice:
         raise StudyRefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
-    order = sorted(range(len(rows)), key=students.__getitem__)
-    answers = {item.name: _column([rows[k] for k in order], item, path.name, order) for item in codebook.items}
-    group = tuple(_group(rows[k], codebook, path.name) for k in order) if codebook.groups else ()
-    return Questionnaire(tuple(students[k] for k in order), answers, group)
+    order = np.argsort(students)
+    answers = {item.name: _answers(told[item.name], item, path.name)[order] for item in codebook.items}
+    group = np.array(told[codebook.groups[0]])[order].tolist() if codebook.groups else []
+    if codebook.groups and not {*group} <= {*codebook.group_names}:
+        words = f"{path.name}: {codebook.groups[0]} holds a group that the codebook does not declare"
+        raise StudyRefusedError("undeclared-groups", words)
+    return Questionnaire(tuple(np.array(students)[order].tolist()), answers, tuple(group))
 
 
-def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Sequence[int]) -> FloatArray:
-    values = np.full(len(rows), np.nan)
+def _answers(texts: Sequence[str], item: Item, where: str) -> FloatArray:
+    """One column as numbers, turned where the item is reverse-coded."""
+    values = np.full(len(texts), np.nan)
     low, high = item.scale
-    for k, row in enumerate(rows):
-        text = (row[item.name] or "").strip()
+    for k, text in enumerate(texts):
         if not text:
             continue
-        place = f"{where}, data row {order[k] + 1}, column {item.name}"
+        place = f"{where}, data row {k + 1}, column {item.name}"
         try:
             values[k] = float(text)
         except ValueError:
@@ -99,17 +103,6 @@ def _column(rows: Sequence[dict[str, str]], item: Item, where: str, order: Seque
         if not low <= values[k] <= high:
             raise StudyError(f"{place}: {text} is off the scale {low:g} to {high:g} that the codebook gives")
     return low + high - values if item.reversed else values
-
-
-def _group(row: dict[str, str], codebook: Codebook, where: str) -> str:
-    assert codebook.groups is not None
-    column, names = codebook.groups
-    value = (row[column] or "").strip()
-    if value not in names:
-        raise StudyRefusedError(
-            "undeclared-groups", f"{where}: {column} holds a group that the codebook does not declare"
-        )
-    return value
 
 
 @dataclass(frozen=True)

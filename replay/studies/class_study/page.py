@@ -26,15 +26,12 @@ from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     behind,
-    coefficient_table,
-    group_table,
     headlines,
     on_page,
     opening,
     p_words,
-    reliability_table,
     sample_table,
-    sensitivity_table,
+    study_tables,
 )  # fmt: skip
 
 
@@ -74,18 +71,17 @@ def _sections(study: Study | None, tables: ClassTables, where: Mapping[str, Plac
     """Sessions to look at, then groups, associations and reliability; tables of the class and methods are folded."""
     yield Section("Sessions to look at first", "Sessions", [sessions_table(tables.runs, where)])
     if study is not None:
-        groups: Part = on_page(group_table(study)) if study.groups else "There is no comparison of groups."
+        shown = {name: on_page(table) for name, table in study_tables(study).items()}
+        groups: Part = shown["groups"] if study.groups else "There is no comparison of groups."
         if not study.group_sizes:
             groups = "The codebook declares no groups, so none are compared."
         sample = Fold("The sample", [sample_table(study, tables.sample())])
         yield Section("Groups, as Table II", "Groups", [groups, sample])
-        results: list[Part] = [listed(headlines(study))]
-        if study.regressions:
-            results.append(on_page(coefficient_table(study)))
-        if study.sensitivity:
-            results.append(on_page(sensitivity_table(study)))
-        yield Section("Associations", "Associations", results)
-        yield Section("Reliability of the questionnaire", "Reliability", _questionnaire(study))
+        results = (shown[name] for name in ("associations", "sensitivity") if shown[name].rows)
+        yield Section("Associations", "Associations", [listed(headlines(study)), *results])
+        alphas = [shown["reliability"]] if study.reliabilities else []
+        title = "Reliability of the questionnaire"
+        yield Section(title, "Reliability", [*alphas, *_all_items(study), *study.warnings])
     yield Section("Contacts of the class", "Contacts", [*_contacts(tables)])
     if study is not None:
         folds = [Fold("Not said, and why", [_refusals(study)]), Fold("How it was computed", [_methods(study)])]
@@ -101,16 +97,13 @@ def _contacts(made: ClassTables) -> Iterator[Fold]:
         yield Fold(title, [found if found.rows else "There is none in the sessions with a pseudonym."])
 
 
-def _questionnaire(study: Study) -> list[Part]:
-    parts: list[Part] = [on_page(reliability_table(study))] if study.reliabilities else []
+def _all_items(study: Study) -> Iterator[str]:
     if study.kmo is not None and study.bartlett is not None:
         b = study.bartlett
-        said = (
+        yield (
             f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
             f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_words(b.p)}; n = {b.students}."
         )
-        parts.append(said)
-    return [*parts, *study.warnings]
 
 
 def _refusals(study: Study) -> Part:

@@ -6,7 +6,7 @@ standardised slope forgets that the scales were estimated too: at a correlation 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,22 +27,32 @@ LEVEL: Final = 0.05
 UNDECIDED: Final = "undecided"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Finding:
     """One figure to judge: the standardised coefficient of a predictor, or the difference of two groups' means.
 
-    ``name`` is the predictor, or the groups. ``low`` and ``high`` are its 95 % interval over students; ``p`` is
-    two-sided, from permutations, ``None`` of fewer students than the rules ask for, and ``p_holm`` is that after
-    ``holm``. ``vif`` is the variance inflation factor, ``None`` where there is one predictor.
+    ``name`` is the predictor, or the groups, ``variables`` the outcome and all predictors. ``kind`` is ``simple``,
+    ``multiple`` or ``groups``. ``low`` and ``high`` are the 95 % interval over students; ``p`` is two-sided, from
+    permutations, ``None`` of fewer students than the rules ask for, and ``p_holm`` is that after ``holm``. Of a
+    regression ``adjusted_r2`` is its fit; ``vif`` is the variance inflation factor, where there are several predictors.
     """
 
     name: str
+    kind: str
+    variables: tuple[str, ...]
+    students: int
     beta: float
     low: float
     high: float
     p: float | None
     p_holm: float | None = None
+    adjusted_r2: float | None = None
     vif: float | None = None
+
+    @property
+    def outcome(self) -> str:
+        """The variable that is looked at."""
+        return self.variables[0]
 
     @property
     def associated(self) -> bool:
@@ -70,27 +80,20 @@ class Finding:
         return self.low > 0 or self.high < 0
 
 
-@dataclass(frozen=True)
-class Regression:
-    """One fitted regression, ``simple`` or ``multiple``, of so many students, with a coefficient per predictor."""
-
-    outcome: str
-    kind: str
-    students: int
-    adjusted_r2: float
-    coefficients: tuple[Finding, ...]
+Kind = TypeVar("Kind", bound=Finding)
 
 
 def regress(
     outcome: str, y: FloatArray, names: Sequence[str], x: FloatArray, random: np.random.Generator
-) -> Regression:
-    """Fit one regression of students by ordinary least squares on standardised variables.
+) -> list[Finding]:
+    """Fit one regression of students by ordinary least squares on standardised variables: a finding per predictor.
 
     ``y`` (n,) and ``x`` (n, k) have a row a student. Refused as ``no-variance`` or ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
     """
     import statsmodels.api as sm
+    from statsmodels.stats.outliers_influence import variance_inflation_factor
 
     table = np.column_stack([y, x])
     _refuse(f"the regression of {outcome} on {', '.join(names)}", table)
@@ -98,17 +101,24 @@ def regress(
     y, x = table[:, 0], table[:, 1:]
     fitted = sm.OLS(y, sm.add_constant(x)).fit()
     ends = _bootstrap(y, x, random)
-    # The variance inflation factors are the diagonal of the inverse correlation matrix.
-    factors = np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False))).tolist() if x.shape[1] > 1 else [None]
-    coefficients = []
-    for k, name in enumerate(names):
-        p = permutation_p(y, x, k, random) if len(y) >= LEAST_STUDENTS else None
-        coefficients.append(Finding(name, float(fitted.params[k + 1]), *ends[k], p, vif=factors[k]))
-    kind = "simple" if len(names) == 1 else "multiple"
-    return Regression(outcome, kind, len(y), float(fitted.rsquared_adj), tuple(coefficients))
+    return [
+        Finding(
+            name=name,
+            kind="simple" if len(names) == 1 else "multiple",
+            variables=(outcome, *names),
+            students=len(y),
+            beta=float(fitted.params[k + 1]),
+            low=ends[k][0],
+            high=ends[k][1],
+            p=permutation_p(y, x, k, random) if len(y) >= LEAST_STUDENTS else None,
+            adjusted_r2=float(fitted.rsquared_adj),
+            vif=float(variance_inflation_factor(x, k)) if len(names) > 1 else None,
+        )
+        for k, name in enumerate(names)
+    ]
 
 
-def holm(findings: Sequence[Finding]) -> list[Finding]:
+def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
     """The same with p corrected across all that have one.
 
     Source: Holm (1979), Scand. J. Stat. 6, 65-70.
@@ -117,7 +127,7 @@ def holm(findings: Sequence[Finding]) -> list[Finding]:
 
     tested = [finding.p for finding in findings if finding.p is not None]
     corrected = iter(multipletests(tested, method="holm")[1].tolist() if tested else ())
-    return [finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings]
+    return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings)
 
 
 def _refuse(what: str, table: FloatArray) -> None:

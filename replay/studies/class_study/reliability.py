@@ -31,6 +31,11 @@ class Reliability:
     students: int
     items: int
 
+    @property
+    def least_item_total(self) -> float:
+        """Of the item that agrees least with the others."""
+        return min(self.item_total)
+
 
 @dataclass(frozen=True)
 class Bartlett:

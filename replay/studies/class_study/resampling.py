@@ -1,6 +1,5 @@
 """Intervals by resampling: whole students are drawn anew, with all of their sessions."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,8 +11,6 @@ from sessions.synthetic.rng import random_stream
 
 BOOTSTRAPS: Final = 2000
 """Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
-
-NO_FIGURE: Final = float("nan")
 
 
 def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[float, float]:
@@ -57,30 +54,27 @@ class Estimate:
 class Resampling:
     """Students drawn with replacement, the same draws for every figure of a page.
 
-    ``students`` are all of the class; figures of some of them vary with how many of these are drawn.
+    ``students`` is how many the class has; figures of some of them vary with how many of these are drawn.
 
     Source: Field and Welsh (2007), J. R. Stat. Soc. B 69, 369-390, for drawing whole clusters.
     """
 
-    def __init__(self, students: Sequence[str], seed: int = 0) -> None:
-        self._place = {name: k for k, name in enumerate(sorted(students))}
-        count = max(1, len(self._place))
-        random = random_stream(seed, "class page")
+    def __init__(self, students: int, seed: int = 0) -> None:
+        random, count = random_stream(seed, "class page"), max(1, students)
         self._weights = random.multinomial(count, np.full(count, 1.0 / count), BOOTSTRAPS).astype(np.float64)
 
-    def ratio(self, above: Mapping[str, float], below: Mapping[str, float]) -> Estimate:
-        """Sum over sum, by student: contacts by sessions, or contacts missed by contacts."""
-        names = sorted(name for name in below if below[name])
-        top = np.array([above.get(name, 0.0) for name in names], dtype=np.float64)
-        base = np.array([below[name] for name in names], dtype=np.float64)
-        if not names:
-            return Estimate(NO_FIGURE, NO_FIGURE, NO_FIGURE, 0)
+    def ratio(self, above: FloatArray, below: FloatArray) -> Estimate:
+        """Sum over sum, of each student (n,): contacts by sessions, or contacts missed by contacts."""
+        counted = np.flatnonzero(below)
+        top, base, students = above[counted], below[counted], len(counted)
+        if not students:
+            return Estimate(np.nan, np.nan, np.nan, 0)
         found = float(top.sum() / base.sum())
         if np.all(top == 0.0) or np.array_equal(top, base):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
-            return Estimate(found, *wilson(found * len(names), len(names)), len(names))
-        weights = self._weights[:, [self._place[name] for name in names]]
+            return Estimate(found, *wilson(found * students, students), students)
+        weights = self._weights[:, counted]
         with np.errstate(invalid="ignore", divide="ignore"):
             drawn = (weights @ top) / (weights @ base)
             left_out = (top.sum() - top) / (base.sum() - base)
-        return Estimate(found, *interval(drawn, found, left_out), len(names))
+        return Estimate(found, *interval(drawn, found, left_out), students)

@@ -1,7 +1,7 @@
 """The sentences and tables of a study, for page, terminal and files; none of them claims a cause."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from replay.outputs.tables import STRONG, Cell, Column, Marked, Table
@@ -39,29 +39,27 @@ def p_words(p: float | None) -> str:
 
 def headlines(study: Study) -> list[str]:
     """What a reader should know first: the associations found, most pronounced first, or that there are none."""
-    found = [(fit, c) for fit in study.regressions for c in fit.coefficients if c.associated]
     lines = []
-    for fit, c in sorted(found, key=lambda pair: -abs(pair[1].beta)):
-        held = "" if fit.kind == "simple" else ", the other predictors held equal"
-        lines.append(
-            f"{_capital(c.name)} is associated with {_more(c)} {words(fit.outcome)}{held}: "
-            f"{_between(c)}, n = {fit.students}"
-        )
+    for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
+        held = "" if c.kind == "simple" else ", the other predictors held equal"
+        what = f"{_capital(c.name)} is associated with {_more(c)} {words(c.outcome)}{held}"
+        lines.append(f"{what}: {_between(c)}, n = {c.students}")
     for two in study.groups:
-        if two.effect.associated:
-            (first, second), (n, of) = two.groups, two.students
+        if two.associated:
+            (first, second), (n, of) = two.groups, two.sizes
             lines.append(
-                f"{_capital(two.outcome)} is {_more(two.effect)} in group {second} than in {first}: "
-                f"{_between(two.effect)}, n = {n} and {of}"
+                f"{_capital(two.outcome)} is {_more(two)} in group {second} than in {first}: "
+                f"{_between(two)}, n = {n} and {of}"
             )
     if lines:
         return lines
-    tested = [result.students for result in study.findings if result.finding.p is not None]
+    tested = sorted({finding.students for finding in study.findings if finding.p is not None})
     if not tested:
         return ["No association was tested"]
-    open_ = sum(result.finding.conclusion.startswith(UNDECIDED) for result in study.findings)
-    more = f"; {open_} of {len(study.findings)} {UNDECIDED}" if open_ else ""
-    return [f"No association was told from chance in {_range(tested)} students{more}"]
+    students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
+    undecided = sum(finding.conclusion.startswith(UNDECIDED) for finding in study.findings)
+    more = f"; {undecided} of {len(study.findings)} {UNDECIDED}" if undecided else ""
+    return [f"No association was told from chance in {students} students{more}"]
 
 
 def _more(finding: Finding) -> str:
@@ -72,30 +70,16 @@ def _between(finding: Finding) -> str:
     return f"{finding.beta:+.2f} [{finding.low:+.2f}, {finding.high:+.2f}]"
 
 
-def _range(counts: Sequence[int]) -> str:
-    return f"{min(counts)}" if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"
-
-
 def _capital(name: str) -> str:
     return words(name)[:1].upper() + words(name)[1:]
 
 
 def behind(study: Study) -> str:
     """Whose behaviour was looked at, by which detector, and what that finds."""
-    recall = (
-        "recall not measured"
-        if study.recall is None
-        else f"which finds {figure(100 * study.recall)} % of contact frames"
-    )
-    return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
-
-
-def _conclusion(value: str) -> Cell:
-    return Marked(value, STRONG if value == "associated" else "")
-
-
-def _pair(value: tuple[float, float]) -> str:
-    return "{:.4g}, {:.4g}".format(*value)
+    finds = "recall not measured"
+    if study.recall is not None:
+        finds = f"which finds {figure(100 * study.recall)} % of contact frames"
+    return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {finds}"
 
 
 def _recall(value: float | None) -> str:
@@ -103,8 +87,9 @@ def _recall(value: float | None) -> str:
 
 
 WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
-    "outcome": words, "predictor": words, "conclusion": _conclusion, "construct": str, "regression": str,
-    "detector": str, "groups": ", ".join, "means": _pair,
+    "outcome": words, "predictor": words, "construct": str, "regression": str, "detector": str, "groups": ", ".join,
+    "conclusion": lambda value: Marked(value, STRONG if value == "associated" else ""),
+    "means": lambda pair: "{:.4g}, {:.4g}".format(*pair),
 }  # fmt: skip
 """Column of words -> what people read of it."""
 
@@ -126,14 +111,12 @@ IN_FILES: Final = ("associated", "changes", "tested")
 """Columns that a page does not show, since it says the same in other words."""
 
 
-def _table(title: str, rows: Sequence[Mapping[str, Any]], *notes: str) -> Table:
-    """Rows of raw values by the names of their columns."""
-    columns = (
-        Column(name, str if name in WORDS else float, show=(WORDS | NUMBERS).get(name, ""))
-        for name in (rows[0] if rows else ())
-    )
-    values = (tuple(None if value != value else value for value in row.values()) for row in rows)
-    return Table(tuple(columns), tuple(values), title, notes)
+def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
+    """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
+    named = (column.partition("=") for column in columns.split())
+    shown = WORDS | NUMBERS
+    kept = (Column(name, str if name in WORDS else float, of=of, show=shown.get(name, "")) for name, _, of in named)
+    return Table.of(kept, rows, title, notes)
 
 
 def on_page(table: Table) -> Table:
@@ -141,60 +124,39 @@ def on_page(table: Table) -> Table:
     return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
 
 
-def _judged(finding: Finding) -> dict[str, Any]:
+def study_tables(study: Study) -> dict[str, Table]:
+    """Name in the file -> table: a row per coefficient, construct, result with another detector, and outcome."""
     return {
-        "low": finding.low, "high": finding.high, "p": finding.p, "p_holm": finding.p_holm,
-        "conclusion": finding.conclusion,
+        "associations": _table(
+            behind(study), [(study, finding) for finding in study.coefficients],
+            "outcome=1.outcome predictor=1.name regression=1.kind students=1.students beta=1.beta low=1.low "
+            "high=1.high p=1.p p_holm=1.p_holm conclusion=1.conclusion adjusted_r2=1.adjusted_r2 vif=1.vif "
+            "associated=1.associated detector=0.detector recall=0.recall",
+            ["n counts students; several sessions of a student are taken as their mean."],
+        ),
+        "reliability": _table(
+            "questionnaire", study.reliabilities.items(),
+            "construct=0 items=1.items students=1.students alpha=1.alpha low=1.low high=1.high "
+            "least_item_total=1.least_item_total",
+        ),
+        "sensitivity": _table(
+            f"compared with {study.detector} above", study.sensitivity,
+            "outcome=before.outcome predictor=before.name detector students recall beta=after.beta "
+            "p_holm=after.p_holm conclusion changes tested",
+            ["Of groups, beta is the difference of their means."] if study.groups else (),
+        ),
+        "groups": _table(
+            "Groups compared", study.groups,
+            "outcome groups students=sizes means pooled_beta pooled_fit pooled_p difference=beta low high p p_holm "
+            "conclusion",
+            [
+                "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing "
+                "corrected.",
+                "What the data allow: the second group's mean less the first's, p of t with HC3 errors, Holm across "
+                "the rows.",
+            ],
+        ),
     }  # fmt: skip
-
-
-def coefficient_table(study: Study) -> Table:
-    """A row per coefficient."""
-    rows = [
-        {"outcome": fit.outcome, "predictor": c.name, "regression": fit.kind, "students": fit.students}
-        | {"beta": c.beta, **_judged(c), "adjusted_r2": fit.adjusted_r2, "vif": c.vif}
-        | {"associated": c.associated, "detector": study.detector, "recall": study.recall}
-        for fit in study.regressions
-        for c in fit.coefficients
-    ]
-    return _table(behind(study), rows, "n counts students; several sessions of a student are taken as their mean.")
-
-
-def reliability_table(study: Study) -> Table:
-    """A row per construct of the questionnaire."""
-    rows = [
-        {"construct": name, "items": r.items, "students": r.students, "alpha": r.alpha, "low": r.low, "high": r.high}
-        | {"least_item_total": min(r.item_total)}
-        for name, r in study.reliabilities.items()
-    ]
-    return _table("questionnaire", rows)
-
-
-def sensitivity_table(study: Study) -> Table:
-    """A row per result about behaviour, as another detector gives it."""
-    rows = [
-        {"outcome": row.outcome, "predictor": row.before.name, "detector": row.detector, "students": row.students}
-        | {"recall": row.recall, "beta": row.after and row.after.beta, "p_holm": row.after and row.after.p_holm}
-        | {"conclusion": row.conclusion, "changes": row.changes, "tested": row.tested}
-        for row in study.sensitivity
-    ]
-    notes = ("Of groups, beta is the difference of their means.",) if study.groups else ()
-    return _table(f"compared with {study.detector} above", rows, *notes)
-
-
-def group_table(study: Study) -> Table:
-    """A row per outcome: as the paper computes, then what the data allow."""
-    rows = [
-        {name: value for name, value in vars(two).items() if name != "effect"}
-        | {"difference": two.effect.beta, **_judged(two.effect)}
-        for two in study.groups
-    ]
-    return _table(
-        "Groups compared",
-        rows,
-        "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
-        "What the data allow: the second group's mean less the first's, p of Welch's statistic, Holm across the rows.",
-    )
 
 
 QUESTION: Final = "Does the detector change a conclusion?"
@@ -219,7 +181,7 @@ def _verdict(study: Study | None) -> str:
 
 def _changed(study: Study, row: Sensitivity) -> str:
     """With which detector a conclusion holds, and with which it does not."""
-    what = f"{words(row.before.name)} with {words(row.outcome)}"
+    what = f"{words(row.before.name)} with {words(row.before.outcome)}"
     if row.after is not None and row.before.associated and row.after.associated:
         return f"{what} has another sign with {row.detector} than with {study.detector}"
     detectors = (study.detector, row.detector) if row.before.associated else (row.detector, study.detector)

@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 
+import pyarrow as pa
 import pytest
 from support.class_folders import made_class
 
@@ -53,16 +54,15 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
 
 def test_no_figure_of_few_students_follows_from_a_total_and_no_row_is_of_one_student(tmp_path):
     runs, _ = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
-    one = dict(runs.tables["misses"][0])
-    of = {run: runs.of(run, "student") for run in runs.metrics}
+    one = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
     counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
     misses = [
-        one | {"run": run, "student": of[run], "cause": cause}
+        one | {"place": place, "cause": cause}
         for cause, (students, each) in counts.items()
-        for run in list(of)[:students]
-        for _ in range(each)
+        for place in [*range(students)] * each
     ]
+    misses = pa.Table.from_pylist(misses, schema=runs.tables["misses"].schema)
     made = ClassTables(replace(runs, tables=runs.tables | {"misses": misses}))
     shown = {row[3]: row[4] for row in made.causes().rows if row[0] == "miss"}
     assert shown["late"] == "fewer than 5" and shown["search"] == 8
@@ -95,11 +95,12 @@ def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
     assert "Runs left out" not in " ".join(before[0].notes)
 
 
-def test_settings_that_differ_between_sessions_are_said(tmp_path):
+def test_the_sample_and_settings_that_differ_between_sessions_are_said(tmp_path):
     runs, made = tables_of(tmp_path, 6, 6)
+    assert made.sample() == {"content": "lab", "device": "VR type: immersive, desktop"}
     said = "Not run with the same settings and versions in all sessions: slow."
     assert said not in made.detectors().notes
-    runs.metrics["run002"]["slow"] = {**runs.metrics["run002"]["slow"], "settings": "other"}
+    runs.metrics["run002"]["slow"]["settings"] = "other"
     assert said in ClassTables(runs).detectors().notes
 
 
@@ -127,8 +128,3 @@ def test_a_file_of_students_that_is_none_is_refused(tmp_path, text, error):
     (tmp_path / "students.csv").write_text(text)
     with pytest.raises(error):
         read_students(tmp_path / "students.csv")
-
-
-def test_the_sample_says_scenes_and_vr_types(tmp_path):
-    _, made = tables_of(tmp_path, 6, 6)
-    assert made.sample() == {"content": "lab", "device": "VR type: immersive, desktop"}

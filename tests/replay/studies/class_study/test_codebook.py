@@ -2,7 +2,7 @@ import pytest
 from support.study_samples import CODEBOOK
 
 from replay.errors import StudyError
-from replay.studies.class_study.codebook import RegressionQuestion, read_codebook
+from replay.studies.class_study.codebook import read_codebook
 
 
 def read(tmp_path, text):
@@ -19,7 +19,7 @@ def test_a_codebook_says_construct_scale_and_direction_of_every_item(tmp_path):
         "motivation": ["m1", "m2", "m3"],
     }
     assert [item.name for item in book.items if item.reversed] == ["e3"]
-    assert book.questions[1] == RegressionQuestion("motivation", ("contacts_per_min", "grasps"))
+    assert book.questions[1] == ("motivation", "contacts_per_min", "grasps")
     assert book.groups is None
 
 

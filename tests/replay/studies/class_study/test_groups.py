@@ -26,12 +26,11 @@ def test_the_paper_s_figures_are_those_of_one_pooled_predictor():
     line = stats.linregress(np.repeat([0.0, 1.0], 26), np.concatenate([first, second]))
     fit = 1 - (1 - line.rvalue**2) * 51 / 50
     assert (one.pooled_beta, one.pooled_fit, one.pooled_p) == pytest.approx((line.rvalue, fit, line.pvalue))
-    assert one.students == (26, 26) and one.means == pytest.approx((first.mean(), second.mean()))
-    effect = one.effect
-    assert effect.beta == pytest.approx(line.slope) and effect.low < effect.beta < effect.high
+    assert one.sizes == (26, 26) and one.means == pytest.approx((first.mean(), second.mean()))
+    assert one.beta == pytest.approx(line.slope) and one.low < one.beta < one.high
 
 
-def test_p_is_that_of_permuting_welchs_statistic():
+def test_p_is_that_of_permuting_a_studentised_difference():
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 1.0, 40), random.normal(4.2, 5.0, 6)
     ((one,), _) = compared(first, second)
@@ -41,10 +40,10 @@ def test_p_is_that_of_permuting_welchs_statistic():
 
     how = {"vectorized": True, "n_resamples": 20000, "alternative": "greater", "random_state": 0}
     other = stats.permutation_test((second, first), welch, **how).pvalue
-    assert one.effect.p == pytest.approx(other, abs=0.02)
+    assert one.p == pytest.approx(other, abs=0.02)
     first, second = two(60, 0.4, spread=2.0)
     ((one,), _) = compared(first, second)
-    assert one.effect.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
+    assert one.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
 
 
 def hc3(group, values):
@@ -62,13 +61,13 @@ def test_the_interval_has_the_errors_of_statsmodels_and_the_quantiles_of_permute
     difference, error = hc3(group, np.concatenate([first, second]))
     ((one,), _) = compared(first, second)
     ends = difference - error * np.quantile(drawn, [0.975, 0.025])
-    assert [one.effect.low, one.effect.high] == pytest.approx(ends.tolist(), rel=0.05)
+    assert [one.low, one.high] == pytest.approx(ends.tolist(), rel=0.05)
 
 
 def test_holm_is_across_all_outcomes_of_the_groups():
     random = np.random.default_rng(4)
     variables = {name: random.normal(size=40) for name in ("a", "b", "c")}
-    found = [two.effect for two in compare_groups(variables, NAMES * 20, NAMES, 0, [])]
+    found = compare_groups(variables, NAMES * 20, NAMES, 0, [])
     ordered = sorted(found, key=lambda one: one.p)
     expected = np.maximum.accumulate([min(1.0, one.p * (3 - k)) for k, one in enumerate(ordered)])
     assert [one.p_holm for one in ordered] == pytest.approx(expected.tolist())
@@ -96,7 +95,7 @@ def covered(kind, second, effect, count):
         values = draw(random) + effect * spread * group
         names = np.where(group, "second", "first").tolist()
         (one,) = compare_groups({"y": values}, names, NAMES, int(random.integers(10**9)), [])
-        yield one.effect.low <= effect * spread <= one.effect.high
+        yield one.low <= effect * spread <= one.high
 
 
 @pytest.fixture

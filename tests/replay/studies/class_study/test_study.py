@@ -1,0 +1,227 @@
+"""A study from answers and metrics: what is found, refused and said, and its page and files."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from support.class_folders import made_class
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.errors import OutputError, StudyError
+from replay.studies.class_study.analysis import Sensitivity, analyse
+from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.class_tables import places
+from replay.studies.class_study.folder import as_json, write_study
+from replay.studies.class_study.page import study_html
+from replay.studies.class_study.refusals import StudyRefusedError
+from replay.studies.class_study.regression import Finding
+from replay.studies.class_study.tables import headlines, opening, study_tables
+
+EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
+ASKED = codebook((EASE, CONTACTS))
+ARMS = codebook((EASE, CONTACTS), groups=("arm", ("first", "second")))
+HALVES = ["first", "second"] * 20
+
+
+def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
+    """A study of contacts that go with motivation; ``scattered``: not as the other detector sees them."""
+    answers, contacts = a_class(count, seed=1, slope=0.0, contacts=0.75)
+    table = metrics(contacts, detectors=("exact", other)[: 1 + bool(other)], recall=(1.0, recall)[: 1 + bool(other)])
+    place = [k for k, name in enumerate(table.columns["detector"]) if name == other]
+    if scattered:
+        for row, contact in zip(place, np.random.default_rng(0).permutation(contacts), strict=True):
+            table.columns["contacts_per_min"][row] = contact
+    if arms:
+        for row in {*range(2 * count)} - {*place}:
+            table.columns["contacts_per_min"][row] += 4.0 * (row // 2 % 2)
+    return analyse(ARMS if arms else ASKED, questionnaire(answers, HALVES if arms else ()), table)
+
+
+def rules(found):
+    return {refused.rule for refused in found.refusals}
+
+
+def test_a_planted_association_is_found_and_an_absent_one_is_not():
+    answers, contacts = a_class(52, seed=3)
+    found = analyse(ASKED, questionnaire(answers), metrics(contacts))
+    ease, moved = found.coefficients
+    assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
+    assert not moved.associated
+    assert (found.students, found.rows, found.detector, found.recall) == (52, 52, "exact", 1.0)
+    assert not found.refusals
+
+
+def finding(low, high, p):
+    ends = {"beta": (low + high) / 2, "low": low, "high": high, "p": p, "p_holm": p}
+    return Finding(name="contacts_per_min", kind="simple", variables=CONTACTS, students=40, **ends)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_conclusion_needs_both_p_and_interval_and_changes_where_one_detector_leaves_it_open(sign):
+    found, *others = (
+        finding(*sorted((sign * low, sign * 1.2)), p)
+        for low, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
+    )
+    words = ["undecided: interval holds zero", "not told from chance", "not tested"]
+    assert found.conclusion == "associated" and [one.conclusion for one in others] == words
+    turned = finding(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
+    for before, after in ((found, others[0]), (others[0], found), (found, turned)):
+        assert Sensitivity("hybrid", 0.9, before, after).conclusion == "another conclusion"
+    assert Sensitivity("hybrid", 0.9, others[0], others[1]).conclusion == "the same"
+    assert Sensitivity("hybrid", 0.9, found, None).conclusion == "not tested"
+
+
+STATES = {
+    "none": (lambda: None, "Not known: there is no questionnaire."),
+    "one detector": (
+        lambda: study(other=""), "Not known: no result about contacts could be compared between detectors.",
+    ),
+    "the same": (study, "No."),
+    "another": (
+        lambda: study(scattered=True),
+        "Yes: contacts per minute with motivation holds with exact, not with hybrid.",
+    ),
+    "groups": (
+        lambda: study(arms=True, recall=1.0),
+        "Yes: contacts per minute with motivation holds with hybrid, not with exact; second against first with "
+        "contacts per minute holds with exact, not with hybrid.",
+    ),
+    "nobody tested": (lambda: study(9), "Not known: no result could be tested with another detector."),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_first_line_says_whether_a_conclusion_changes(state):
+    make, answer = STATES[state]
+    assert opening(make(), "40 students") == f"40 students. Does the detector change a conclusion? {answer}"
+
+
+def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
+    answers, contacts = a_class(30)
+    table = metrics(contacts, detectors=("hybrid", "exact"), recall=(0.8, 1.0))
+    assert analyse(ASKED, questionnaire(answers), table).detector == "exact"
+    assert analyse(ASKED, questionnaire(answers), table, detector="hybrid").recall == pytest.approx(0.8)
+    even = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
+    assert analyse(ASKED, questionnaire(answers), even).detector == "exact"
+    with pytest.raises(StudyError, match="there are: hybrid, exact"):
+        analyse(ASKED, questionnaire(answers), table, detector="exakt")
+
+
+def test_behaviour_without_a_measured_recall_or_of_other_students_is_refused_and_the_answers_are_left():
+    answers, contacts = a_class(30)
+    for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (metrics(contacts[:29]), "ids")):
+        found = analyse(ASKED, questionnaire(answers), table)
+        assert [one.variables for one in found.coefficients] == [EASE]
+        (refused,) = found.refusals
+        assert refused.rule == rule and "contacts_per_min" in refused.what and refused.lift
+
+
+@pytest.mark.parametrize("count", [4, 5, 9])
+def test_fewer_than_ten_students_get_coefficients_without_p_and_four_are_no_study(count):
+    answers, contacts = a_class(count)
+    if count == 4:
+        with pytest.raises(StudyRefusedError, match="small-cell"):
+            analyse(codebook(), questionnaire(answers), metrics(contacts))
+        return
+    found = analyse(codebook(), questionnaire(answers), metrics(contacts))
+    (one,) = found.coefficients
+    assert one.students == count and one.p is None and found.bartlett is None and "few-students" in rules(found)
+    assert headlines(found) == ["No association was tested"]
+
+
+@pytest.mark.parametrize(("question", "words"), [
+    (("motivation", "arm"), r"'arm'.*without a regression"),
+    (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
+])  # fmt: skip
+def test_a_name_that_cannot_be_asked_about_is_answered(question, words):
+    answers, contacts = a_class(40)
+    with pytest.raises(StudyError, match=words):
+        analyse(codebook((question,), groups=ARMS.groups), questionnaire(answers, HALVES), metrics(contacts))
+
+
+@pytest.mark.parametrize("left", [4, 5])
+def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_it_has(left):
+    answers, contacts = a_class(40)
+    answers[1 : 40 - 2 * left : 2, 3] = np.nan
+    found = analyse(codebook(groups=ARMS.groups), questionnaire(answers, HALVES), metrics(contacts))
+    sizes = {two.outcome: two.sizes for two in found.groups}
+    assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
+    assert rules(found) == (set() if left == 5 else {"small-cell"})
+    few = ["first"] * (40 - left) + ["second"] * left
+    found = analyse(ARMS, questionnaire(answers, few), metrics(contacts))
+    assert found.group_sizes["second"] == ("5" if left == 5 else "fewer than 5")
+
+
+def test_a_construct_that_only_four_students_answered_has_no_figure():
+    answers, contacts = a_class(20)
+    answers[4:, 0] = np.nan
+    found = analyse(codebook(), questionnaire(answers), metrics(contacts))
+    assert "ease of use" not in found.reliabilities and "motivation" in found.reliabilities
+    assert found.kmo is None and found.bartlett is None and not found.coefficients
+    assert rules(found) == {"small-cell"}
+
+
+def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_are():
+    answers, contacts = a_class(30)
+    plain, table = metrics(contacts), metrics(contacts, sessions=2)
+    apart = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
+    table.columns["contacts_per_min"] = (np.array(table.columns["contacts_per_min"]) + apart).tolist()
+    for name, values in table.columns.items():
+        values += values[:2] * 9 if name != "contacts_per_min" else [contacts[0]] * 18
+    found, once = (analyse(ASKED, questionnaire(answers), rows) for rows in (table, plain))
+    assert (found.rows, found.students) == (78, 30)
+    for other, one in zip(found.coefficients, once.coefficients, strict=True):
+        assert (other.beta, other.low, other.high, other.p) == pytest.approx((one.beta, one.low, one.high, one.p))
+
+
+def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested():
+    answers, contacts = a_class(40, seed=1)
+    table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
+    table.columns["grasps"] = [float(row // 2 % 7) for row in range(80)]
+    found = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
+    words = {row.before.name: row.conclusion for row in found.sensitivity}
+    assert words == {"contacts_per_min": "not tested", "grasps": "the same"}
+    assert [row is None for row in study_tables(found)["sensitivity"].column("beta")] == [True, False]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    return read_class(made_class(tmp_path_factory.mktemp("class"), 6, 6, contacts=3))
+
+
+def test_the_page_of_a_study_reads_so(runs, snapshot):
+    """With the n of the rows used, not of the questionnaire; with what is refused, and warned of."""
+    answers, contacts = a_class(40, seed=3)
+    answers[:5, 3] = np.nan
+    table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
+    asked = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=ARMS.groups)
+    group = ["first"] * 31 + ["second"] * 9
+    table.columns["stirs"] = [1.0] * 160
+    found = analyse(asked, questionnaire(answers, group), table)
+    page = study_html(runs, places(runs, runs.top), found, "Class of 2026")
+    page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
+    page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
+    assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
+
+
+def test_a_folder_is_replaced_only_if_forced_and_a_study_and_no_file_of_it_holds_a_pseudonym(runs, tmp_path):
+    found = study()
+    out = write_study(runs, found, tmp_path / "study", inputs={})
+    for file in out.iterdir():
+        assert "S07" not in file.read_text("utf-8"), file.name
+    assert (out / "associations.csv").read_text("utf-8").count("\n") == 3
+    with pytest.raises(OutputError, match="--force"):
+        write_study(runs, found, out, inputs={})
+    write_study(runs, found, out, inputs={}, force=True)
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
+    with pytest.raises(OutputError, match="is not a study folder"):
+        write_study(runs, found, tmp_path / "thesis", inputs={}, force=True)
+
+
+def test_refusals_are_in_the_json_with_what_lifts_them(runs):
+    answers, contacts = a_class(9)
+    plain = as_json(runs, analyse(ASKED, questionnaire(answers), metrics(contacts, recall=(None,))))
+    assert {row["rule"] for row in plain["refused"]} >= {"provenance"} and all(row["lift"] for row in plain["refused"])
+    json.dumps(plain, allow_nan=False)
