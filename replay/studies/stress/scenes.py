@@ -31,6 +31,9 @@ LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 """Metres by which a resting glass is lifted or sunk."""
 
 
+Meshes = tuple[TriangleMesh, TriangleMesh]
+
+
 @dataclass(frozen=True, eq=False)
 class StressScene:
     """Two bodies, a motion, and what is true of it."""
@@ -43,21 +46,32 @@ class StressScene:
     covers: Covers = "instants"  # whether the frames are asked about, or all of the time between them too
 
 
+def of_instants(name: str, meshes: Meshes, motion: Motion, truth: ArrayLike | None = None) -> StressScene:
+    """A scene whose frames have these verdicts; else all face pairs tell, and nothing may be inside another."""
+    bodies = two(*meshes)
+    if truth is None:
+        truth = [Verdict.CONTACT if len(meeting(bodies, motion, k)) else Verdict.CLEAR for k in range(len(motion))]
+    return StressScene(name, bodies, motion, np.broadcast_to(np.asarray(truth, dtype=np.uint8), len(motion)))
+
+
+def of_intervals(name: str, meshes: Meshes, motion: Motion, meets: bool, crossings: int = 1) -> StressScene:
+    """A scene of a motion of several equal parts, each of which has a contact somewhere, or none of which has."""
+    return StressScene(name, two(*meshes), motion, np.full(crossings, meets, dtype=np.uint8), "intervals")
+
+
 def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
     """The meshes as bodies."""
     return Body("first", first), Body("second", second)
 
 
-def posed(body: Body, motion: Motion, frame: int, number: int) -> FloatArray:
-    """The triangles (f, 3, 3) of body ``number`` in a frame, as every detector places them."""
-    triangles = body.mesh.triangles.reshape(-1, 3)
-    placed = place_points(triangles, motion.rotations[frame, number], motion.translations[frame, number])
-    return placed.reshape(-1, 3, 3)
-
-
 def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
-    """The face pairs (k, 2) that meet in a frame, from all there are."""
-    return meeting_faces_exhaustive(*(posed(bodies[k], motion, frame, k) for k in range(2)))
+    """The face pairs (k, 2) that meet in a frame, from all there are, placed as every detector places them."""
+    turns, moves = motion.rotations[frame], motion.translations[frame]
+    placed = (
+        place_points(body.mesh.triangles.reshape(-1, 3), turns[k], moves[k]).reshape(-1, 3, 3)
+        for k, body in enumerate(bodies)
+    )
+    return meeting_faces_exhaustive(*placed)
 
 
 def in_worlds(rng: Generator, count: int) -> Motion:
@@ -74,27 +88,13 @@ def at(places: ArrayLike) -> Motion:
     return Motion(np.arange(len(first)) / HEADSET_HZ, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
 
 
-def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> StressScene:
-    """A scene whose truth all face pairs tell; nothing is inside anything in it."""
-    meets = [len(meeting(bodies, motion, frame)) > 0 for frame in range(len(motion))]
-    return StressScene(name, bodies, motion, np.array(meets, dtype=np.uint8) * np.uint8(Verdict.CONTACT))
+def moved_away(motion: Motion, offset: ArrayLike) -> Motion:
+    """The same somewhere else."""
+    return Motion(motion.times, motion.translations + np.asarray(offset), motion.rotations, linked=motion.linked)
 
 
-def _of_instants(
-    name: str,
-    meshes: tuple[TriangleMesh, TriangleMesh],
-    motion: Motion,
-    meets: ArrayLike,
-    free: Verdict = Verdict.CLEAR,
-) -> StressScene:
-    """A scene of instants whose contacts are known."""
-    truth = np.where(np.asarray(meets), Verdict.CONTACT, free).astype(np.uint8)
-    return StressScene(name, two(*meshes), motion, truth)
-
-
-def _of_intervals(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, meets: bool) -> StressScene:
-    """A scene of one motion that has a contact somewhere, or none."""
-    return StressScene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
+def _contact_where(meets: ArrayLike, free: Verdict = Verdict.CLEAR) -> NDArray[np.uint8]:
+    return np.where(meets, Verdict.CONTACT, free).astype(np.uint8)
 
 
 def _inside_out(mesh: TriangleMesh) -> TriangleMesh:
@@ -105,16 +105,15 @@ def containment(rng: Generator) -> Iterator[StressScene]:
     """27: a body wholly inside another."""
     inside = {"ball in a box": (ball_mesh(0.1), box_mesh()), "ball in a ball": (ball_mesh(0.2), ball_mesh(1.0))}
     for name, (inner, outer) in inside.items():
-        for order, bodies in (("", two(inner, outer)), (", outer first", two(outer, inner))):
-            motion = in_worlds(rng, 6)
-            yield StressScene(name + order, bodies, motion, np.full(6, Verdict.CONTAINED, dtype=np.uint8))
+        yield of_instants(name, (inner, outer), in_worlds(rng, 6), Verdict.CONTAINED)
+        yield of_instants(f"{name}, outer first", (outer, inner), in_worlds(rng, 6), Verdict.CONTAINED)
 
 
 def cavity(rng: Generator) -> Iterator[StressScene]:
     """28: a rod in the cavity of an open beaker, which is outside the glass."""
     rod, beaker = moved(rod_mesh(), [0.01, 0.005, 0.01]), beaker_mesh()
-    for name, bodies in (("rod first", two(rod, beaker)), ("beaker first", two(beaker, rod))):
-        yield StressScene(name, bodies, in_worlds(rng, 6), np.full(6, Verdict.CLEAR, dtype=np.uint8))
+    yield of_instants("rod first", (rod, beaker), in_worlds(rng, 6), Verdict.CLEAR)
+    yield of_instants("beaker first", (beaker, rod), in_worlds(rng, 6), Verdict.CLEAR)
 
 
 def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
@@ -132,33 +131,32 @@ def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
         "no area at all": TriangleMesh(np.zeros((3, 3)) + 0.5, [[0, 1, 2], [0, 0, 0]]),
     }
     for name, mesh in odd.items():
-        yield of_all_pairs(name, two(ball_mesh(0.5), mesh), at(np.array([[1.1, 0, 0], [0.9, 0.1, 0.2], [3, 0, 0]])))
+        yield of_instants(name, (ball_mesh(0.5), mesh), at([[1.1, 0, 0], [0.9, 0.1, 0.2], [3.0, 0, 0]]))
 
 
 def far_away(_rng: Generator) -> Iterator[StressScene]:
     """38: thousands of kilometres from the origin, by the poses or in the vertices."""
-    near = np.array([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
+    ball, box = ball_mesh(0.5), box_mesh()
+    near = at([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
     for shift in (1e3, 1e5, 1e7):
         offset = np.array([shift, -shift / 3, shift / 7])
-        ball, box, motion = ball_mesh(0.5), box_mesh(), at(near)
-        there = Motion(motion.times, motion.translations + offset, motion.rotations)
-        yield of_all_pairs(f"{shift:g} m in the pose", two(ball, box), there)
-        yield of_all_pairs(f"{shift:g} m in the vertices", two(moved(ball, offset), moved(box, offset)), motion)
+        yield of_instants(f"{shift:g} m in the pose", (ball, box), moved_away(near, offset))
+        yield of_instants(f"{shift:g} m in the vertices", (moved(ball, offset), moved(box, offset)), near)
 
 
 def scaled(_rng: Generator) -> Iterator[StressScene]:
     """39: all lengths times a power of two or of ten."""
     for scale in (2.0**-20, 2.0**-10, 2.0**10, 2.0**20, 1e-6, 1e-3, 1e3, 1e6):
-        sized = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
+        ball, box = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
         motion = at(np.array([[x, 0.1, 0.2] for x in (0.8, 0.9, 1.01, 1.1)]) * scale)
-        yield of_all_pairs(f"times {scale:.3g}", two(*sized), motion)
+        yield of_instants(f"times {scale:.3g}", (ball, box), motion)
 
 
 def resting(rng: Generator) -> Iterator[StressScene]:
     """41: a glass on a table, lifted or sunk by a hair."""
     table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
     for lift in (0.0, *LIFTS, *(-lift for lift in LIFTS)):
-        yield of_all_pairs(f"lifted by {lift:g} m", two(moved(beaker_mesh(), [0, 0, lift]), table), in_worlds(rng, 6))
+        yield of_instants(f"lifted by {lift:g} m", (moved(beaker_mesh(), [0, 0, lift]), table), in_worlds(rng, 6))
 
 
 def degenerate(rng: Generator) -> Iterator[StressScene]:
@@ -166,14 +164,16 @@ def degenerate(rng: Generator) -> Iterator[StressScene]:
     beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(), rod_mesh(0.25, 4.0, 8)
     blocks = merged(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
     scenes = {
-        "a mesh on itself": two(beaker, beaker),
-        "icospheres kissing": two(ball, moved(ball, [0, 0, 2])),
-        "a rod on a wall": two(rod, box_mesh((1.0, 6.0, 6.0), (0.75, 0, 2.0))),
-        "blocks on a lattice": two(blocks, moved(blocks, [1, 1, 1])),
+        "a mesh on itself": (beaker, beaker),
+        "icospheres kissing": (ball, moved(ball, [0, 0, 2])),
+        "a rod on a wall": (rod, box_mesh((1.0, 6.0, 6.0), (0.75, 0, 2.0))),
+        "blocks on a lattice": (blocks, moved(blocks, [1, 1, 1])),
     }
-    for name, bodies in scenes.items():
-        yield of_all_pairs(name, bodies, in_worlds(rng, 6))
+    for name, meshes in scenes.items():
+        yield of_instants(name, meshes, in_worlds(rng, 6))
 
+
+CUBE_AND_PLATE: Final = box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001))
 
 SPEEDS: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
 """Metres a second of a 5 mm cube through a 1 mm plate."""
@@ -206,11 +206,10 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
 
 def thin_wall(_rng: Generator) -> Iterator[StressScene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
-    bodies = two(box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001)))
     for speed in SPEEDS:
-        yield StressScene(f"{speed:g} m/s", bodies, crossing(speed), np.ones(PHASES, dtype=np.uint8), "intervals")
+        yield of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing(speed), True, PHASES)
         beside = crossing(speed, aside=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
-        yield StressScene(f"{speed:g} m/s beside", bodies, beside, np.zeros(PHASES, dtype=np.uint8), "intervals")
+        yield of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, beside, False, PHASES)
 
 
 def turning(degrees: float) -> Motion:
@@ -229,16 +228,17 @@ def rotation_only(_rng: Generator) -> Iterator[StressScene]:
         for side in (1, -1):
             post = box_mesh((0.01, 0.01, 0.1), (0.08 * side, 0, 0))
             name = f"{degrees:g} degrees, post {'before' if side > 0 else 'behind'}"
-            yield _of_intervals(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
+            yield of_intervals(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
 
 
 def ends(_rng: Generator) -> Iterator[StressScene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
-    meshes = box_mesh(), box_mesh()
-    yield _of_intervals("at the start only", meshes, at([[1.0, 0, 0], [1.5, 0, 0]]), True)
-    yield _of_intervals("at the end only", meshes, at([[1.5, 0, 0], [1.0, 0, 0]]), True)
-    yield _of_intervals("standing in contact", meshes, at([[0.9, 0, 0], [0.9, 0, 0]]), True)
-    yield _of_intervals("standing apart", meshes, at([[1.1, 0, 0], [1.1, 0, 0]]), False)
+    for name, start, end in (
+        ("at the start only", 1.0, 1.5), ("at the end only", 1.5, 1.0),
+        ("standing in contact", 0.9, 0.9), ("standing apart", 1.1, 1.1),
+    ):  # fmt: skip
+        motion = at([[start, 0, 0], [end, 0, 0]])
+        yield of_intervals(name, (box_mesh(), box_mesh()), motion, name != "standing apart")
 
 
 def grazing(_rng: Generator) -> Iterator[StressScene]:
@@ -246,7 +246,7 @@ def grazing(_rng: Generator) -> Iterator[StressScene]:
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
     for gap in (0.0, TAU / 2, -TAU / 2, 2 * TAU, -2 * TAU):
-        yield _of_intervals(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
+        yield of_intervals(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
 
 
 def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
@@ -260,7 +260,7 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
             ways |= {f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)}
             for way, places in ways.items():
                 name = f"path {number} {'through' if meets else 'beside'} {way}"
-                yield _of_intervals(name, meshes, at(places + shift), meets)
+                yield of_intervals(name, meshes, at(places + shift), meets)
 
 
 def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
@@ -270,13 +270,10 @@ def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
     for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TAU / 2, 2 * TAU, 1e-4, 2e-3)):
         for side, travel in product((1, -1), (0.0, 0.02)):
             wall = box_mesh((0.01, 0.1, 0.2), (reach + side * gap + 0.005, 0, 0))
-            spin = turning(degrees)
             place = np.zeros((2, 2, 3))
             place[:, 0, 2] = -travel, travel
-            motion = Motion(spin.times, place, spin.rotations)
-            yield _of_intervals(
-                f"{degrees:g} degrees, gap {side * gap:g} m, {travel:g} m along", (rod, wall), motion, side < 0
-            )
+            name = f"{degrees:g} degrees, gap {side * gap:g} m, {travel:g} m along"
+            yield of_intervals(name, (rod, wall), moved_away(turning(degrees), place), side < 0)
 
 
 def flush(_rng: Generator) -> Iterator[StressScene]:
@@ -284,13 +281,13 @@ def flush(_rng: Generator) -> Iterator[StressScene]:
     table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
     way = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
     for lift in (0.0, HAIR, -HAIR, 2.0**-20, -(2.0**-20)):
-        places = np.stack([way, 0 * way, 0 * way + 0.125 + lift], axis=1)
-        yield _of_instants(f"lifted by {lift:g} m", (block, table), at(places), (lift <= 0) & (np.abs(way) <= 1.125))
+        meets = _contact_where((lift <= 0) & (np.abs(way) <= 1.125))
+        along = np.outer(way, [1.0, 0, 0])
+        lifted = along.copy()
+        lifted[:, 2] += 0.125 + lift
+        yield of_instants(f"lifted by {lift:g} m", (block, table), at(lifted), meets)
         slot = merged(*(box_mesh((2.0, 0.25, 1.0), (0, side * (0.25 + lift), 0)) for side in (1, -1)))
-        along = np.stack([way, 0 * way, 0 * way], axis=1)
-        yield _of_instants(
-            f"a slot wider by {2 * lift:g} m", (block, slot), at(along), (lift <= 0) & (np.abs(way) <= 1.125)
-        )
+        yield of_instants(f"a slot wider by {2 * lift:g} m", (block, slot), at(along), meets)
 
 
 def nested_shells(_rng: Generator) -> Iterator[StressScene]:
@@ -303,36 +300,33 @@ def nested_shells(_rng: Generator) -> Iterator[StressScene]:
     meets = np.repeat(away >= 0.5, len(axes))
     for inside, around in product({"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()):
         free = Verdict.CONTAINED if around[0] == "solid" else Verdict.CLEAR
-        name, meshes = f"{inside[0]} in a {around[0]}", (inside[1], around[1])
-        yield _of_instants(name, meshes, at(places), meets, free)
-        yield _of_instants(f"{name}, outer first", meshes[::-1], at(-places), meets, free)
+        name, truth = f"{inside[0]} in a {around[0]}", _contact_where(meets, free)
+        yield of_instants(name, (inside[1], around[1]), at(places), truth)
+        yield of_instants(f"{name}, outer first", (around[1], inside[1]), at(-places), truth)
 
 
 def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
     """47: poses that are finite and impossible, among sound ones, whose answers they must not change."""
-    sound = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]])
+    boxes = box_mesh(), box_mesh()
+    sound, met = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]]), _contact_where([True, False, True])
     for value, axis, sign in product(GONE, range(3), (1, -1)):
         lost = np.zeros((1, 3))
         lost[0, axis] = sign * value
         places = np.concatenate([sound, lost, sound, -lost, lost, sound])
-        meets = np.abs(places).max(axis=1) <= 1.0
-        yield _of_instants(f"{sign * value:g} m along {'xyz'[axis]}", (box_mesh(), box_mesh()), at(places), meets)
-    tiny = np.array([[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]])
-    yield _of_instants("the smallest numbers", (box_mesh(), box_mesh()), at(tiny), [True, False, True])
+        meets = _contact_where(np.abs(places).max(axis=1) <= 1.0)
+        yield of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, at(places), meets)
+    tiny = [[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]]
+    yield of_instants("the smallest numbers", boxes, at(tiny), met)
     motion = at(sound)
     stretched = Motion(motion.times, motion.translations, motion.rotations * (1 + 4e-4))
-    yield _of_instants("rotations to repair", (box_mesh(), box_mesh()), stretched, [True, False, True])
+    yield of_instants("rotations to repair", boxes, stretched, met)
 
 
 def far_crossings(_rng: Generator) -> Iterator[StressScene]:
     """48: a cube through a thin plate, and beside it, a kilometre to eight thousand from the origin."""
-    bodies = two(box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001)))
     for far, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
-        motion = crossing(1.0, 10, aside)
-        place = motion.translations + np.array([far, -far, far])
-        there = Motion(motion.times, place, motion.rotations, linked=motion.linked)
-        truth = np.full(10, not aside, dtype=np.uint8)
-        yield StressScene(f"{far:g} m away{', beside' if aside else ''}", bodies, there, truth, "intervals")
+        there = moved_away(crossing(1.0, 10, aside), [far, -far, far])
+        yield of_intervals(f"{far:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, there, not aside, 10)
 
 
 Maker = Callable[[Generator], Iterator[StressScene]]

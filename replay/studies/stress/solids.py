@@ -1,7 +1,7 @@
 """Meshes with known geometry for the hard cases of whole bodies: boxes, things turned on a lathe, icospheres."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -70,21 +70,11 @@ def icosphere_mesh() -> TriangleMesh:
     """
     golden = (1 + np.sqrt(5)) / 2
     corners = [np.roll([0.0, a, b * golden], turn) for turn in range(3) for a in (-1, 1) for b in (-1, 1)]
-    hull = hull_of(np.array(corners))
-    assert hull is not None
-    split = _quartered(hull)
-    return TriangleMesh(split.vertices / np.linalg.norm(split.vertices, axis=1, keepdims=True), split.faces)
-
-
-def _quartered(mesh: TriangleMesh) -> TriangleMesh:
-    """Every face cut at the middles of its edges; a shared edge has one middle, so that a closed mesh stays closed."""
-    faces = mesh.faces.astype(np.int64)
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, number = np.unique(edges, axis=0, return_inverse=True)
-    a, b, c = faces.T
-    ab, bc, ca = number.reshape(3, -1) + len(mesh.vertices)
-    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    return TriangleMesh(np.vstack([mesh.vertices, mesh.vertices[unique].mean(axis=1)]), np.concatenate(parts))
+    middles = [(a + b) / 2 for a, b in combinations(corners, 2) if np.linalg.norm(a - b) < 2.1]
+    points = np.array(corners + middles)
+    sphere = hull_of(points / np.linalg.norm(points, axis=1, keepdims=True))
+    assert sphere is not None
+    return sphere
 
 
 def merged(*meshes: TriangleMesh) -> TriangleMesh:
