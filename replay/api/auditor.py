@@ -46,7 +46,7 @@ def audit(
 
     Parameters
     ----------
-    sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
+    sessions : a session or the file of one, or several.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
     max_missed, max_invented : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.pipeline.gates.Gates``.
     asked : as ``replay.run``; an oracle is needed.
@@ -59,23 +59,22 @@ def audit(
     >>> from replay import audit
     >>> audit("session.mcap", detectors="hybrid-qaco", max_missed=0.01).broken  # doctest: +SKIP
     """
-    from replay.api.batch import run_near
-    from replay.api.places import check_place, place
+    from replay.api.runner import run
+    from replay.outputs.results.run_folder import check_target
     from replay.prepare.session_input import require_session
 
     limits = Gates(max_missed, max_p99_ms, max_invented)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
     for one in several:
         require_session(one)
-    given = [one if isinstance(one, Session) else place(one) for one in several]
-    if not given:
+    if not several:
         raise AuditError("there is no session to audit; name at least one")
     if asked.get("oracle") == "none":
         raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
-    folders = _folders(given, None if out is None else place(out))
-    for folder in folders:
-        check_place(folder, force=asked.get("force", False))
-    results = [run_near(session, asked | {"out": folder}) for session, folder in zip(given, folders, strict=True)]
+    folders = _folders(several, None if out is None else Path(out))
+    for folder in filter(None, folders):
+        check_target(folder, force=asked.get("force", False))
+    results = [run(session, out=folder, **asked) for session, folder in zip(several, folders, strict=True)]
     summary = pool(result.summary["audit"] for result in results)
     broken = limits.broken(summary, [result.summary for result in results])
     return AuditResult(tuple(results), summary, tuple(broken))

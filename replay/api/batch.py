@@ -7,11 +7,11 @@ the right mark is finished: a batch that was killed can be continued. One sessio
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from replay.api.places import far, near, place, reaching
+from replay.api.runner import run
 from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.base.workers import DONE, KEPT, OnDone, do_all
@@ -25,6 +25,7 @@ from sessions.whole_files import whole_file
 
 BATCH: Final = "batch.json"
 SCHEMA: Final = "vrlab-batch/1"
+NO_SETTINGS: Final[Mapping[str, Any]] = {}
 
 
 @dataclass(frozen=True)
@@ -53,15 +54,15 @@ class Batch:
 
 def run_batch(
     sessions: Sequence[str | Path], out: str | Path, *, jobs: int = 1, scheduler: str | None = None,
-    settings: Mapping[str, Any] | None = None, force: bool = False, on_done: OnDone | None = None,
+    settings: Mapping[str, Any] = NO_SETTINGS, force: bool = False, on_done: OnDone | None = None,
     on_died: OnDone | None = None,
 ) -> Batch:  # fmt: skip
     """Run every session and write its run folder to ``out/<name of the file>``.
 
     Parameters
     ----------
-    sessions : session files with different names: paths, or URLs of fsspec.
-    out : folder of the batch, or the URL of one; a batch with the same settings that was begun there is continued.
+    sessions : session files with different names.
+    out : folder of the batch; a batch with the same settings that was begun there is continued.
     jobs : workers of Dask on this machine; 1: this process.
     scheduler : address of a scheduler of Dask whose workers do the work; they see paths as this process does, in a
         folder that all share.
@@ -71,19 +72,18 @@ def run_batch(
     on_died : called with a session and the address of the worker that ended while it replayed it.
 
     Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings;
-    ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
+    ``WorkerError``: workers that cannot be used.
     """
-    named, folder = _named([_absolute(place(one)) for one in sessions]), _absolute(place(out))
-    chosen, scene = dict(settings or {}), {}
+    # A path that means the same in every process.
+    named, folder, chosen = _named([Path(path).absolute() for path in sessions]), Path(out).absolute(), {**settings}
+    # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
+    asked = {name: value for name, value in chosen.items() if name != "picture"}
     if chosen.get("scene"):
         chosen["scene"] = Path(chosen["scene"]).absolute()
-        scene = {"scene": file_hash(chosen["scene"])}
+        asked["scene"] = file_hash(chosen["scene"])
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
-    # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
-    asked = {name: value for name, value in (chosen | scene).items() if name != "picture"}
     request = json.loads(json.dumps({"schema": SCHEMA, "settings": asked, "versions": versions()}))
-    with reaching(folder):
-        there, kept = _begin(folder, request, force=force), set[str]()
+    there, kept = _begin(folder, request, force=force), set[str]()
 
     def tell(name: str, became: str) -> None:
         if became == KEPT and name in there:
@@ -95,8 +95,7 @@ def run_batch(
     failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
-    if not far(folder):
-        write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
+    write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
@@ -125,11 +124,6 @@ def _gist(summary: Mapping[str, Any], name: str) -> dict[str, Any]:
     }
 
 
-def _absolute(given: Any) -> Any:
-    """A path that means the same in every process; what is no path as it is."""
-    return given.absolute() if isinstance(given, Path) else given
-
-
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
     named: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda one: one.name):
@@ -142,11 +136,10 @@ def _named(sessions: Sequence[Path]) -> dict[str, Path]:
 
 def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     """Make or reopen the folder of a batch; the names of what is in it."""
-    if not out.exists():
-        out.mkdir(parents=True)
     if out.is_file():
         raise OutputError(f"{out} is a file; name a folder for the runs")
-    there = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()
+    out.mkdir(parents=True, exist_ok=True)
+    there = {entry.name for entry in out.iterdir()}
     if BATCH in there:
         try:
             before = json.loads((out / BATCH).read_text(encoding="utf-8"))
@@ -157,12 +150,8 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
     elif any(not name.startswith(".") for name in there):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
-    text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
-    if far(out):  # a store shows an object when it is whole
-        (out / BATCH).write_bytes(text)
-        return there
     with whole_file(out / BATCH, OutputError) as file:
-        file.write(text)
+        file.write((json.dumps(request, indent=1, sort_keys=True) + "\n").encode())
     return there
 
 
@@ -174,25 +163,14 @@ def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
         return False
 
 
-def run_near(session: Any, settings: Mapping[str, Any]) -> Any:
-    """``replay.run`` of a session that may lie elsewhere, into a folder that may."""
-    from replay.api.runner import run
-
-    with near(session, settings["out"]) as (here, folder):
-        return replace(run(here, **{**settings, "out": folder}), out=settings["out"])
-
-
 def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
     """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
-    from replay.api.runner import run
-
     try:
-        with near(path, out) as (file, folder):
-            # Over all that is asked of the recording, and its contents; its run folder keeps it.
-            mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
-            if _is_whole(out, mark, picture=settings.get("picture", True)):
-                return KEPT
-            run(file, out=folder, force=True, request=mark, **settings)
+        # Over all that is asked of the recording, and its contents; its run folder keeps it.
+        mark = hashlib.sha256(json.dumps([request, file_hash(path)], sort_keys=True).encode()).hexdigest()
+        if _is_whole(out, mark, picture=settings.get("picture", True)):
+            return KEPT
+        run(path, out=out, force=True, request=mark, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""

@@ -57,8 +57,7 @@ def run(
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
         result = replace(result, out=target)
-        with progress.stage(WRITING, WRITING_STEPS) as advance:
-            write(result, target, force=force, picture=picture, advance=advance)
+        write_watched(result, target, progress, force=force, picture=picture)
     return RunResult.of(result)
 
 
@@ -92,3 +91,9 @@ def write(
     write_run_folder(
         result, target, force=force, picture=write_recording if picture else None, files=files, advance=advance
     )
+
+
+def write_watched(result: run_result.RunResult, target: Path, progress: Progress, **how: Any) -> None:
+    """``write`` as a stage of its own."""
+    with progress.stage(WRITING, WRITING_STEPS) as advance:
+        write(result, target, advance=advance, **how)

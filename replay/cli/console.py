@@ -5,17 +5,14 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from threading import Event, Thread
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Any, Final
 
-from replay.base.progress import Advance
+from replay.base.progress import Advance, ignored
 from replay.base.shown import shown as safe_text
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
-    from rich.progress import Progress
 
 OK: Final = 0
 FAILURE: Final = 1
@@ -65,91 +62,59 @@ class TerminalProgress:
         self.say = people.say
         self._quiet, self._every = people.quiet, every
 
-    @contextmanager
-    def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
+    def stage(self, name: str, total: int | None = None, unit: str = "frames") -> AbstractContextManager[Advance]:
         """Report a piece of work of ``total`` units while it lasts."""
         del unit
-        work = Work(name, total)
         if self._quiet:
-            yield work.advance
-        elif sys.stderr.isatty():
-            with _bars() as bars:
-                task = bars.add_task(name, total=total)
+            return nullcontext(ignored)
+        return _bar(name, total) if sys.stderr.isatty() else self._lines(name, total)
 
-                def advance(done: int) -> None:
-                    work.advance(done)
-                    bars.advance(task, done)
+    @contextmanager
+    def _lines(self, name: str, total: int | None) -> Iterator[Advance]:
+        done, begun = 0, time.monotonic()
+        told = begun
 
-                yield advance
-                bars.update(task, total=total or 1, completed=total or 1)
-                bars.live.transient = work.seconds < LONG
-        else:
-            ended = Event()
-            teller = Thread(target=self._tell, args=(work, ended), daemon=True)
-            teller.start()
-            try:
-                yield work.advance
-            finally:
-                ended.set()
-                teller.join()
-            if work.seconds >= self._every:
-                self.say(f"{name}: done in {work.seconds:.0f} s")
+        def advance(more: int) -> None:
+            nonlocal done, told
+            done += more
+            now = time.monotonic()
+            if now - told >= self._every:
+                told = now
+                self.say(f"{name}: {pace(done / total if total else 0.0, now - begun)}")
 
-    def _tell(self, work: "Work", ended: Event) -> None:
-        while not ended.wait(self._every):
-            self.say(f"{work.name}: {work.words()}")
+        yield advance
+        if time.monotonic() - begun >= self._every:
+            self.say(f"{name}: {pace(1.0, time.monotonic() - begun)}")
 
 
-class Work:
-    """How much of a stage is done."""
-
-    def __init__(self, name: str, total: int | None) -> None:
-        self.name, self._total, self._done, self._begun = name, total, 0, time.monotonic()
-
-    def advance(self, done: int) -> None:
-        """Count units that are done."""
-        self._done += done
-
-    @property
-    def seconds(self) -> float:
-        """Since it began."""
-        return time.monotonic() - self._begun
-
-    def words(self) -> str:
-        """``43 %, about 12 s left``; without a total the time so far."""
-        if not self._total or not self._done:
-            return f"{self.seconds:.0f} s so far"
-        share = min(1.0, self._done / self._total)
-        return f"{100 * share:.0f} %, about {self.seconds * (1 - share) / share:.0f} s left"
+def pace(share: float, seconds: float) -> str:
+    """What of a stage is done after so many seconds: ``43 %  12 s left``, ``100 %  14 s``."""
+    if share >= 1.0:
+        return f"100 %  {seconds:.0f} s"
+    if share <= 0.0:
+        return f"{seconds:.0f} s so far"
+    return f"{100 * share:3.0f} %  {seconds * (1.0 - share) / share:.0f} s left"
 
 
-def _bars() -> "Progress":
+@contextmanager
+def _bar(name: str, total: int | None) -> Iterator[Advance]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
     from rich.text import Text
 
     class PaceColumn(ProgressColumn):
-        """``43 %, 3 s left``, then ``100 %  4 s``."""
+        """Nothing of a short stage."""
 
         def render(self, task: Task) -> Text:
-            return Text(pace(task.percentage, task.time_remaining, task.elapsed, task.finished), style="dim")
+            seconds = task.elapsed or 0.0
+            return Text(pace(task.percentage / 100, seconds) if seconds >= LONG else "", style="dim")
 
-    return Progress(
-        SpinnerColumn(finished_text="[green]✓[/green]"),
-        TextColumn("{task.description:<28}"),
-        BarColumn(bar_width=18),
-        PaceColumn(),
-        console=Console(stderr=True),
-    )
-
-
-def pace(percentage: float, left: float | None, elapsed: float | None, finished: bool) -> str:
-    """A stage's share in words, from ``LONG`` seconds on with the time left; seconds, ``None`` where not known."""
-    if elapsed is None or elapsed < LONG:
-        return ""
-    if finished:
-        return f"100 %  {elapsed:.0f} s"
-    return f"{percentage:3.0f} %  {elapsed:.0f} s so far" if left is None else f"{percentage:3.0f} %  {left:.0f} s left"
+    ticked, described = SpinnerColumn(finished_text="[green]✓[/green]"), TextColumn("{task.description:<28}")
+    with Progress(ticked, described, BarColumn(bar_width=18), PaceColumn(), console=Console(stderr=True)) as bars:
+        task = bars.add_task(name, total=total)
+        yield lambda more: bars.advance(task, more)
+        bars.update(task, total=total or 1, completed=total or 1)
+        bars.live.transient = (bars.tasks[0].elapsed or 0.0) < LONG
 
 
 def counting(people: People, total: int) -> Callable[[str, str], None]:
@@ -179,26 +144,26 @@ def _folded(text: str, stream: "IO[str]") -> str:
 
 
 def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data, or what that makes, as JSON, or what ``shown`` makes for a terminal.
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
 
     A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
     """
     if as_json:
-        print(json.dumps(plain() if callable(plain) else plain, indent=1, allow_nan=False))
+        print_json(plain)
     elif isinstance(made := shown(), str | list):
-        for one in [made] if isinstance(made, str) else made:
-            print(_folded(safe_text(one), sys.stdout))
+        for line in [made] if isinstance(made, str) else made:
+            print(_folded(safe_text(line), sys.stdout))
     elif sys.stdout.isatty():
         stdout_console().print(made)
     else:
         with (console := stdout_console()).capture() as held:
             console.print(made)
-        print("\n".join(one.rstrip() for one in held.get().splitlines()))
+        print("\n".join(line.rstrip() for line in held.get().splitlines()))
 
 
-def print_name(path: Path) -> None:
-    """Print the name of a file that was written, whatever it holds, on one line."""
-    print(safe_text(str(path)))
+def print_json(plain: Any) -> None:
+    """Data for programs."""
+    print(json.dumps(plain, indent=1, allow_nan=False))
 
 
 def stdout_console() -> "Console":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress, print_name
+from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.demo_class import STUDENTS
 from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
 
@@ -59,7 +59,7 @@ def command(
         people.say(f"{doing} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")
-        print_name(file)
+        answer(False, None, lambda: str(file))
         return 0
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
@@ -82,7 +82,7 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 
 def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
-    from replay.api.runner import WRITING, WRITING_STEPS, write
+    from replay.api.runner import write_watched
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
     from sessions import read_session
@@ -95,6 +95,5 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
             truth = _record(file, **made)
         session = read_session(file)
         result = compute(session, seed=made["seed"], progress=progress)
-        with progress.stage(WRITING, WRITING_STEPS) as advance:
-            write(result, out, force=force, files={SESSION: file, truth.name: truth}, advance=advance)
+        write_watched(result, out, progress, force=force, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)

@@ -8,20 +8,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, FILES_OR_FOLDERS, SESSION_FILE, Number, force, reporting, require_free
+from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
 
 if TYPE_CHECKING:
     from sessions import Session
     from sessions.mesh_data import MeshData
 
+OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
+
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("source", type=FILES_OR_FOLDERS, metavar="SOURCE")
+@click.argument("source", type=FILE_OR_FOLDER, metavar="SOURCE")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
-@click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
+@click.option("--mesh", "named", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @meshes_option
 @click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
@@ -31,14 +33,11 @@ if TYPE_CHECKING:
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="Axes of the mesh files, same or x-flipped.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
-@click.option(
-    "--offset", type=Number(), metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
-)
+@click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_WORDS)
 @reporting
 def command(
-    kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
-    place: Path | None, mesh_units: str | None, colliders: Path | None, session: Path | None,
-    offset: float | None, as_json: bool, people: People, **options: Any,
+    kind: str, source: Path, out: Path, force: bool, session: Path | None, offset: float | None, as_json: bool,
+    people: People, **given: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
@@ -48,33 +47,51 @@ def command(
     replay import auto S001 -o session.mcap
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
-    given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
-    given["meshes"], guesses = _meshes(meshes, mesh_units)
     from sessions import write_session
-    from sessions.importers import import_session
-    from sessions.scene_files.scene_meshes import with_colliders
 
     require_free(out, force=force)
     if kind == "contacts":
-        imported, said = _contacts(source, session, scene, offset)
+        imported, notes = _contacts(source, session, given["scene"], offset)
     else:
-        if scene is not None:
-            from sessions.scene_files.scene_toml import read_scene
-
-            given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        with _drafted(source, out):
-            read = import_session(kind, source, **given)
-        imported = _dressed(read, place, mesh_units, guesses, options["mesh_axes"])
-        imported = with_colliders(imported, ".", colliders or "") if colliders else imported
-        said = list(_what(imported))
+        imported = _imported(kind, source, out, **given)
+        notes = [*_notes(imported)]
     if imported.live_contacts:
-        said.append(f"what the engine reported is in it; compare it: replay run {out} --out runs/{out.stem}")
+        notes.append(f"what the engine reported is in it; compare it: replay run {out} --out runs/{out.stem}")
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
-    people.say(*said)
-    plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": said}
+    people.say(*notes)
+    plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
     answer(as_json, plain, lambda: str(out))
     return 0
+
+
+def _imported(
+    kind: str, source: Path, out: Path, *, named: tuple[str, ...], meshes: Path | None, mesh_units: str | None,
+    colliders: Path | None, scene: Path | None, **options: Any,
+) -> "Session":  # fmt: skip
+    """The recording with the meshes, the colliders and the scene given, and with what was assumed of all of them."""
+    from sessions.importers import import_session
+    from sessions.importers.finish import HALF_TURN
+    from sessions.meshes.mesh_match import UNITS, matched
+    from sessions.scene_files.scene_meshes import with_colliders, with_meshes
+
+    given = {name: value for name, value in options.items() if value}
+    given["meshes"], assumed = _meshes(named, mesh_units)
+    if scene is not None:
+        from sessions.scene_files.scene_toml import read_scene
+
+        given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
+    with _drafted(source, out):
+        imported = import_session(kind, source, **given)
+    found = {}
+    if meshes is not None:
+        matches, left = matched(meshes, imported.names, UNITS[mesh_units] if mesh_units else None)
+        turned = given.get("mesh_axes") == "x-flipped"
+        found = {name: match.mesh.transformed(HALF_TURN) if turned else match.mesh for name, match in matches.items()}
+        assumed += [*(match.words for match in matches.values()), *left]
+    if assumed or meshes is not None:
+        imported = with_meshes(imported, found, assumed)
+    return with_colliders(imported, ".", colliders) if colliders else imported
 
 
 @contextmanager
@@ -110,51 +127,30 @@ def _contacts(
     return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
 
 
-def _dressed(
-    session: "Session", place: Path | None, units: str | None, guesses: list[str], axes: str | None
-) -> "Session":
-    """The session with the meshes of a folder or GLB, and with what was assumed of all of them."""
-    from sessions.importers.finish import HALF_TURN
-    from sessions.meshes.mesh_match import UNITS, matched
-    from sessions.scene_files.scene_meshes import with_meshes
-
-    if place is None:
-        return with_meshes(session, {}, guesses) if guesses else session
-    found, left = matched(place, session.names, UNITS[units] if units else None)
-    turn = HALF_TURN if axes == "x-flipped" else None
-    meshes = {name: one.mesh if turn is None else one.mesh.transformed(turn) for name, one in found.items()}
-    return with_meshes(session, meshes, [*guesses, *(one.words for one in found.values()), *left])
-
-
-def _meshes(given: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshData], list[str]]":
+def _meshes(named: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshData], list[str]]":
     """Body -> mesh in metres, and what was assumed."""
     from sessions.mesh_data import MeshData
     from sessions.meshes.mesh_files import load_mesh
     from sessions.meshes.mesh_match import UNITS, guessed
 
-    meshes, said = {}, []
-    for text in given:
-        body, equals, file = text.partition("=")
-        if not equals or not body or not file:
+    meshes, assumed = {}, list[str]()
+    for text in named:
+        body, _, file = text.partition("=")
+        if not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
-        try:
-            SESSION_FILE.convert(file, None, None)
-        except click.BadParameter as error:
-            raise click.BadParameter(error.message, param_hint="--mesh") from None
-        mesh = load_mesh(file)
+        mesh = load_mesh(SESSION_FILE.convert(file, None, None))
         scale, words = (UNITS[units], "") if units else guessed(mesh, f"{body}: {Path(file).name}")
-        meshes[body] = mesh if scale == 1.0 else MeshData(mesh.vertices * scale, mesh.faces)
-        said += [words] * bool(words)
-    return meshes, said
+        meshes[body] = MeshData(mesh.vertices * scale, mesh.faces)
+        assumed += filter(None, [words])
+    return meshes, assumed
 
 
-def _what(session: "Session") -> Iterator[str]:
+def _notes(session: "Session") -> Iterator[str]:
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
     if "taken_for" in session.facts:
         yield f"taken for {session.facts['taken_for']}"
-    conversions = session.facts.get("conversions", "none")
-    if conversions != "none":
-        yield f"converted: {conversions}"
+    if session.facts.get("conversions", "none") != "none":
+        yield f"converted: {session.facts['conversions']}"
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
         yield f"assumed: {session.facts['assumed']}{cure}"

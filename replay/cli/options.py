@@ -29,50 +29,31 @@ def together(*options: Option) -> Option:
     return applied
 
 
-class Target(click.Path):
-    """A path to be written; a name that no table or page could repeat is refused; with ``url`` it may be one."""
+class FilePath(click.Path):
+    """A path whose name every table and page can repeat; where it must exist, an error says what to give instead."""
 
-    def __init__(self, *, url: bool = False, **kind: bool) -> None:
+    def __init__(self, **kind: bool) -> None:
         super().__init__(path_type=Path, **kind)
-        self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, for names in UTF-8 without a NUL."""
-        try:
-            if b"\0" in str(value).encode():
-                self.fail("a name of a file holds no NUL; name another", param, ctx)
-        except UnicodeEncodeError:
-            self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
-        if self.url and "://" in str(value):
-            from replay.api.places import place
-
-            return place(value)
-        return self.local(value, param, ctx)
-
-    def local(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A path on this machine."""
-        return super().convert(value, param, ctx)
-
-
-class Existing(Target):
-    """A path that exists; where the other kind of path is given, the error says what to do about it."""
-
-    def __init__(self, *, folder: bool, file: bool | None = None, url: bool = False) -> None:
-        super().__init__(url=url, exists=True, dir_okay=folder, file_okay=not folder if file is None else file)
-
-    def local(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, with a word on what to give instead."""
+        """As ``click.Path``, for names in UTF-8."""
         path = Path(value)
         kind = special_kind(path)
-        if kind and not path.is_dir():
-            self.fail(f"{value} is {kind}; name a regular file", param, ctx)
+        try:
+            str(path).encode()
+        except UnicodeEncodeError:
+            self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
+        if not self.exists:
+            return super().convert(value, param, ctx)
         if path.is_dir() and not self.dir_okay:
             found = sorted(path.glob("*.mcap"))
             hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
             self.fail(f"{value} is a folder; {hint}", param, ctx)
+        if kind and not path.is_dir():
+            self.fail(f"{value} is {kind}; name a regular file", param, ctx)
         if path.is_file() and not self.file_okay:
             self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
-        return super().local(value, param, ctx)
+        return super().convert(value, param, ctx)
 
 
 class Number(click.FloatRange):
@@ -88,17 +69,15 @@ class Number(click.FloatRange):
         """The number."""
         number = super().convert(value, param, ctx)
         if not abs(number) <= LARGEST:
-            self.fail(f"{value} is no number" if not isfinite(number) else f"{value} is too large", param, ctx)
+            self.fail(f"{value} is {'too large' if isfinite(number) else 'no number'}", param, ctx)
         return number
 
 
 SHARE = Number(min=0.0, max=1.0)
-SESSION_FILE = Existing(folder=False)
-RUN_FOLDER = Existing(folder=True)
-ANY_PATH = Target()
-SESSION_ANYWHERE = Existing(folder=False, url=True)
-SESSIONS_ANYWHERE = Existing(folder=True, file=True, url=True)
-OUT_ANYWHERE = Target(url=True)
+ANY_PATH = FilePath()
+SESSION_FILE = FilePath(exists=True, dir_okay=False)
+RUN_FOLDER = FilePath(exists=True, file_okay=False)
+FILE_OR_FOLDER = FilePath(exists=True)
 
 
 def common(command: Callable[..., int]) -> Callable[..., int]:
@@ -116,11 +95,11 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
     )(spoken)
 
 
-def answering(*formats: str) -> Option:
-    """``--format`` and what ``common`` gives: the verb gets ``as_json``, what stdout carries, too.
+MARKDOWN = "markdown"
 
-    A verb that can write Markdown gets ``as_markdown`` besides.
-    """
+
+def answering(*formats: str) -> Option:
+    """``--format`` and what ``common`` gives: the verb gets ``as_json`` too, and ``as_markdown`` if it can write it."""
 
     def applied(command: Callable[..., int]) -> Callable[..., int]:
         @wraps(command)
@@ -129,16 +108,13 @@ def answering(*formats: str) -> Option:
                 given["as_markdown"] = format_ == MARKDOWN
             return command(as_json=format_ == "json", **given)
 
-        choice, words = click.Choice(formats), "What to print on stdout."
-        return together(
-            click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
-            common,
-        )(chosen)
+        words, choice = "What to print on stdout.", click.Choice(formats)
+        option = click.option("--format", "format_", type=choice, default="text", show_default=True, help=words)
+        return together(option, common)(chosen)
 
     return applied
 
 
-MARKDOWN = "markdown"
 reporting = answering("text", "json")
 
 
@@ -151,86 +127,50 @@ def require_free(*files: Path, force: bool) -> None:
         check_free(file, OutputError, force=force)
 
 
-FILES_OR_FOLDERS = Existing(folder=True, file=True)
 meshes = click.option(
-    "--meshes", "place", type=FILES_OR_FOLDERS, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
+    "--meshes", type=FILE_OR_FOLDER, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
 )
 SCENE_WORDS = "A scene in place of the session's own, of which nothing is kept."
 scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
-seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 jobs = click.option(
     "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Workers of Dask on this machine."
 )
-scheduler = click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
 
 
-workers = together(jobs, scheduler)
-"""Who works, where there are several sessions."""
-NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
-noise = click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
-"""The tracker noise in spite of which contacts are to hold."""
-
-
-def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
-    """One detector, or a list of them, as given; ``None`` if none is named."""
+def detectors_named(context: click.Context, option: click.Parameter, value: Any) -> Any:
+    """One detector, or several, as given; ``None`` if none is named. Code of the current folder can be among them."""
     del context, option
-    specs = [value] if isinstance(value, str) else list(value or ())
-    let_modules_here_be_found(specs)
-    return value if isinstance(value, str) else specs or None
+    let_modules_here_be_found([value] if isinstance(value, str) else value or ())
+    return value or None
 
 
-oracle = click.option(
-    "--oracle", metavar="SPEC", callback=specs_named,
-    help="The detector to trust: exact, continuous, a label. Default: exact.",
+ORACLE_WORDS = "The detector to trust: exact, continuous, a label. Default: exact."
+DETECTORS_WORDS = "Whom to ask: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ask."
+lineup = together(
+    click.option(
+        "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=detectors_named,
+        help=DETECTORS_WORDS,
+    ),
+    click.option("--oracle", metavar="SPEC", callback=detectors_named, help=ORACLE_WORDS),
+    click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream."),
 )  # fmt: skip
-
-
-detectors = click.option(
-    "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named,
-    help="Whom to ask: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ask.",
-)  # fmt: skip
-
-
-step_rate = click.option(
-    "--step-rate", type=Number(min=0, min_open=True), metavar="HZ",
-    help="Physics steps a second of your engine, where no detectors are named.  [default: 50]",
-)  # fmt: skip
-lineup = together(detectors, oracle, seed)
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
-
-def gates(command: Callable[..., int]) -> Callable[..., int]:
-    """``--max-missed --max-invented --max-p99-ms``: the verb gets ``limits``, the ``Gates`` to hold its result to."""
-
-    @wraps(command)
-    def held(*, max_missed: float | None, max_invented: float | None, max_p99_ms: float | None, **given: Any) -> int:
-        from replay.pipeline.gates import Gates
-
-        return command(limits=Gates(max_missed, max_p99_ms, max_invented), **given)
-
-    missed, invented = "more contacts or pair-frames are missed", "more of the contact it reports is invented"
-    late = "Exit 4 when the slowest 1 % of the looks take longer."
-    return together(
-        click.option("--max-missed", type=SHARE, metavar="SHARE", help=f"Exit 4 when {missed}."),
-        click.option("--max-invented", type=SHARE, metavar="SHARE", help=f"Exit 4 when {invented}."),
-        click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=late),
-    )(held)
-
-
-ACTIONS = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
-window = together(
-    click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
-    click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
+POLICY_WORDS = (
+    "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
 )
 replaying = together(
-    force, scene, window, tau, click.option("--policy", multiple=True, metavar="KIND=ACTION", help=ACTIONS),
+    force,
+    scene,
+    click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
+    click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
+    tau,
+    click.option("--policy", multiple=True, metavar="KIND=ACTION", help=POLICY_WORDS),
     click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."),
-)  # fmt: skip
+)
 """What every verb takes that replays a session: which part of it, and what is trusted."""
-auditing = together(lineup, step_rate, noise, workers, gates, replaying, answering("text", "json", MARKDOWN))
-"""What ``run`` takes: of whom, how and by whom, with limits."""
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:

@@ -1,27 +1,38 @@
 """``replay run``: session files through detectors, beside one that is trusted, each into a run folder; with gates."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import OUT_ANYWHERE, SESSIONS_ANYWHERE, auditing
+from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, MARKDOWN, SHARE, Number, answering, jobs, lineup, replaying
 from replay.cli.project_settings import ProjectCommand
 from replay.cli.session_files import session_files, several
 
-if TYPE_CHECKING:
-    from replay.pipeline.gates import Gates
+STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
+NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+MISSED_WORDS = "Exit 4 when more contacts or pair-frames are missed."
+INVENTED_WORDS = "Exit 4 when more of the contact it reports is invented."
+LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
 @click.command(cls=ProjectCommand)
-@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
-@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
+@click.argument("sessions", type=FILE_OR_FOLDER, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
-@auditing
+@lineup
+@click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_WORDS)
+@click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
+@jobs
+@click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
+@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
+@click.option("--max-invented", type=SHARE, metavar="SHARE", help=INVENTED_WORDS)
+@click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_WORDS)
+@replaying
+@answering("text", "json", MARKDOWN)
 def command(
-    sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates",
-    as_json: bool, as_markdown: bool, people: People, jobs: int, scheduler: str | None, step_rate: float | None,
+    sessions: tuple[Path, ...], out: Path | None, view: bool, people: People, as_json: bool, as_markdown: bool,
     **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each FILE.mcap through detectors and say what each missed, why, and what mends it.
@@ -40,33 +51,33 @@ def command(
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     replay run recordings --out runs --jobs 4 --no-picture
     """
-    if view and no_picture:
-        raise click.UsageError("--view shows the picture; leave out --no-picture")
-    if view and out is None:
-        raise click.UsageError("--view shows the picture of a run folder; name one with --out")
-    if step_rate is not None:
-        if asked["detectors"]:
-            raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
-        asked["step_rate"] = step_rate
+    from replay.pipeline.gates import Gates
+
+    picture = not asked.pop("no_picture")
+    if view and (out is None or not picture):
+        raise click.UsageError("--view shows the picture of a run folder; name one with --out, leave out --no-picture")
+    if asked["step_rate"] is None:
+        del asked["step_rate"]
+    elif asked["detectors"]:
+        raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
+    limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_invented")))
+    how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
-    if len(files) > 1 or scheduler is not None or several(sessions):
+    if len(files) > 1 or how["scheduler"] is not None or several(sessions):
         if view:
             raise click.UsageError("--view is for one session, replayed here; leave it out")
-        if scheduler is not None and out is None:
+        if how["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
-        from replay.cli.many import run_many
+        from replay.cli.many_sessions import run_many
 
-        how = {"jobs": jobs, "scheduler": scheduler, "force": asked.pop("force"), "limits": limits}
-        return run_many(files, out, people, settings={**asked, "picture": not no_picture}, as_json=as_json,
-                        as_markdown=as_markdown, **how)  # fmt: skip
-    people.say(f"replaying {files[0]}")
-    from replay.api.batch import run_near
-    from replay.api.places import check_place
+        form = {"as_json": as_json, "as_markdown": as_markdown}
+        return run_many(files, out, people, limits, settings=asked | {"picture": picture}, **form, **how)
+    import replay
     from replay.cli.run_report import close_run, report_run
 
-    check_place(out, force=asked["force"])
-    asked |= {"out": out, "picture": not no_picture, "progress": TerminalProgress(people)}
-    result = run_near(files[0], asked)
+    people.say(f"replaying {files[0]}")
+    progress = TerminalProgress(people)
+    result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **asked)
     broken = limits.broken(result.summary["audit"], [result.summary])
     if as_markdown:
         from replay.cli.run_markdown import run_markdown
@@ -74,7 +85,7 @@ def command(
         print(run_markdown(result, broken))
         code = close_run(result, people)
     else:
-        code = report_run(result, people, broken, as_json=as_json, picture=not no_picture, recording=files[0])
+        code = report_run(result, people, broken, as_json=as_json, recording=files[0])
     if view and out is not None:
         from replay.cli.view import watch
 

@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, OK, People, answer, print_json
 from replay.outputs.contact_tables import false_rows, miss_rows
+from replay.outputs.results.run_folder import PICTURE
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
 
@@ -18,55 +19,46 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 
 
 def report_run(
-    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False, picture: bool = True,
+    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False,
     recording: Path | None = None,
 ) -> int:  # fmt: skip
     """Print a run, the tables and sources too for who wants more; the exit code: 3 when frames could not be used.
 
     ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
     """
-    from replay.cli.run_tables import run_screen, run_tables
     from replay.pipeline.answer import SESSION
 
-    behind = sources_of([result]) if people.verbose else {}
-    where = where_to_look(result, picture=picture)
-
-    def plain() -> dict[str, Any]:
-        return run_json(result) | {"broken": [*broken]}
-
+    sources, where = sources_of(result, people), where_to_look(result)
     code = close_run(result, people)
-    if people.verbose and not as_json:
-        answer_cited(False, None, lambda: run_tables(result), behind)
-    named = SESSION if recording is None else str(recording)
-    cited = behind if as_json else {}
-    answer_cited(as_json, plain, lambda: run_screen(result, where, recording=named), cited)
     if as_json:
+        print_json(run_json(result) | {"broken": [*broken]} | ({"sources": sources} if sources else {}))
         people.say("", *where)
+        return code
+    from replay.cli.run_tables import run_screen, run_tables
+
+    if people.verbose:
+        answer_cited(False, {}, lambda: run_tables(result), sources)
+    answer(False, None, lambda: run_screen(result, where, recording=str(recording or SESSION)))
     return code
 
 
-def sources_of(results: Sequence[RunResult]) -> Sources:
-    """The sources behind runs: of every detector and effect that ran, and of no others."""
+def sources_of(result: RunResult, people: People) -> Sources:
+    """For who wants more, the sources behind a run: of every detector and effect that ran, and of no others."""
     from replay.pipeline.citations import sources_behind
 
-    ran = (one for result in results for one in result.summary["detectors"].values())
-    return sources_behind((one["name"] for one in ran), (one for result in results for one in result.effects.items()))
+    detectors = (detector["name"] for detector in result.summary["detectors"].values())
+    return sources_behind(detectors, result.effects.items()) if people.verbose else {}
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None,
-    shown: "Callable[[], RenderableType]", behind: Sources, sentences: Sequence[str] = (),
-) -> None:  # fmt: skip
-    """``answer``; where it is text, sentences below it; then the sources ``behind`` it, none if not asked for."""
+    as_json: bool, plain: Mapping[str, Any], shown: "Callable[[], RenderableType]", sources: Sources
+) -> None:
+    """``answer``, with the sources behind it, if there are any."""
     from replay.pipeline.citations import citations
 
-    def told() -> dict[str, Any]:
-        return {**((plain() if callable(plain) else plain) or {}), **({"sources": behind} if behind else {})}
-
-    answer(as_json, told, shown)
-    below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
-    if below and not as_json:
-        answer(False, None, lambda: below)
+    answer(as_json, {**plain, "sources": sources} if sources else plain, shown)
+    if sources and not as_json:
+        answer(False, None, lambda: ["", *citations(sources).splitlines()])
 
 
 def close_run(result: RunResult, people: People) -> int:
@@ -81,17 +73,18 @@ def close_run(result: RunResult, people: People) -> int:
     return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
 
 
-def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
+def where_to_look(result: RunResult) -> list[str]:
     """The commands that show a run: the picture at the moment of its answer, and the page."""
     if result.out is None:
         return ["Nothing was written; with --out DIR there are a report, tables and a picture of every moment."]
-    lines = []
-    if picture:
-        first = result.answers[0] if result.answers else None
-        moment = "" if first is None or first.moment is None else f" {first.moment.option}"
-        by = f" --by {first.label}" if first is not None and moment and len(result.comparisons) > 1 else ""
-        lines.append(f"See it   replay view {result.out}{moment}{by}")
-    return [*lines, f"Read it  {result.out / 'report.html'}   (-v prints every table here)"]
+    lines = [f"Read it  {result.out / 'report.html'}   (-v prints every table here)"]
+    if (result.out / PICTURE).is_file():
+        moment = by = ""
+        if result.answers and result.answers[0].moment is not None:
+            moment = f" {result.answers[0].moment.option}"
+            by = f" --by {result.answers[0].label}" if len(result.comparisons) > 1 else ""
+        lines.insert(0, f"See it   replay view {result.out}{moment}{by}")
+    return lines
 
 
 def lost_frames(summary: Mapping[str, Any]) -> int:
@@ -101,18 +94,18 @@ def lost_frames(summary: Mapping[str, Any]) -> int:
 
 def lost_poses(summary: Mapping[str, Any]) -> int:
     """Samples that claimed to be poses and were none."""
-    return sum(one["dropped"] for one in summary.get("flagged", ()) if one["kind"] in DAMAGE)
+    return sum(flagged["dropped"] for flagged in summary.get("flagged", ()) if flagged["kind"] in DAMAGE)
 
 
 def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
     """A sentence per kind and body whose poses were in doubt; losses that the tracker flagged itself go without."""
-    count: Counter[tuple[str, str, str]] = Counter()
-    for one in summary.get("flagged", ()):
-        count[one["kind"], one["body"], one["action"]] += one["samples"]
+    samples: Counter[tuple[str, str, str]] = Counter()
+    for flagged in summary.get("flagged", ()):
+        if flagged["kind"] not in ("tracking-lost", "gap"):
+            samples[flagged["kind"], flagged["body"], flagged["action"]] += flagged["samples"]
     return [
-        f"{kind}{' of ' + body if body else ''}: {samples} samples, {action}"
-        for (kind, body, action), samples in count.items()
-        if kind not in ("tracking-lost", "gap")
+        f"{kind}{' of ' + body if body else ''}: {count} samples, {action}"
+        for (kind, body, action), count in samples.items()
     ]
 
 

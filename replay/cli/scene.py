@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from replay.cli.console import FAILURE, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, meshes, reporting, require_free
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free
+from replay.cli.options import meshes as meshes_option
 from sessions.model.scene import Scene
 
 
@@ -20,10 +21,10 @@ def command() -> None:
 @command.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, metavar="SCENE.toml", help="File to write. Default: beside the recording.")
-@meshes
+@meshes_option
 @force
 @reporting
-def new(session: Path, out: Path | None, place: Path | None, force: bool, as_json: bool, people: People) -> int:
+def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_json: bool, people: People) -> int:
     """Write a first scene of FILE.mcap, to edit: bodies, pairs that came near, what is held.
 
     \b
@@ -41,7 +42,7 @@ def new(session: Path, out: Path | None, place: Path | None, force: bool, as_jso
     target = out or session.with_suffix(".toml")
     require_free(target, force=force)
     held = read_session(session)
-    found, said = ({}, []) if place is None else matched(place, held.names)
+    found, said = ({}, []) if meshes is None else matched(meshes, held.names)
     held = with_meshes(held, {name: one.mesh for name, one in found.items()}, [])
     files = {name: (_beside(one.file, target), one.node, one.scale) for name, one in found.items()}
     draft = drafted(held)

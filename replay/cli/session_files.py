@@ -1,6 +1,6 @@
 """The sessions that a verb was given: files, folders of them, and text files that list them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -9,7 +9,7 @@ LIST = ".txt"
 """How the name of a text file ends that lists sessions, one a line."""
 
 
-def session_files(given: Sequence[Path]) -> list[Path]:
+def session_files(given: Iterable[Path]) -> list[Path]:
     """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
     files: list[Path] = []
     for path in given:
@@ -31,23 +31,17 @@ def several(given: Iterable[Path]) -> bool:
 
 
 def listed(path: Path) -> list[Path]:
-    """The sessions that a text file names, one a line: paths from its folder on, or URLs; ``#`` begins a remark.
+    """The sessions that a text file names, one a line: paths from its folder on; ``#`` begins a remark.
 
     Raises ``click.UsageError``: a line names no file, and it says which line.
     """
-    from replay.api.places import far, place
-
     try:
         lines = path.read_text("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
-    files = []
-    for number, line in enumerate(lines, 1):
-        name = line.partition("#")[0].strip()
-        if not name:
-            continue
-        file = place(name) if "://" in name else path.parent / name
-        if not far(file) and not file.is_file():
+    names = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
+    files = {number: path.parent / name for number, name in names.items() if name}
+    for number, file in files.items():
+        if not file.is_file():
             raise click.UsageError(f"{path}, line {number}: {file} is no file; mend the line or begin it with #")
-        files.append(file)
-    return files
+    return [*files.values()]

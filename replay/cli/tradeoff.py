@@ -14,30 +14,26 @@ if TYPE_CHECKING:
     from replay.base.progress import Advance
     from replay.tradeoffs.sweep import Watch
 
+LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
+COLLIDERS_WORDS = "With --engine: write the fewest convex pieces a body that keep false contact below --max-false."
+FALSE_WORDS = "With --colliders: of the reported contact time at most so much may be false."
+
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, report and picture.")
 @lineup
 @click.option(
-    "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
-    help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
-)  # fmt: skip
+    "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_WORDS
+)
 @click.option("--engine", metavar="NAME", help="Instead, what one can set in unity, unreal or mujoco, in its words.")
-@click.option(
-    "--colliders", type=ANY_PATH, metavar="DIR",
-    help="With --engine: write the fewest convex pieces a body that keep false contact below --max-false.",
-)  # fmt: skip
-@click.option(
-    "--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE",
-    help="With --colliders: of the reported contact time at most so much may be false.",
-)  # fmt: skip
+@click.option("--colliders", type=ANY_PATH, metavar="DIR", help=COLLIDERS_WORDS)
+@click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_WORDS)
 @replaying
 @reporting
 def command(
-    session: Path, scene: Path | None, out: Path | None, force: bool, time_limit: float,
-    engine: str | None, colliders: Path | None, max_false: float, no_picture: bool, as_json: bool,
-    people: People, **asked: Any,
+    session: Path, people: People, time_limit: float, engine: str | None, colliders: Path | None, max_false: float,
+    as_json: bool, **asked: Any,
 ) -> int:  # fmt: skip
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
 
@@ -50,21 +46,29 @@ def command(
     replay tradeoff session.mcap --engine unity
     replay tradeoff session.mcap --engine unity --colliders unity-colliders
     """
+    picture = not asked.pop("no_picture")
     if colliders is not None:
-        if engine is None or out is not None or asked.pop("detectors") or asked.pop("oracle"):
+        unused = [asked.pop(name) for name in ("out", "detectors", "oracle")]
+        if engine is None or any(unused):
             raise click.UsageError("--colliders goes with --engine alone; leave out --out, --detectors and --oracle")
-        from replay.cli.collider_table import write_colliders
+        from replay.cli.collider_pieces import write_colliders
 
-        where = {"scene": scene, "force": force, "max_false": max_false, **asked}
-        return write_colliders(session, colliders, engine, people, as_json=as_json, **where)
+        where = {"engine": engine, "max_false": max_false}
+        return write_colliders(session, colliders, people, as_json=as_json, **where, **asked)
     if engine is not None:
         if asked.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
         from replay.cli.engine_advice import advise_engine
 
-        how: dict[str, Any] = {"no_picture": no_picture, "as_json": as_json}
-        return advise_engine(session, engine, people, scene=scene, out=out, force=force, **how, **asked)
-    from replay.api.runner import WRITING, WRITING_STEPS, write
+        return advise_engine(session, engine, people, picture=picture, as_json=as_json, **asked)
+    return _tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **asked)
+
+
+def _tradeoff(
+    session: Path, people: People, *, out: Path | None, force: bool, scene: Path | None, time_limit: float,
+    picture: bool, as_json: bool, **asked: Any,
+) -> int:  # fmt: skip
+    from replay.api.runner import write_watched
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
@@ -84,15 +88,15 @@ def command(
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
-        with progress.stage(WRITING, WRITING_STEPS) as advance:
-            write(run, out, force=force, picture=not no_picture, advance=advance)
-    behind = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
-    shown = tradeoff_list(done, everything=people.verbose)
-    answer_cited(as_json, done.as_json(), lambda: terminal(shown), behind, done.advice)
+        write_watched(run, out, progress, force=force, picture=picture)
+    sources = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
+    answer_cited(
+        as_json, done.as_json(), lambda: terminal(tradeoff_list(done, everything=people.verbose), *done.advice), sources
+    )
     if done.cut:
         people.detail(f"not tried: {', '.join(done.cut)}")
     if out is not None:
-        view = "" if no_picture else f", or: replay view {out}"
+        view = f", or: replay view {out}" if picture else ""
         people.say("", f"wrote {out}", f"look at:  {out / 'report.html'}{view}")
     return 0
 

@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 import click
 
 from replay.cli.console import People
-from replay.cli.options import FILES_OR_FOLDERS, common
+from replay.cli.options import FILE_OR_FOLDER, common
 
 
 @click.command()
-@click.argument("runs", type=FILES_OR_FOLDERS, metavar="RUN|SESSION.mcap...", nargs=-1, required=True)
+@click.argument("runs", type=FILE_OR_FOLDER, metavar="RUN|SESSION.mcap...", nargs=-1, required=True)
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the worst moment.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="Open at this false contact.")
 @click.option("--by", default="", metavar="LABEL", help="Of which detector; else of the first that has it.")

@@ -1,13 +1,14 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
-from replay.pipeline.run_result import Tradeoff
+from replay.pipeline.run_result import RunResult, Tradeoff
+from replay.tradeoffs.engine_knobs import Engine, knob_words
 from replay.tradeoffs.pareto import Row, count_words
 
 SHOWN: Final = 8
@@ -36,13 +37,14 @@ FALSE: Final = Column("false %", float, "share of the reported contact time that
 P99: Final = Column(
     "p99 ms", float, "time of a slow frame", "p99_ms", "ms", lambda ms: "-" if ms is None else f"{ms:.2f}"
 )
+MEAN: Final = Column("mean ms", float, "time of a frame", "ms", "ms", ".3f")
 SETTINGS_TRIED: Final = (
     Column("setting", str, "its short name", "label", whole=True),
     MISSED,
     LATE,
     _count("false contacts", "reported where the reference has none", "false_contacts", INVENTED),
     WRONG,
-    Column("mean ms", float, "time of a frame", "mean_ms", "ms", ".3f"),
+    replace(MEAN, of="mean_ms"),
     P99,
     Column("front", bool, "surely quicker than all with fewer wrong contacts", show=lambda on: "front" if on else ""),
     replace(FALSE, show=lambda share: text_of(_false(share))),
@@ -99,3 +101,51 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
         *filter(None, [busy_sentence(1 - about["processor_share"])]),
     )
+
+
+ENGINE_ROWS: Final = (
+    Column("setting", of=lambda row: f"{row['number']}  {knob_words(row['knobs'])}"),
+    MISSED,
+    LATE,
+    FALSE,
+    WRONG,
+    MEAN,
+    P99,
+    Column("settings", of="setting", whole=True),
+)
+
+
+def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, settings: bool = False) -> Table:
+    """A row a choice: what is set in the engine and what comes of it; the ``settings`` for ``run`` on request."""
+    contacts, seconds = len(result.episodes[result.oracle]), result.summary["session"]["duration"]
+    title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"
+    notes = (
+        "false %: of the contact time reported. wrong: missed, late or cut short, and false contacts; a range is over "
+        "16 sampling offsets. Times of this tool on this machine, not of your engine.",
+        *engine.notes,
+        "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
+    )
+    return Table.of(ENGINE_ROWS if settings else ENGINE_ROWS[:-1], rows, title, notes)
+
+
+def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: RunResult, engine: Engine) -> Table:
+    """A hull a body, and the pieces, as ``run`` counts them."""
+    first = Column("", of="what", whole=True)
+    rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
+    title = f"{len(result.episodes[result.oracle])} contacts, {engine.name} at {engine.step_hz:g} steps a second"
+    return Table.of((first, FALSE, MISSED, LATE, Column("pieces", int), MEAN), rows, title)
+
+
+PIECES: Final = (
+    Column("body", whole=True),
+    Column("file"),
+    Column("pieces", int),
+    Column("triangles at most", int, of="triangles"),
+    Column("mesh outside by, mm", float, of="outside_mm", show=".2f"),
+    Column("cut", of="how"),
+)
+
+
+def piece_table(bodies: Iterable[Row]) -> Table:
+    """A row a body: its file, and how far the pieces hold its mesh."""
+    return Table.of(PIECES, bodies, "Convex pieces")

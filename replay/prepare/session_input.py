@@ -31,5 +31,4 @@ def require_folder(given: Any) -> Path:
 
 
 def _is_path(given: object) -> bool:
-    # A path of another file system (universal-pathlib) is no PathLike.
-    return isinstance(given, str | PathLike) or hasattr(given, "joinpath")
+    return isinstance(given, str | PathLike)

@@ -143,7 +143,7 @@ def inputs_given(workflow):
 def settings_of(path):
     """What ``run`` makes of a file beside its sessions."""
     command = cli.get_command(click.Context(cli), "run")
-    return read_settings(path, command, click.Context(command))
+    return read_settings(path, click.Context(command))
 
 
 def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):

@@ -6,6 +6,7 @@ import sys
 import time
 import warnings
 
+import click
 import pytest
 from support.small_worlds import cubes
 
@@ -28,9 +29,14 @@ def test_help_lists_every_verb_under_its_group(capsys):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_verb_has_help(capsys, name):
-    assert main([name, "--help"]) == 0
-    assert f"Usage: replay {name}" in capsys.readouterr().out
+def test_every_verb_has_help_and_the_common_options(capsys, name):
+    assert len(COMMANDS[name].help) <= 70 and COMMANDS[name].group in GROUPS
+    command = module.cli.get_command(click.Context(module.cli), name)
+    for verb in getattr(command, "commands", {"": command}):
+        assert main([name, *filter(None, [verb]), "--help"]) == 0
+        printed = capsys.readouterr().out
+        assert f"Usage: replay {name}" in printed and "None" not in printed
+        assert not [flag for flag in ("-v, --verbose", "-q, --quiet", "--debug") if flag not in printed]
 
 
 def test_no_verb_shows_the_help(capsys):
@@ -105,7 +111,7 @@ def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatc
 
 
 @pytest.mark.parametrize(
-    "words", [["--start", "nan"], ["--end", "inf"], ["--end=-inf"], ["--policy", "frozen=hold:1e308"], ["-o", "a\0b"],
+    "words", [["--start", "nan"], ["--end", "inf"], ["--end=-inf"], ["--policy", "frozen=hold:1e308"],
               ["-o", "a\udcff"], ["--policy", "gap=interpolate:1e308"]],
 )  # fmt: skip
 def test_numbers_and_names_that_mean_nothing_are_a_sentence_each(tmp_path, capsys, words):

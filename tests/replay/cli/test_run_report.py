@@ -29,6 +29,7 @@ def test_json_lists_misses_with_the_columns_of_their_table():
 
 def test_a_miss_that_no_frame_shows_is_not_called_a_cut(tmp_path):
     result = compute(jumping(), detectors="exact", oracle="continuous")
+    (tmp_path / "run.rrd").touch()
     assert where_to_look(replace(result, out=tmp_path))[0] == f"See it   replay view {tmp_path} --miss 1"
     assert "between two recorded frames" in result.answers[0].why
     found = compute(jumping(), detectors="exact", oracle="hybrid")

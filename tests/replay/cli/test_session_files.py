@@ -22,12 +22,6 @@ def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(fold
     assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
 
 
-def test_a_url_in_a_list_is_one(folder):
-    pytest.importorskip("upath")
-    (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
-    assert [str(file) for file in session_files([folder / "list.txt"])] == ["memory://class/one.mcap"]
-
-
 @pytest.mark.parametrize(
     "text, said",
     [

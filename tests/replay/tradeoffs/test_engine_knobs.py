@@ -12,14 +12,14 @@ from cdcore import Body, TriangleMesh, create_detector
 from cdcore.protocol import Solids
 from replay.detection.detector_spec import parse_detector
 from replay.errors import TradeoffError
-from replay.tradeoffs.engine_knobs import ENGINES, advice_words, engine_named, lacking
+from replay.tradeoffs.engine_knobs import advice_words, engine_named, engines, lacking
 
-CHOICES = [(name, choice) for name, engine in ENGINES.items() for choice in engine.choices]
+CHOICES = [(name, choice) for name, engine in engines().items() for choice in engine.choices]
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
-    first = ENGINES[name].choices[0]
+    first = engines()[name].choices[0]
     assert set(choice.knobs) <= set(first.knobs)
     assert choice is first or all(value != first.knobs[knob] for knob, value in choice.knobs.items())
     spec, solid = (
@@ -35,7 +35,7 @@ def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_no_row_is_what_a_page_of_the_engine_excludes(name, choice):
     """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
-    engine = ENGINES[name]
+    engine = engines()[name]
     assert choice.pages and set(choice.pages) <= set(engine.pages)
     assert not re.search("shape=mesh|continuous", choice.asked(1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
@@ -45,12 +45,12 @@ def test_no_row_is_what_a_page_of_the_engine_excludes(name, choice):
 
 def test_the_guide_has_the_page_of_every_row():
     text = Path(replay.guide.__file__).with_name("engines.md").read_text("utf-8")
-    assert not [page for engine in ENGINES.values() for page in engine.pages.values() if page not in text]
+    assert not [page for engine in engines().values() for page in engine.pages.values() if page not in text]
 
 
 def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():
     for name, choice in CHOICES:
-        knobs, settings = {**ENGINES[name].choices[0].knobs, **choice.knobs}, choice.settings
+        knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
         step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
         assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3)), choice
         assert (settings.get("pieces") == 16) == ("16" in " ".join(knobs.values()))

@@ -1,0 +1,92 @@
+"""Several sessions, a run folder each: what ``run`` does with them and says of them."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from replay.cli.console import DATA_LOSS, OK, People, answer, counting, print_json
+from replay.cli.run_report import lost_frames, lost_poses
+
+if TYPE_CHECKING:
+    from replay.api.batch import Batch
+    from replay.outputs.tables import Table
+    from replay.pipeline.gates import Gates
+
+SESSION_ROWS: Final = 20
+
+RARE: Final = ("undecided", "frames left out", "poses left out")
+"""Columns that are there only where there is something to count; *undecided* adds up over the detectors."""
+
+
+def run_many(
+    files: Sequence[Path], out: Path | None, people: People, limits: "Gates", *, as_json: bool, as_markdown: bool,
+    settings: Mapping[str, Any], **how: Any,
+) -> int:  # fmt: skip
+    """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
+
+    Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
+    """
+    from replay.api.batch import run_batch
+    from replay.cli.run_tables import audit_table
+    from replay.cli.terminal import terminal
+
+    def died(name: str, worker: str) -> None:
+        people.say(f"the worker {worker} ended while it replayed {name}, which is asked again")
+
+    with ExitStack() as kept:
+        folder = out
+        if folder is None:
+            folder = Path(kept.enter_context(TemporaryDirectory(prefix="replay-")))
+            settings = {**settings, "picture": False}
+        done = counting(people, len(files))
+        batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)
+    broken = limits.broken(batch.audit, [*batch.runs.values()])
+    lost = bool(batch.failed) or any(lost_frames(run) or lost_poses(run) for run in batch.runs.values())
+    sessions = [session_table(batch)] if batch.runs else []
+    where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
+    lines = [f"{len(batch.done)} of {len(files)} sessions {where}"]
+    lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
+    lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
+    if as_markdown:
+        from replay.cli.run_markdown import markdown_page
+
+        print(markdown_page(f"{len(files)} sessions", broken, lines, sessions))
+    elif as_json:
+        plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
+        print_json({"out": None if out is None else str(out), **plain, "broken": broken})
+    else:
+        figures = [audit_table(batch.audit)] if batch.audit else []
+        answer(False, None, lambda: terminal(*figures, *sessions))
+        answer(False, None, lambda: ["", *lines])
+    return people.gate(broken, DATA_LOSS if lost else OK)
+
+
+def session_table(batch: "Batch") -> "Table":
+    """A row per session that is done, the one with the most missed contacts first; sums over all in the last row."""
+    from replay.outputs.tables import IN_RED, WARNING, table
+
+    missed = {f"missed by {label}": label for label in batch.audit}
+    counts = {name: _counts(run, missed) for name, run in batch.runs.items()}
+    order = sorted(counts, key=lambda name: (-sum(counts[name][column] for column in missed), name))
+    total = {column: sum(row[column] for row in counts.values()) for column in next(iter(counts.values()))}
+    columns = [column for column in total if total[column] or column not in RARE]
+    rows = [(name, *(counts[name][column] for column in columns)) for name in order[:SESSION_ROWS]]
+    return table(
+        "sessions, the most missed contacts first" if missed else "sessions",
+        ["session", *columns],
+        [*rows, ("all", *(total[column] for column in columns))],
+        marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(RARE, WARNING),
+        notes=[f"… and {len(order) - SESSION_ROWS} more"] if len(order) > SESSION_ROWS else [],
+    )
+
+
+def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, int]:
+    """What a row of the table says of a run; the contacts are the oracle's, the same beside every detector."""
+    audit = run["audit"]
+    contacts = {"contacts": max((figures["contacts"] for figures in audit.values()), default=0)} if missed else {}
+    never_found = {name: audit[label]["contacts_missed"] if label in audit else 0 for name, label in missed.items()}
+    undecided = sum(figures["contacts_undecided"] for figures in audit.values())
+    rare = dict(zip(RARE, (undecided, lost_frames(run), lost_poses(run)), strict=True))
+    return {"frames": run["session"]["frames"], **contacts, **never_found, **rare}
