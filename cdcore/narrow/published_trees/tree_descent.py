@@ -20,28 +20,10 @@ from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_s
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
+from cdcore.narrow.tree_builder import BoxNodes
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 WORLD, OBB, RAPID, SOLID = range(4)
-
-
-class BoxNodes(NamedTuple):
-    """Boxes of n nodes in the body's frame.
-
-    ``corners`` (f, 3, 3) faces in the order of the leaves, ``number`` (f,) their numbers in the mesh; ``child`` (n,)
-    first of two neighbouring children or -1; ``start``, ``stop`` (n,) a node's faces; ``centre`` (n, 3), ``axes``
-    (n, 3, 3) one axis a row, ``half`` (n, 3), ``size`` (n,) longest half.
-    """
-
-    corners: FloatArray
-    number: IntArray
-    child: IntArray
-    start: IntArray
-    stop: IntArray
-    centre: FloatArray
-    axes: FloatArray
-    half: FloatArray
-    size: FloatArray
 
 
 class PairPoses(NamedTuple):

@@ -7,8 +7,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.narrow.published_trees.box_trees import TREE_KINDS, build_tree
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS
 from cdcore.narrow.published_trees.tree_descent import PairPoses, search_rows
+from cdcore.narrow.tree_builder import build_tree
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
@@ -39,7 +40,7 @@ class TreeSearch:
         self._kind = TREE_KINDS[kind]
         self.undismissed = self._kind.undismissed
         self.counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
-        built = [build_tree(faces, self._kind) for faces in corners]
+        built = [build_tree(faces, self._kind.rule, self._kind.leaf_faces) for faces in corners]
         self.trees = [tree for tree, _ in built]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
         self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)

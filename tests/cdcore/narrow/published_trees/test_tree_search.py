@@ -14,10 +14,16 @@ from support.slow_trees import (
     each_scene,
 )  # fmt: skip
 
-from cdcore.narrow.published_trees.box_trees import TREE_KINDS, build_tree
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS
 from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
+from cdcore.narrow.tree_builder import build_tree
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
+
+
+def tree_of(corners, kind):
+    return build_tree(corners, TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)
+
 
 each_kind = pytest.mark.parametrize("kind", TREE_KINDS)
 each_mesh = pytest.mark.parametrize("name", MESHES)
@@ -95,7 +101,7 @@ def faces_below(tree, node):
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
 def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(kind, name, scale):
     corners = MESHES[name] * scale
-    tree, depth = build_tree(corners, TREE_KINDS[kind])
+    tree, depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
     most = TREE_KINDS[kind].leaf_faces
     assert sorted(np.concatenate(leaves)) == list(range(len(corners))) and max(map(len, leaves)) <= most
@@ -113,7 +119,7 @@ def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
     """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
     coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
     stretched = np.array([3.0, 1.0, 1.0])
-    first, second = (build_tree(plate * stretched, TREE_KINDS["rapid-style"])[0] for plate in (coarse, grid_plate(6)))
+    first, second = (tree_of(plate * stretched, "rapid-style")[0] for plate in (coarse, grid_plate(6)))
     assert np.allclose(np.abs(first.axes[0]), np.abs(second.axes[0]), atol=1e-9)
     assert np.allclose(first.half[0], [9.0, 3.0, 0.0], atol=1e-9)
     assert np.allclose(second.half[0], [9.0, 3.0, 0.0], atol=1e-9)
@@ -134,5 +140,5 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
 )
 def test_a_node_is_cut_where_its_row_says(kind, places, first_child):
     faces = SMALL_FACE + np.array(places)[:, None, None] * np.array([1.0, 0, 0])
-    tree, _ = build_tree(faces, TREE_KINDS[kind])
+    tree, _ = tree_of(faces, kind)
     assert sorted(tree.number[faces_below(tree, tree.child[0])]) == first_child

@@ -1,0 +1,183 @@
+"""One builder for every tree of boxes: a rule says where the boxes of a level lie and where each node is cut in two.
+
+It takes level by level with whole arrays: nothing to compile, no recursion. Axes come from Jacobi rotations instead of
+LAPACK, so that every machine builds the same tree.
+
+Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996), for oriented boxes; I. Wald, On fast construction of
+SAH-based bounding volume hierarchies (2007), for binned splits by surface area.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+
+SWEEPS: Final = 5
+"""Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""
+BINS: Final = 16
+"""Places along an axis at which a split by surface area may cut."""
+SHORTEST_SPLIT: Final = 0.25
+"""Axes along which a box is shorter than this share of its longest side are not tried."""
+
+Boxes = tuple[FloatArray, FloatArray, FloatArray]
+"""Of the n nodes of a level: axes (3, 3, n), one a row, and the least and largest coordinates along them (3, n)."""
+
+Rule = Callable[[FloatArray, IntArray, IntArray], tuple[Boxes, FloatArray | BoolArray]]
+"""``(corners, node, first) -> boxes, key``: called once a level with the faces of all its nodes, (3, 3, E) corners and
+coordinates, the node within the level each belongs to (E,), and where each node's faces start (n,). Numbers as key: the
+place of each face along the cut, which is at their median. Truth values: which faces come second; if all or none do,
+half of them."""
+
+
+class BoxNodes(NamedTuple):
+    """Boxes of n nodes in the body's frame, in order of their level: children after their parent, siblings neighbours.
+
+    ``corners`` (f, 3, 3) faces in the order of the leaves, ``number`` (f,) their numbers in the mesh; ``child`` (n,)
+    first of two neighbouring children or -1; ``start``, ``stop`` (n,) a node's faces; ``centre`` (n, 3), ``axes``
+    (n, 3, 3) one axis a row, ``half`` (n, 3), ``size`` (n,) longest half.
+    """
+
+    corners: FloatArray
+    number: IntArray
+    child: IntArray
+    start: IntArray
+    stop: IntArray
+    centre: FloatArray
+    axes: FloatArray
+    half: FloatArray
+    size: FloatArray
+
+
+def build_tree(corners: FloatArray, rule: Rule, leaf_faces: int) -> tuple[BoxNodes, int]:
+    """A tree over faces (f, 3, 3) with at most ``leaf_faces`` a leaf, and its depth."""
+    # Scaled by a power of two, so that no product over- or underflows and no coordinate rounds.
+    exponent = np.frexp(np.abs(corners).max())[1]
+    # Faces stand side by side, so that a step is one pass over all of them.
+    scaled, order = np.ascontiguousarray(np.ldexp(corners, -exponent).transpose(1, 2, 0)), np.arange(len(corners))
+    start, stop = np.array([0]), np.array([len(corners)])
+    levels: list[tuple[FloatArray | IntArray, ...]] = []
+    count = 0
+    while len(start):
+        sizes = stop - start
+        first = np.cumsum(sizes) - sizes
+        node = np.repeat(np.arange(len(start)), sizes)
+        place = np.arange(len(node)) + np.repeat(start - first, sizes)
+        faces = order[place]
+        boxes, key = rule(scaled.take(faces, axis=2), node, first)
+        order[place] = faces[np.lexsort((faces, key, node))]
+        opened, cut = sizes > leaf_faces, sizes // 2
+        if key.dtype == np.bool_:
+            before = sizes - np.add.reduceat(key.astype(np.int64), first)
+            cut = np.where((before > 0) & (before < sizes), before, cut)
+        count += len(start)
+        child = np.full(len(start), -1, dtype=np.int64)
+        child[opened] = count + 2 * np.arange(opened.sum())
+        levels.append((child, start, stop, *boxes))
+        low, middle, high = start[opened], start[opened] + cut[opened], stop[opened]
+        start, stop = np.column_stack([low, middle]).ravel(), np.column_stack([middle, high]).ravel()
+    child, start, stop, axes, low, high = (np.concatenate(part, axis=-1) for part in zip(*levels, strict=True))
+    centre = np.ldexp((axes * (low / 2 + high / 2)[:, None]).sum(axis=0), exponent)
+    half = np.ldexp(high / 2 - low / 2, exponent)
+    centre, axes, half = (np.ascontiguousarray(part) for part in (centre.T, axes.transpose(2, 0, 1), half.T))
+    return BoxNodes(corners[order], order, child, start, stop, centre, axes, half, half.max(axis=1)), len(levels)
+
+
+def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Least and largest coordinates (3, n) of n nodes; ``along`` (c, 3, E): corners of their faces, node after node."""
+    return np.minimum.reduceat(along.min(axis=0), first, axis=1), np.maximum.reduceat(along.max(axis=0), first, axis=1)
+
+
+def body_axes(count: int) -> FloatArray:
+    """The axes of boxes that stand along the body's, (3, 3, n)."""
+    return np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
+
+
+def coordinates_along(axes: FloatArray, points: FloatArray) -> FloatArray:
+    """Coordinates (c, 3, E) of points (c, 3, E) along axes (3, 3, E), one a row; sums have a fixed order."""
+    return (points[:, None] * axes).sum(axis=2)
+
+
+def tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
+    """Boxes along the principal axes of the corners or the body's axes, whichever box has the smaller surface.
+
+    Also the coordinates of the corners (3, 3, E) along the axes of their box.
+    """
+    mean = np.add.reduceat(corners.mean(axis=0), first, axis=1) / np.diff(first, append=len(node))
+    spread = corners - mean.take(node, axis=1)
+    principal = principal_axes(np.add.reduceat((spread[:, :, None] * spread[:, None]).sum(axis=0), first, axis=2))
+    turned = coordinates_along(principal.take(node, axis=2), corners)
+    (low, high), (least, most) = extents(turned, first), extents(corners, first)
+    keep = half_surface(high - low) < half_surface(most - least)
+    axes = np.where(keep, principal, body_axes(len(first)))
+    return (axes, np.where(keep, low, least), np.where(keep, high, most)), np.where(keep[node], turned, corners)
+
+
+def principal_axes(matrices: FloatArray) -> FloatArray:
+    """Orthonormal eigenvectors, one a row, of symmetric matrices (3, 3, n); that of the largest eigenvalue first."""
+    m, axes = matrices.copy(), body_axes(matrices.shape[2]).copy()
+    for turn in range(3 * SWEEPS):
+        p, q = ((0, 1), (0, 2), (1, 2))[turn % 3]
+        # The smaller of the angles that make the entry 0.
+        off, apart = 2.0 * m[p, q], m[q, q] - m[p, p]
+        length = np.sqrt(off * off + apart * apart)
+        tangent = off / np.where(length > 0, apart + np.copysign(length, apart), np.inf)
+        cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
+        sine = tangent * cosine
+        for rows in (m, m.swapaxes(0, 1), axes):
+            first, second = rows[p].copy(), rows[q].copy()
+            rows[p], rows[q] = cosine * first - sine * second, sine * first + cosine * second
+    order = np.argsort(-np.einsum("iin->in", m), axis=0, kind="stable")
+    axes = np.take_along_axis(axes, order[:, None], axis=0)
+    x = axes[0] / np.sqrt((axes[0] * axes[0]).sum(axis=0))
+    y = axes[1] - (x * axes[1]).sum(axis=0) * x
+    y = y / np.sqrt((y * y).sum(axis=0))
+    return np.stack([x, y, np.cross(x, y, axis=0)])
+
+
+def half_surface(size: FloatArray) -> FloatArray:
+    """Half the surface of boxes with sides (3, ...)."""
+    x, y, z = size
+    return x * y + y * z + z * x
+
+
+def by_surface_area(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, BoolArray]:
+    """Tighter boxes, cut where the numbers of faces times the surfaces of both sides are least."""
+    boxes, along = tighter_boxes(corners, node, first)
+    side, centroids = boxes[2] - boxes[1], along.mean(axis=0)
+    spans = np.concatenate([along.min(axis=0), -along.max(axis=0)])
+    least, second = np.full(len(first), np.inf), np.zeros(len(node), dtype=np.bool_)
+    for k in range(3):
+        cost, place = cheapest_cuts(spans, centroids[k], node, first)
+        better = (cost < least) & (side[k] >= SHORTEST_SPLIT * side.max(axis=0))
+        least[better] = cost[better]
+        second = np.where(better[node], centroids[k] >= place[node], second)
+    return boxes, second
+
+
+def cheapest_cuts(
+    spans: FloatArray, along: FloatArray, node: IntArray, first: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Costs and places (n,) of the cheapest cuts along one axis; an infinite cost where nothing can be cut.
+
+    ``spans`` (6, E): least coordinates of a face and its largest, negative; ``along`` (E,) its centroid's.
+    """
+    low = np.minimum.reduceat(along, first)
+    width = (np.maximum.reduceat(along, first) - low) / BINS
+    share = (along - low[node]) / np.where(width > 0, width, 1.0)[node]
+    slot = BINS * node + np.minimum(BINS - 1, share.astype(np.int64))
+    counts = np.bincount(slot, minlength=BINS * len(first)).reshape(-1, BINS).cumsum(axis=1)
+    boxes = np.full((6, len(first), BINS), np.inf)
+    for bound, coordinate in zip(boxes.reshape(6, -1), spans, strict=True):
+        np.minimum.at(bound, slot, coordinate)
+    left, right = (np.minimum.accumulate(some, axis=2) for some in (boxes, boxes[..., ::-1]))
+    before, after = (half_surface(-some[:3] - some[3:]) for some in (left[..., :-1], right[..., -2::-1]))
+    number, total = counts[:, :-1], counts[:, -1:]
+    with np.errstate(invalid="ignore"):
+        cost = number * before + (total - number) * after
+    cost[(number == 0) | (number == total)] = np.inf
+    at = cost.argmin(axis=1)
+    return cost[np.arange(len(at)), at], low + (at + 1) * width
