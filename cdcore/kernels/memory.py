@@ -8,7 +8,6 @@ one-dimensional array, without any check: the caller keeps the arrays alive and 
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -16,7 +15,6 @@ from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import machine_operation
-from cdcore.numerics import IntArray
 
 Memory = Any
 """What a kernel's author writes for an address of doubles, integers or bytes."""
@@ -28,23 +26,16 @@ def address_of(array: NDArray[Any]) -> int:
     return array.__array_interface__["data"][0]
 
 
-def _at(kind: Any, bits: Any) -> Callable[[int], Memory]:
+def _doubles_at(_context: Any, _address: Any) -> Any:
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], ir.DoubleType().as_pointer())
+
     pointer: Any = types.CPointer
-
-    def typed(_context: Any, _address: Any) -> Any:
-        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], bits.as_pointer())
-
-        return pointer(kind)(types.int64), generate
-
-    return machine_operation(typed)
+    return pointer(types.float64)(types.int64), generate
 
 
-doubles_at = _at(types.float64, ir.DoubleType())
-"""``doubles_at(address)``: what lies there, to be indexed as doubles; likewise below."""
-words_at = _at(types.int64, ir.IntType(64))
-integers_at = _at(types.int32, ir.IntType(32))
-bytes_at = _at(types.uint8, ir.IntType(8))
+doubles_at: Callable[[int], Memory] = machine_operation(_doubles_at)
+"""``doubles_at(address)``: what lies there, to be indexed as doubles."""
 
 
 def _of(kind: Any) -> Callable[[Any], Memory]:
@@ -64,7 +55,7 @@ def _of(kind: Any) -> Callable[[Any], Memory]:
     return machine_operation(typed)
 
 
-doubles_of, words_of, integers_of = _of(types.float64), _of(types.int64), _of(types.int32)
+doubles_of, words_of = _of(types.float64), _of(types.int64)
 """In a kernel: the memory of a contiguous array that the kernel was handed as such."""
 
 
@@ -82,8 +73,3 @@ def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
 
 fetch_early: Callable[[Memory, int], None] = machine_operation(_fetch_early)
 """``fetch_early(memory, index)``: the machine may bring this entry near before it is read; any index is harmless."""
-
-
-def row_of(parts: list[NDArray[Any] | int]) -> IntArray:
-    """Addresses of arrays, and numbers, as one row."""
-    return np.array([part if isinstance(part, int) else address_of(part) for part in parts], dtype=np.int64)

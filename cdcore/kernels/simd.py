@@ -1,4 +1,3 @@
-# ruff: noqa: ARG001 - numba fixes the arguments of the functions that type and write an operation
 """Eight (or four) doubles as one value inside compiled kernels: one machine instruction or two answer for eight frames.
 
 The operations exist in kernels only. A plain double among the operands stands for that double in every lane.
@@ -53,22 +52,29 @@ class LanesModel(models.PrimitiveModel):
         start(manager, kind, _vector(kind))
 
 
+def _spread(builder: Any, kind: LanesType, value: Any) -> Any:
+    undefined = ir.Constant(_vector(kind), ir.Undefined)
+    first = builder.insert_element(undefined, value, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), kind.width), [0] * kind.width)
+    return builder.shuffle_vector(first, undefined, zeros)
+
+
+def _widest(kinds: Any) -> Any:
+    return next((kind for kind in kinds if isinstance(kind, LanesType)), types.float64)
+
+
 class _Machine:
     """Writes one operation: operands of the widest kind among them, plain doubles repeated."""
 
     def __init__(self, context: Any, builder: Any, kinds: Any, arguments: Any) -> None:
-        self.builder = builder
-        self.kind: Any = next((kind for kind in kinds if isinstance(kind, LanesType)), types.float64)
+        self.builder, self.kind = builder, _widest(kinds)
         self.operands = [
             value if kind is self.kind else self.spread(context.cast(builder, value, kind, types.float64))
             for kind, value in zip(kinds, arguments, strict=True)
         ]
 
     def spread(self, value: Any) -> Any:
-        undefined = ir.Constant(_vector(self.kind), ir.Undefined)
-        first = self.builder.insert_element(undefined, value, ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), self.kind.width), [0] * self.kind.width)
-        return self.builder.shuffle_vector(first, undefined, zeros)
+        return _spread(self.builder, self.kind, value)
 
     def call(self, name: str, *operands: Any) -> Any:
         lanes = isinstance(self.kind, LanesType)
@@ -92,22 +98,28 @@ class _Machine:
         return total
 
 
+def _intrinsic(operands: str, typed: Callable[..., Any], write: Callable[..., Any]) -> Callable[..., Any]:
+    """An operation of kernels, one letter per operand: its type from the operands' kinds, and what writes it."""
+
+    def signature_and_code(_context: Any, *kinds: Any) -> Any:
+        return typed(*kinds), write
+
+    parameters = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("_context", *operands)]
+    signature_and_code.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return machine_operation(signature_and_code)
+
+
 def _operation(operands: str, write: Callable[..., Any], result: Any = None) -> Callable[..., Any]:
-    """An intrinsic from what writes it, one letter per operand; its kind is the widest operand's or ``result``."""
+    """An operation on the widest kind among its operands, which is also its kind unless ``result`` is."""
 
-    def typed(_context: Any, *kinds: Any) -> Any:
-        widest = next((kind for kind in kinds if isinstance(kind, LanesType)), types.float64)
+    def typed(*kinds: Any) -> Any:
+        return (result or _widest(kinds))(*kinds)
 
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            machine = _Machine(context, builder, signature.args, arguments)
-            return write(machine, *machine.operands)
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        machine = _Machine(context, builder, signature.args, arguments)
+        return write(machine, *machine.operands)
 
-        return (result or widest)(*kinds), generate
-
-    names = ["_context", *operands]
-    parameters = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
-    typed.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    return machine_operation(typed)
+    return _intrinsic(operands, typed, generate)
 
 
 def _triple(m: _Machine, *v: Any) -> Any:
@@ -158,85 +170,67 @@ first4 = _shuffled(0, 0, 0, 0)
 """The first corner in every lane."""
 
 
-def _start(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Where an array, or what is an address already, starts."""
-    return value if isinstance(kind, types.CPointer) else context.make_array(kind)(context, builder, value).data
+_INDEX, _LANE = ir.IntType(64), ir.IntType(32)
+_many: Any = types.UniTuple
 
 
-def _address(context: Any, builder: Any, array_type: Any, array: Any, index: Any, kind: Any) -> Any:
-    data = _start(context, builder, array_type, array)
-    return builder.bitcast(builder.gep(data, [index]), _vector(kind).as_pointer())
+def _start(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Where the first operand, an array or what is an address already, starts."""
+    kind, array = signature.args[0], arguments[0]
+    return array if isinstance(kind, types.CPointer) else context.make_array(kind)(context, builder, array).data
 
 
-def _load(kind: LanesType) -> Callable[..., Lanes]:
-    def typed(_context: Any, array: Any, index: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            array, index = arguments
-            return builder.load(_address(context, builder, signature.args[0], array, index, kind), align=8)
-
-        return kind(array, types.intp), generate
-
-    return machine_operation(typed)
+def _lanes_at(context: Any, builder: Any, signature: Any, arguments: Any, kind: Any) -> Any:
+    place = builder.gep(_start(context, builder, signature, arguments), [arguments[1]])
+    return builder.bitcast(place, _vector(kind).as_pointer())
 
 
-def _store(_context: Any, array: Any, index: Any, value: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, index, value = arguments
-        builder.store(value, _address(context, builder, signature.args[0], array, index, signature.args[2]), align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, value), generate
+def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return builder.load(_lanes_at(context, builder, signature, arguments, signature.return_type), align=8)
 
 
-def _splat8(_context: Any, number: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _Machine(context, builder, (eight,), (None,)).spread(arguments[0])
-
-    return eight(types.float64), generate
+def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    builder.store(arguments[2], _lanes_at(context, builder, signature, arguments, signature.args[2]), align=8)
+    return context.get_dummy_value()
 
 
-def _row16(_context: Any, array: Any, row: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = _start(context, builder, signature.args[0], arguments[0])
-        first = builder.mul(arguments[1], ir.Constant(ir.IntType(64), 16))
-        places = [builder.add(first, ir.Constant(ir.IntType(64), k)) for k in range(16)]
-        values = [builder.load(builder.gep(data, [place]), align=8) for place in places]
-        return context.make_tuple(builder, signature.return_type, values)
-
-    many: Any = types.UniTuple
-    return many(types.float64, 16)(array, types.intp), generate
+def _doubles_from(context: Any, builder: Any, signature: Any, arguments: Any, first: Any, offsets: Any) -> list[Any]:
+    start = _start(context, builder, signature, arguments)
+    places = [builder.add(first, ir.Constant(_INDEX, offset)) for offset in offsets]
+    return [builder.load(builder.gep(start, [place]), align=8) for place in places]
 
 
-def _corners4(_context: Any, array: Any, index: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data, number = _start(context, builder, signature.args[0], arguments[0]), ir.IntType(64)
-        lanes = ir.Constant(_vector(four), ir.Undefined)
-        for lane, place in enumerate((0, 3, 6, 0)):
-            value = builder.load(builder.gep(data, [builder.add(arguments[1], number(place))]), align=8)
-            lanes = builder.insert_element(lanes, value, ir.Constant(ir.IntType(32), lane))
-        return lanes
-
-    return four(array, types.intp), generate
+def _row16(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    first = builder.mul(arguments[1], ir.Constant(_INDEX, 16))
+    values = _doubles_from(context, builder, signature, arguments, first, range(16))
+    return context.make_tuple(builder, signature.return_type, values)
 
 
-def _first3(_context: Any, lanes: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        values = [builder.extract_element(arguments[0], ir.Constant(ir.IntType(32), k)) for k in range(3)]
-        return context.make_tuple(builder, signature.return_type, values)
+def _corners4(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    lanes = ir.Constant(_vector(four), ir.Undefined)
+    values = _doubles_from(context, builder, signature, arguments, arguments[1], (0, 3, 6, 0))
+    for lane, value in enumerate(values):
+        lanes = builder.insert_element(lanes, value, ir.Constant(_LANE, lane))
+    return lanes
 
-    many: Any = types.UniTuple
-    return many(types.float64, 3)(lanes), generate
+
+def _first3(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    values = [builder.extract_element(arguments[0], ir.Constant(_LANE, k)) for k in range(3)]
+    return context.make_tuple(builder, signature.return_type, values)
 
 
-load8, load4 = _load(eight), _load(four)
+load8 = _intrinsic("ai", lambda array, _index: eight(array, types.intp), _load)
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
-row16: Callable[..., Any] = machine_operation(_row16)
+load4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _load)
+row16 = _intrinsic("ai", lambda array, _row: _many(types.float64, 16)(array, types.intp), _row16)
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
-corners4: Callable[[Any, int], Lanes] = machine_operation(_corners4)
+corners4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _corners4)
 """``corners4(array, index)``: a coordinate of three corners (and the first again), rows of three doubles."""
-first3: Callable[[Lanes], Any] = machine_operation(_first3)
+first3 = _intrinsic("a", lambda lanes: _many(types.float64, 3)(lanes), _first3)
 """The first three lanes as doubles."""
-store: Callable[..., None] = machine_operation(_store)
+store = _intrinsic("aiv", lambda array, _index, value: types.void(array, types.intp, value), _store)
 """``store(array, index, value)``."""
-splat8: Callable[[float], Lanes] = machine_operation(_splat8)
+splat8 = _intrinsic(
+    "a", lambda _number: eight(types.float64), lambda _context, builder, _types, a: _spread(builder, eight, a[0])
+)
 """One double in every lane."""
