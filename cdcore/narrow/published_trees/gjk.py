@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
 from cdcore.numerics import FloatArray
 
 MOST_STEPS: Final = 16
@@ -26,169 +27,140 @@ MEETING: Final = -1
 
 
 @hot_kernel
-def dot(a: FloatArray, b: FloatArray) -> float:
-    """a . b"""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def put(rows: FloatArray, row: int, point: Vector) -> None:
+    """Write a row of ``rows`` (3 n,); assigning a slice would need the memory manager, which hot kernels go without."""
+    become_part_of_caller()
+    rows[3 * row], rows[3 * row + 1], rows[3 * row + 2] = point
 
 
 @hot_kernel
-def put(to: FloatArray, source: FloatArray) -> None:
-    """Copy a point; assigning a slice would need the memory manager, which hot kernels go without."""
-    for k in range(3):
-        to[k] = source[k]
-
-
-@hot_kernel
-def nearest_on_segment(y: FloatArray, v: FloatArray) -> int:
-    """Nearest point of rows 0 and 1 in ``v``; the rows it needs, moved to the front, are counted."""
+def nearest_on_segment(y: FloatArray) -> tuple[int, Vector]:
+    """Nearest point of rows 0 and 1, after how many rows it needs; these are moved to the front."""
     stay_one_function()
-    along, length = 0.0, 0.0
-    for k in range(3):
-        edge = y[1, k] - y[0, k]
-        along -= edge * y[0, k]
-        length += edge * edge
+    a, b = vector_at(y, 0), vector_at(y, 3)
+    edge = between(a, b)
+    along, length = -dot(edge, a), dot(edge, edge)
     if along <= 0.0:
-        put(v, y[0])
-        return 1
+        return 1, a
     if along >= length:
-        put(y[0], y[1])
-        put(v, y[0])
-        return 1
-    for k in range(3):
-        v[k] = y[0, k] + along / length * (y[1, k] - y[0, k])
-    return 2
+        put(y, 0, b)
+        return 1, b
+    return 2, beyond(a, along / length, edge)
 
 
 @hot_kernel
-def nearest_on_triangle(y: FloatArray, v: FloatArray) -> int:
-    """Nearest point of rows 0, 1 and 2 in ``v``; the rows it needs, moved to the front, are counted."""
+def nearest_on_triangle(y: FloatArray) -> tuple[int, Vector]:
+    """Nearest point of rows 0, 1 and 2, after how many rows it needs; these are moved to the front."""
     stay_one_function()
-    d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(3):
-        ab, ac = y[1, k] - y[0, k], y[2, k] - y[0, k]
-        d1 -= ab * y[0, k]
-        d2 -= ac * y[0, k]
-        d3 -= ab * y[1, k]
-        d4 -= ac * y[1, k]
-        d5 -= ab * y[2, k]
-        d6 -= ac * y[2, k]
+    a, b, c = vector_at(y, 0), vector_at(y, 3), vector_at(y, 6)
+    ab, ac = between(a, b), between(a, c)
+    d1, d2, d3, d4, d5, d6 = -dot(ab, a), -dot(ac, a), -dot(ab, b), -dot(ac, b), -dot(ab, c), -dot(ac, c)
     if d1 <= 0.0 and d2 <= 0.0:
-        put(v, y[0])
-        return 1
+        return 1, a
     if d3 >= 0.0 and d4 <= d3:
-        put(y[0], y[1])
-        put(v, y[0])
-        return 1
+        put(y, 0, b)
+        return 1, b
     if d6 >= 0.0 and d5 <= d6:
-        put(y[0], y[2])
-        put(v, y[0])
-        return 1
+        put(y, 0, c)
+        return 1, c
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        return nearest_on_segment(y, v)
-    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        put(y[1], y[2])
-        return nearest_on_segment(y, v)
-    if va <= 0.0 and d4 >= d3 and d5 >= d6:
-        put(y[0], y[2])
-        return nearest_on_segment(y, v)
     total = va + vb + vc
-    if total <= 0.0:
-        return nearest_on_segment(y, v)
-    for k in range(3):
-        v[k] = (va * y[0, k] + vb * y[1, k] + vc * y[2, k]) / total
-    return 3
+    if not (vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0):
+        if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+            put(y, 1, c)
+        elif va <= 0.0 and d4 >= d3 and d5 >= d6:
+            put(y, 0, c)
+        elif total > 0.0:
+            nearest_x = (va * a[0] + vb * b[0] + vc * c[0]) / total
+            nearest_y = (va * a[1] + vb * b[1] + vc * c[1]) / total
+            return 3, (nearest_x, nearest_y, (va * a[2] + vb * b[2] + vc * c[2]) / total)
+    return nearest_on_segment(y)
 
 
 @hot_kernel
 def origin_is_beyond(y: FloatArray, i: int, j: int, k: int, other: int) -> bool:
     """Whether the plane of rows i, j, k keeps the origin from row ``other``."""
-    ux, uy, uz = y[j, 0] - y[i, 0], y[j, 1] - y[i, 1], y[j, 2] - y[i, 2]
-    vx, vy, vz = y[k, 0] - y[i, 0], y[k, 1] - y[i, 1], y[k, 2] - y[i, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    here = -(nx * y[i, 0] + ny * y[i, 1] + nz * y[i, 2])
-    there = nx * (y[other, 0] - y[i, 0]) + ny * (y[other, 1] - y[i, 1]) + nz * (y[other, 2] - y[i, 2])
+    corner = vector_at(y, 3 * i)
+    normal = cross(between(corner, vector_at(y, 3 * j)), between(corner, vector_at(y, 3 * k)))
+    here, there = -dot(normal, corner), dot(normal, between(corner, vector_at(y, 3 * other)))
     return bool(here * there <= 0.0)
 
 
 @hot_kernel
-def nearest_on_tetrahedron(y: FloatArray, v: FloatArray, side: FloatArray, best: FloatArray) -> int:
-    """Nearest point of four rows in ``v``; 0 where the origin is inside."""
+def nearest_on_tetrahedron(y: FloatArray, side: FloatArray, best: FloatArray) -> tuple[int, Vector]:
+    """Nearest point of four rows, after how many rows it needs; 0 where the origin is inside."""
     stay_one_function()
-    least, count = -1.0, 0
+    least, count, nearest = -1.0, 0, (0.0, 0.0, 0.0)
     for left_out in range(4):
         i, j, k = (left_out + 1) % 4, (left_out + 2) % 4, (left_out + 3) % 4
         if not origin_is_beyond(y, i, j, k, left_out):
             continue
-        put(side[0], y[i])
-        put(side[1], y[j])
-        put(side[2], y[k])
-        used = nearest_on_triangle(side, side[3])
-        distance = dot(side[3], side[3])
+        put(side, 0, vector_at(y, 3 * i))
+        put(side, 1, vector_at(y, 3 * j))
+        put(side, 2, vector_at(y, 3 * k))
+        used, point = nearest_on_triangle(side)
+        distance = dot(point, point)
         if count == 0 or distance < least:
-            least, count = distance, used
-            for row in range(4):
-                put(best[row], side[row])
+            least, count, nearest = distance, used, point
+            for entry in range(9):
+                best[entry] = side[entry]
     if count > 0:
-        put(v, best[3])
-        for row in range(3):
-            put(y[row], best[row])
-    return count
+        for entry in range(9):
+            y[entry] = best[entry]
+    return count, nearest
 
 
 @hot_kernel
-def nearest_on_simplex(y: FloatArray, count: int, v: FloatArray, side: FloatArray, best: FloatArray) -> int:
-    """Nearest point of the first ``count`` rows of ``y`` (4, 3) in ``v``; returns how many rows it needs, 0: inside."""
+def nearest_on_simplex(room: FloatArray, count: int) -> tuple[int, Vector]:
+    """Nearest point of the first ``count`` rows of ``room`` (36,), after how many rows it needs; 0: inside."""
     stay_one_function()
     if count == 1:
-        put(v, y[0])
-        return 1
+        return 1, vector_at(room, 0)
     if count == 2:
-        return nearest_on_segment(y, v)
+        return nearest_on_segment(room)
     if count == 3:
-        return nearest_on_triangle(y, v)
-    return nearest_on_tetrahedron(y, v, side, best)
+        return nearest_on_triangle(room)
+    return nearest_on_tetrahedron(room, room[12:24], room[24:36])
 
 
 @hot_kernel
-def least_difference(points: FloatArray, v: FloatArray, w: FloatArray) -> float:
-    """Point p - q of least ``v . (p - q)`` in ``w``, p of rows 0-2 and q of rows 3-5; returns that product."""
+def least_difference(points: FloatArray, v: Vector) -> tuple[float, Vector]:
+    """Point p - q of least ``v . (p - q)``, p of rows 0-2 and q of rows 3-5, after that product."""
     stay_one_function()
-    p, q = 0, 3
-    low, high = dot(v, points[0]), dot(v, points[3])
-    for k in range(1, 3):
-        along = dot(v, points[k])
+    p, q = vector_at(points, 0), vector_at(points, 9)
+    low, high = dot(v, p), dot(v, q)
+    for k in range(3, 9, 3):
+        along = dot(v, vector_at(points, k))
         if along < low:
-            p, low = k, along
-        along = dot(v, points[3 + k])
+            p, low = vector_at(points, k), along
+        along = dot(v, vector_at(points, 9 + k))
         if along > high:
-            q, high = 3 + k, along
-    for k in range(3):
-        w[k] = points[p, k] - points[q, k]
-    return dot(v, w)
+            q, high = vector_at(points, 9 + k), along
+    w = between(q, p)
+    return dot(v, w), w
 
 
 @hot_kernel
 def steps_to_separate(points: FloatArray, axis: FloatArray, pad: float, room: FloatArray) -> int:
     """Steps it took to find an axis along which rows 0-2 and 3-5 are further apart than ``pad``; MEETING for none.
 
-    0 steps: ``axis`` (3,), as it came, does it. The axis found is left there. ``room`` is (14, 3), for scratch.
+    ``points`` (18,). 0 steps: ``axis`` (3,), as it came, does it. The axis found is left there. ``room`` is (36,), for
+    scratch.
     """
     stay_one_function()
-    v, w, y, side, best = room[0], room[1], room[2:6], room[6:10], room[10:14]
-    ahead = least_difference(points, axis, w)
-    if ahead > pad * np.sqrt(dot(axis, axis)):
+    v, count = vector_at(axis, 0), 0
+    ahead, w = least_difference(points, v)
+    if ahead > pad * np.sqrt(dot(v, v)):
         return 0
-    count = 0
     for step in range(1, MOST_STEPS + 1):
-        put(y[count], w)
-        count = nearest_on_simplex(y, count + 1, v, side, best)
+        put(room, count, w)
+        count, v = nearest_on_simplex(room, count + 1)
         far = dot(v, v)
         if count == 0 or far <= 0.0:
             return MEETING
-        ahead = least_difference(points, v, w)
+        ahead, w = least_difference(points, v)
         if ahead > pad * np.sqrt(far):
-            put(axis, v)
+            put(axis, 0, v)
             return step
         if far - ahead <= NO_PROGRESS * far or count == 4:
             return MEETING

@@ -81,13 +81,13 @@ def bring_faces(
     corners_a: FloatArray, face_a: int, corners_b: FloatArray, face_b: int, turn: FloatArray, move: FloatArray,
     points: FloatArray,
 ) -> None:  # fmt: skip
-    """Both faces in A's frame, rows 0-2 and 3-5."""
+    """Both faces in A's frame, nine of the ``points`` (18,) each."""
     stay_one_function()
     for c in range(3):
         x, y, z = corners_b[face_b, c, 0], corners_b[face_b, c, 1], corners_b[face_b, c, 2]
         for k in range(3):
-            points[c, k] = corners_a[face_a, c, k]
-            points[3 + c, k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + move[k]
+            points[3 * c + k] = corners_a[face_a, c, k]
+            points[9 + 3 * c + k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + move[k]
 
 
 @hot_kernel
@@ -120,7 +120,7 @@ def search_rows(  # noqa: C901 - one loop with its stack
     turn_a, move_a, turn_b, move_b, pad = poses
     turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     box_a, box_b, pair = np.empty(6), np.empty(6), np.empty((6, 3))
-    points, room, axis = np.empty((6, 3)), np.empty((14, 3)), np.array([1.0, 0.0, 0.0])
+    points, room, axis = np.empty(18), np.empty(36), np.array([1.0, 0.0, 0.0])
     found, known = np.empty((64, 4), dtype=np.int64), 0
     for row in range(len(pad)):
         pose_seen_from(turn_a[row], move_a[row], turn_b[row], move_b[row], turn, move)

@@ -11,7 +11,7 @@ from cdcore.narrow.published_trees import gjk
 
 @kernel
 def steps(points, axis, pad):
-    return gjk.steps_to_separate(points, axis, pad, np.empty((14, 3)))
+    return gjk.steps_to_separate(points.ravel(), axis, pad, np.empty(36))
 
 
 def gap_along(points, axis):
