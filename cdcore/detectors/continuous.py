@@ -15,7 +15,6 @@ from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import ImpactSettings
-from cdcore.narrow.pair_frames import differs_from_before
 from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
 from cdcore.protocol.settings import flag
@@ -126,8 +125,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     ) -> dict[str, int]:  # fmt: skip
         """Decide the intervals that do not start in contact, (T, P); write down what they came to, return counters."""
         poses = motion.rotations, motion.translations
-        moves = np.stack([differs_from_before((poses[0][:, k], poses[1][:, k])) for k in range(motion.body_count)])
-        asked &= (moves[self.pairs[:, 0]] | moves[self.pairs[:, 1]]).T
+        asked &= motion.changed[:, self.pairs].any(axis=2)
         columns, frames = np.nonzero(self._spheres.may_meet(*poses, motion.valid, self.pairs, asked).T)
         answer = self._segments.decide(motion.times, *poses, frames, columns)
         for row in np.flatnonzero(answer.states != FREE).tolist():

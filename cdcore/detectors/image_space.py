@@ -6,8 +6,8 @@ from time import perf_counter
 
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
-from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
-from cdcore.numerics import IntArray, place_points
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses
+from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 from cdcore.protocol.settings import CheckedSettings, whole
 
@@ -50,19 +50,20 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         reasons: dict[tuple[int, int], str] = {}
         work = near.work | {"images": 0, "rays": 0, "layers": 0}
-        for column, rows in rows_of_columns(columns):
+
+        def ask(column: int, pose_a: Poses, pose_b: Poses) -> list[tuple[Overlap, Verdict, str]]:
             pair = self.pairs[column].tolist()
-            poses = [(motion.rotations[frames[rows], body], motion.translations[frames[rows], body]) for body in pair]
-            fresh = differs_from_before(poses[0]) | differs_from_before(poses[1])
-            for frame, asked in zip(frames[rows].tolist(), fresh.tolist(), strict=True):
-                if asked:
-                    seen, found, why = self._overlap(motion, frame, pair)
-                    work["images"] += 1
-                    work["rays"] += seen.rays
-                    work["layers"] += seen.layers
-                verdict[frame, column] = found
-                if why:
-                    reasons[frame, column] = why
+            return [self._overlap(pair, placed) for placed in zip(*pose_a, *pose_b, strict=True)]
+
+        answers, which = ask_changed_poses(motion, self.pairs, frames, columns, ask)
+        for seen, _, _ in answers:
+            work["images"] += 1
+            work["rays"] += seen.rays
+            work["layers"] += seen.layers
+        for frame, column, answer in zip(frames.tolist(), columns.tolist(), which.tolist(), strict=True):
+            _, verdict[frame, column], why = answers[answer]
+            if why:
+                reasons[frame, column] = why
         clock.append(perf_counter())
         return self._detection(
             motion,
@@ -74,10 +75,10 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
             reasons=reasons,
         )
 
-    def _overlap(self, motion: Motion, frame: int, pair: list[int]) -> tuple[Overlap, Verdict, str]:
-        """What the rays saw in one pose, the verdict, and why it is INVALID."""
-        rotations, translations = motion.rotations[frame], motion.translations[frame]
-        placed = [place_points(self.bodies[k].mesh.triangles, rotations[k], translations[k]) for k in pair]
+    def _overlap(self, pair: list[int], poses: tuple[FloatArray, ...]) -> tuple[Overlap, Verdict, str]:
+        """What the rays saw of a pair at rotation, place, rotation, place; the verdict, and why it is INVALID."""
+        triangles = [self.bodies[body].mesh.triangles for body in pair]
+        placed = [place_points(triangles[0], *poses[:2]), place_points(triangles[1], *poses[2:])]
         low, high = [one.min(axis=(0, 1)) for one in placed], [one.max(axis=(0, 1)) for one in placed]
         if (low[0] > high[1]).any() or (low[1] > high[0]).any():
             return NOTHING, Verdict.CLEAR, ""

@@ -6,7 +6,7 @@ import numpy as np
 
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.clearance import certainly_apart
-from cdcore.narrow.pair_frames import poses_to_ask
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Motion
 
@@ -22,8 +22,11 @@ class ContactOffset:
 
     def near(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """Which of K pair-frames without contact are within reach, (K,)."""
-        found = np.zeros(len(frames), dtype=np.bool_)
-        for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._pairs, frames, columns):
+
+        def apart(column: int, pose_a: Poses, pose_b: Poses) -> list[bool]:
             trees = [self._trees[body] for body in self._pairs[column]]
-            found[rows] = ~certainly_apart(trees, pose_a, pose_b, np.full(len(pose_a[0]), self._reach))[number]
-        return found
+            answer: list[bool] = certainly_apart(trees, pose_a, pose_b, np.full(len(pose_a[0]), self._reach)).tolist()
+            return answer
+
+        answers, which = ask_changed_poses(motion, self._pairs, frames, columns, apart)
+        return ~np.array(answers, dtype=np.bool_)[which]

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.narrow.pair_frames import poses_to_ask, turned_faces
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, Verdict, ordered_by_name
 
@@ -20,7 +21,7 @@ class MeshAnswer:
     queries: int
     reused: int
     which: IntArray
-    """(K,) row of ``sets``, the distinct face sets (k, 2); both empty where faces were not asked for."""
+    """(K,) row of ``sets``, the distinct face sets (k, 2), which are none where faces were not asked for."""
     sets: list[NDArray[np.int32]]
 
     def face_sets(self, frames: IntArray, columns: IntArray) -> FaceSets:
@@ -41,21 +42,17 @@ class MeshStage:
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, faces: bool = False) -> MeshAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
-        hits = np.zeros(len(frames), dtype=np.bool_)
-        which = np.zeros(len(frames) if faces else 0, dtype=np.int64)
-        sets: list[NDArray[np.int32]] = []
-        queries = 0
-        for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._pairs, frames, columns):
+
+        def ask(column: int, pose_a: Poses, pose_b: Poses) -> list[Any]:
             a, b = self._ends[column]
-            queries += len(pose_a[0])
             if not faces:
-                hits[rows] = np.array(self._meshes.at_poses(self._meshes.touch, a, b, pose_a, pose_b))[number]
-                continue
+                return self._meshes.at_poses(self._meshes.touch, a, b, pose_a, pose_b)
             found = self._meshes.at_poses(self._meshes.faces, a, b, pose_a, pose_b)
-            which[rows] = number + len(sets)
-            hits[rows] = np.array([len(pairs) > 0 for pairs in found])[number]
-            sets += [turned_faces(pairs) for pairs in found] if self._turned[column] else found
-        return MeshAnswer(hits, queries, len(frames) - queries, which, sets)
+            return [turned_faces(pairs) for pairs in found] if self._turned[column] else found
+
+        answers, which = ask_changed_poses(motion, self._pairs, frames, columns, ask)
+        hits = np.array([len(pairs) > 0 for pairs in answers] if faces else answers, dtype=np.bool_)[which]
+        return MeshAnswer(hits, len(answers), len(frames) - len(answers), which, answers if faces else [])
 
     def gap(self, motion: Motion, frame: int, column: int) -> tuple[float, FloatArray]:
         """Metres between the surfaces of a pair that does not meet, and the nearest points (2, 3), world metres."""

@@ -1,12 +1,15 @@
 """Lists of pair-frames, sorted by pair so that the meshes and poses of one pair stay in the cache."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import Motion
+
+Answer = TypeVar("Answer")
 
 
 def rows_of_columns(columns: IntArray) -> Iterator[tuple[int, IntArray]]:
@@ -25,31 +28,30 @@ def rows_of_columns(columns: IntArray) -> Iterator[tuple[int, IntArray]]:
         yield int(columns[start]), order[start:stop]
 
 
-def differs_from_before(poses: tuple[FloatArray, FloatArray]) -> BoolArray:
-    """(K,): whether a pose (rotations, translations) is not bit for bit the one in the row before; True in row 0."""
-    turn, move = poses
-    differs = np.ones(len(turn), dtype=np.bool_)
-    differs[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
-    return differs
-
-
 Poses = tuple[FloatArray, FloatArray]
 """Rotations (n, 3, 3) and translations (n, 3)."""
 
 
-def poses_to_ask(
-    motion: Motion, pairs: IntArray, frames: IntArray, columns: IntArray
-) -> Iterator[tuple[int, IntArray, Poses, Poses, IntArray]]:
-    """Per column of K pair-frames: its rows, both bodies' poses without repeats, and which of these each row has (n,).
+def ask_changed_poses(
+    motion: Motion, pairs: IntArray, frames: IntArray, columns: IntArray,
+    ask: Callable[[int, Poses, Poses], Iterable[Answer]],
+) -> tuple[list[Answer], IntArray]:  # fmt: skip
+    """What ``ask(column, poses of the first, those of the second)`` answers, one a pose, and which each has, (K,).
 
-    ``pairs`` (P, 2) body numbers. A repeat is a pair of poses that is bit for bit that of the row before.
+    ``pairs`` (P, 2) body numbers; ``frames``, ``columns`` (K,). A pair-frame whose poses did not change since the one
+    before it in its column shares that one's answer.
     """
+    changes, which = motion.changed.cumsum(axis=0), np.zeros(len(frames), dtype=np.int64)
+    answers: list[Answer] = []
     for column, rows in rows_of_columns(columns):
-        at = frames[rows]
-        poses = [(motion.rotations[at, body], motion.translations[at, body]) for body in pairs[column].tolist()]
-        fresh = differs_from_before(poses[0]) | differs_from_before(poses[1])
-        first, second = ((turn[fresh], move[fresh]) for turn, move in poses)
-        yield column, rows, first, second, np.cumsum(fresh) - 1
+        at, pair = frames[rows], pairs[column]
+        seen = changes[at[:, None], pair]
+        fresh = np.ones(len(at), dtype=np.bool_)
+        fresh[1:] = (seen[1:] != seen[:-1]).any(axis=1)
+        which[rows] = len(answers) + np.cumsum(fresh) - 1
+        first, second = ((motion.rotations[at[fresh], body], motion.translations[at[fresh], body]) for body in pair)
+        answers += ask(column, first, second)
+    return answers, which
 
 
 def turned_faces(faces: NDArray[np.int32]) -> NDArray[np.int32]:

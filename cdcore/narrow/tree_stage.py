@@ -5,7 +5,7 @@ reference vertices. A search that its budget ends says what it found, and NOT_FO
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import decided_by_integers, faces_meet
-from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
 from cdcore.narrow.published_trees.tree_descent import PairPoses
 from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
 from cdcore.narrow.triangles.sums import new_digits
@@ -81,18 +81,14 @@ class TreeStage:
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
-        hits, truncated = np.zeros(len(frames), dtype=np.bool_), np.zeros(len(frames), dtype=np.bool_)
-        which = np.zeros(len(frames), dtype=np.int64)
-        sets: list[NDArray[np.int32]] = []
-        total = np.zeros(len(self._search.counters), dtype=np.int64)
-        queries = exhaustive = 0
-        for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._ordered, frames, columns):
+        work = dict.fromkeys((*self._search.counters, "exhaustive"), 0)
+
+        def ask(column: int, pose_a: Poses, pose_b: Poses) -> Iterable[tuple[NDArray[np.int32], bool]]:
             a, b = self._ends[column]
             poses, large = self._poses(a, b, pose_a, pose_b)
             near = np.flatnonzero(~large)
-            searched = self._search.search(
-                a, b, PairPoses(*(part[near] for part in poses)), every=every, budget=self._budget
-            )
+            near_poses = PairPoses(*(part[near] for part in poses))
+            searched = self._search.search(a, b, near_poses, every=every, budget=self._budget)
             searched.found[:, 0] = near[searched.found[:, 0]]
             cut = np.zeros(len(large), dtype=np.bool_)
             cut[near] = searched.truncated
@@ -103,15 +99,16 @@ class TreeStage:
                     self._bodies[b].mesh.triangles, (poses.turn_b[k], poses.move_b[k]),
                 )  # fmt: skip
                 found[k] = meeting[: None if every else 1]
-            which[rows] = number + len(sets)
-            hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
-            truncated[rows] = cut[number]
-            sets += [turned_faces(one) for one in found] if self._turned[column] else found
-            total += searched.counts.sum(axis=0)
-            queries += len(found)
-            exhaustive += int(large.sum())
-        work = dict(zip(self._search.counters, total.tolist(), strict=True))
-        work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
+            for name, count in zip(self._search.counters, searched.counts.sum(axis=0).tolist(), strict=True):
+                work[name] += count
+            work["exhaustive"] += int(large.sum())
+            return zip([turned_faces(one) for one in found] if self._turned[column] else found, cut, strict=True)
+
+        answers, which = ask_changed_poses(motion, self._ordered, frames, columns, ask)
+        sets = [faces for faces, _ in answers]
+        hits = np.array([len(faces) > 0 for faces in sets], dtype=np.bool_)[which]
+        truncated = np.array([cut for _, cut in answers], dtype=np.bool_)[which]
+        work |= {"tree_queries": len(answers), "reused": len(frames) - len(answers)}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
 
     def decide_now(

@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
-from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 
 SWEPT_ULPS: Final = 4096.0
@@ -44,8 +43,9 @@ class SweptSpheres:
         for body in used.tolist():
             centres[body], slack[body] = self._path(body, rotations[:, body], places[:, body], valid[:, body])
         for column, (i, j) in enumerate(pairs.tolist()):
-            reach = self._spheres[i].radius + self._spheres[j].radius + UNDERFLOW_PAD
-            mark_near(centres[i], slack[i], centres[j], slack[j], reach, asked[:, column], near[:, column])
+            reach = self._spheres[i].radius + self._spheres[j].radius + UNDERFLOW_PAD + slack[i][1:] + slack[j][1:]
+            # "not above": a distance that overflowed to NaN counts as near
+            near[1:, column] = asked[1:, column] & ~(_least_distance(centres[i] - centres[j]) > reach)
         return near
 
     def _path(
@@ -64,20 +64,11 @@ class SweptSpheres:
         return np.where(valid[:, None], centres, np.nan), slack
 
 
-@kernel
-def mark_near(
-    a: FloatArray, slack_a: FloatArray, b: FloatArray, slack_b: FloatArray, reach: float, asked: BoolArray,
-    near: BoolArray,
-) -> None:  # fmt: skip
-    """Set ``near`` where the centres come as close as ``reach`` and the slacks on the chord to frame t."""
-    for t in range(1, len(asked)):
-        if not asked[t]:
-            continue
-        x, y, z = a[t - 1, 0] - b[t - 1, 0], a[t - 1, 1] - b[t - 1, 1], a[t - 1, 2] - b[t - 1, 2]
-        u, v, w = a[t, 0] - b[t, 0] - x, a[t, 1] - b[t, 1] - y, a[t, 2] - b[t, 2] - z
-        along, length = -(x * u + y * v + z * w), u * u + v * v + w * w
-        share = min(1.0, max(0.0, along / length)) if length > 0.0 else 0.0
-        x, y, z = x + share * u, y + share * v, z + share * w
-        # "not above": a distance that overflowed to NaN counts as near
-        if not np.sqrt(x * x + y * y + z * z) > reach + slack_a[t] + slack_b[t]:
-            near[t] = True
+def _least_distance(places: FloatArray) -> FloatArray:
+    """Distance from the origin, (T - 1,), of the chords from each of the places (T, 3) to the next."""
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        start, way = places[:-1], places[1:] - places[:-1]
+        along, length = -(start * way).sum(axis=1), (way * way).sum(axis=1)
+        share = np.where(length > 0.0, np.clip(along / length, 0.0, 1.0), 0.0)
+        nearest = start + share[:, None] * way
+        return np.sqrt((nearest * nearest).sum(axis=1))
