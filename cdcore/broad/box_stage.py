@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.box import Box
-from cdcore.kernels.box_axes import apart_on_all_axes
+from cdcore.kernels.box_axes import apart_on_all_axes, box_seen_from, pose_seen_from
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 from cdcore.protocol import Motion
@@ -24,44 +24,28 @@ Arrays = tuple[FloatArray, ...]
 
 
 @hot_kernel
-def frame_of_box(rotation: FloatArray, axes: FloatArray, out: FloatArray) -> None:
-    """``out`` (3, 3) = rotation @ axes: the box's axes in the world."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = rotation[i, 0] * axes[0, j] + rotation[i, 1] * axes[1, j] + rotation[i, 2] * axes[2, j]
-
-
-@hot_kernel
 def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: Arrays) -> bool:
     """Whether the boxes of bodies ``a`` and ``b`` may meet in frame ``t``: False only where they are certainly apart.
 
-    ``boxes``: centres, axes, halves and sizes; ``room``: as ``box_room`` makes it.
+    ``boxes``: centres, axes, one a row, halves and sizes; ``room``: as ``box_room`` makes it.
     """
     become_part_of_caller()
     rotation, translation = poses
     centres, axes, halves, sizes = boxes
-    world_a, world_b, m, d, offset = room
-    ra, rb, ta, tb = rotation[t, a], rotation[t, b], translation[t, a], translation[t, b]
-    frame_of_box(ra, axes[a], world_a)
-    frame_of_box(rb, axes[b], world_b)
-    largest_a = max(abs(ta[0]), abs(ta[1]), abs(ta[2]))
-    largest_b = max(abs(tb[0]), abs(tb[1]), abs(tb[2]))
+    turn, move, m, d = room
+    place_a, place_b = translation[t, a], translation[t, b]
+    largest_a = max(abs(place_a[0]), abs(place_a[1]), abs(place_a[2]))
+    largest_b = max(abs(place_b[0]), abs(place_b[1]), abs(place_b[2]))
     pad = BOX_PAD_ULPS * EPS * (sizes[a] + sizes[b] + largest_a + largest_b) + UNDERFLOW_PAD
-    for i in range(3):
-        ca = ra[i, 0] * centres[a, 0] + ra[i, 1] * centres[a, 1] + ra[i, 2] * centres[a, 2] + ta[i]
-        cb = rb[i, 0] * centres[b, 0] + rb[i, 1] * centres[b, 1] + rb[i, 2] * centres[b, 2] + tb[i]
-        offset[i] = cb - ca
-    for i in range(3):
-        for j in range(3):
-            m[i, j] = world_a[0, i] * world_b[0, j] + world_a[1, i] * world_b[1, j] + world_a[2, i] * world_b[2, j]
-        d[i] = world_a[0, i] * offset[0] + world_a[1, i] * offset[1] + world_a[2, i] * offset[2]
+    pose_seen_from(rotation[t, a], place_a, rotation[t, b], place_b, turn, move)
+    box_seen_from(centres[a], axes[a], centres[b], axes[b], turn, move, m, d)
     return not apart_on_all_axes(m, d, halves[a], halves[b], pad)
 
 
 @kernel
 def box_room() -> Arrays:
     """Scratch memory of ``boxes_may_meet``."""
-    return np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    return np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
 
 
 @kernel
@@ -79,7 +63,7 @@ class BoxStage:
 
     def __init__(self, boxes: Sequence[Box], pairs: IntArray) -> None:
         centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
-        axes = np.array([box.axes for box in boxes]).reshape(-1, 3, 3)
+        axes = np.array([box.axes.T for box in boxes]).reshape(-1, 3, 3)
         halves = np.array([box.half for box in boxes]).reshape(-1, 3)
         with np.errstate(over="ignore"):
             sizes = np.linalg.norm(centres, axis=1) + np.linalg.norm(halves, axis=1)

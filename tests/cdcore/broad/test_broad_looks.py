@@ -1,9 +1,10 @@
 """Looks at volumes name the pairs that the broad phase names, and paths never fall short of what a point moved."""
 
 import numpy as np
-from support.shapes import lab, random_rotations
+from scipy.spatial.transform import Rotation
+from support.shapes import box_mesh, lab, random_rotations
 
-from cdcore import Motion, Verdict
+from cdcore import Body, Motion, Verdict
 from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.protocol import resolve_pairs
@@ -26,23 +27,25 @@ def test_every_frame_names_the_pairs_that_the_broad_phase_names_over_the_whole_m
 
 def test_a_pair_keeps_its_verdict_until_a_body_moves_and_is_asked_again_after_a_lost_pose():
     bodies, motion = walk(1, 1)
-    places, turns = np.repeat(motion.translations, 4, axis=0) * 0.1, np.repeat(motion.rotations, 4, axis=0)
-    places[3, 0] += 1e-9
-    valid = np.ones((4, len(bodies)), dtype=bool)
+    places, turns = np.repeat(motion.translations, 6, axis=0) * 0.1, np.repeat(motion.rotations, 6, axis=0)
+    places[3:, 0] += 1e-9
+    turns[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ turns[4, 0]
+    valid = np.ones((6, len(bodies)), dtype=bool)
     valid[1, 1] = False
-    looks, still = BroadLooks(BroadPhase(bodies, np.array([[0, 1]]))), Motion(np.arange(4), places, turns, valid)
-    assert [looks.near(still.frames(k, k + 1)) for k in range(4)] == [[0], [], [0], [0]]
+    looks, still = BroadLooks(BroadPhase(bodies, np.array([[0, 1]]))), Motion(np.arange(6), places, turns, valid)
+    assert [looks.near(still.frames(k, k + 1)) for k in range(6)] == [[0], [], [0], [0], [0], []]
     looks.near(still.frames(1, 2))
     assert looks.verdict.tolist() == [Verdict.NO_POSE]
 
 
 def test_surfaces_apart_by_a_margin_are_asked_again_no_later_than_points_moved_by_it():
-    bodies, motion = walk(2)
-    bodies = bodies[:2]
-    pairs = np.array([[0, 1]])
-    for frame in range(1, len(motion)):
-        looks, near = BroadLooks(BroadPhase(bodies, pairs)), motion.translations[:, :2] * 0.01
-        close = Motion(motion.times, near, motion.rotations[:, :2])
+    """The boxes lie far from the origin of their bodies, so that a turn moves them as a shift does."""
+    rng, pairs, frames = np.random.default_rng(2), np.array([[0, 1]]), 60
+    bodies = [Body(name, box_mesh(centre=(2.0, 0.0, 0.0))) for name in "ab"]
+    turns = Rotation.from_rotvec(rng.normal(scale=0.01, size=(2 * frames, 3))).as_matrix().reshape(frames, 2, 3, 3)
+    close = Motion(np.arange(frames), rng.normal(scale=0.01, size=(frames, 2, 3)), turns)
+    for frame in range(1, frames):
+        looks = BroadLooks(BroadPhase(bodies, pairs))
         looks.near(close.frames(frame - 1, frame))
         ends = [
             np.einsum("kij,vj->kvi", close.rotations[[frame - 1, frame], k], bodies[k].mesh.vertices)

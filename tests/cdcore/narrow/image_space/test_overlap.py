@@ -87,6 +87,27 @@ def test_touching_bodies_share_nothing():
         assert overlap_volume(outward(box_mesh()), outward(box_mesh()), base, lift).volume == 0.0
 
 
+CRATE = outward(box_mesh((4, 4, 4)))
+CAVITY = outward(box_mesh((2, 2, 2)))
+HOLLOW = TriangleMesh(
+    np.concatenate([CRATE.vertices, CAVITY.vertices]),
+    np.concatenate([CRATE.faces, CAVITY.faces[:, ::-1] + len(CRATE.vertices)]),
+)
+
+
+@pytest.mark.parametrize(
+    ("outer", "size", "place", "inside"),
+    [
+        (CRATE, 1, (0, 0, 0), True), (CRATE, 1, (1.5, 0, 0), False), (CRATE, 4, (0, 0, 0), False),
+        (HOLLOW, 0.5, (1.5, 0, 0), True), (HOLLOW, 1, (1, 0, 0), False),
+    ],
+)  # fmt: skip
+def test_a_body_is_inside_where_its_box_is_and_all_of_it_is_shared(outer, size, place, inside):
+    box = outward(box_mesh((size,) * 3, centre=place))
+    assert overlap_volume(box, outer).inside == (0 if inside else -1)
+    assert overlap_volume(outer, box).inside == (1 if inside else -1)
+
+
 NO_SHIFT = np.zeros(2)
 
 
