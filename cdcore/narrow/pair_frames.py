@@ -38,19 +38,17 @@ def ask_changed_poses(
 ) -> tuple[list[Answer], IntArray]:  # fmt: skip
     """What ``ask(column, poses of the first, those of the second)`` answers, one a pose, and which each has, (K,).
 
-    ``pairs`` (P, 2) body numbers; ``frames``, ``columns`` (K,). A pair-frame whose poses did not change since the one
-    before it in its column shares that one's answer.
+    ``pairs`` (P, 2) body numbers; ``frames``, ``columns`` (K,). A pair-frame whose poses are bit for bit those of the
+    one before it in its column shares that one's answer.
     """
-    changes, which = motion.changed.cumsum(axis=0), np.zeros(len(frames), dtype=np.int64)
-    answers: list[Answer] = []
+    which, answers = np.zeros(len(frames), dtype=np.int64), list[Answer]()
     for column, rows in rows_of_columns(columns):
-        at, pair = frames[rows], pairs[column]
-        seen = changes[at[:, None], pair]
-        fresh = np.ones(len(at), dtype=np.bool_)
-        fresh[1:] = (seen[1:] != seen[:-1]).any(axis=1)
+        at = frames[rows, None], pairs[column]
+        turn, move = motion.rotations[at], motion.translations[at]
+        fresh = np.ones(len(rows), dtype=np.bool_)
+        fresh[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2, 3)) | (move[1:] != move[:-1]).any(axis=(1, 2))
         which[rows] = len(answers) + np.cumsum(fresh) - 1
-        first, second = ((motion.rotations[at[fresh], body], motion.translations[at[fresh], body]) for body in pair)
-        answers += ask(column, first, second)
+        answers += ask(column, (turn[fresh, 0], move[fresh, 0]), (turn[fresh, 1], move[fresh, 1]))
     return answers, which
 
 
