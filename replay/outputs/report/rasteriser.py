@@ -13,10 +13,7 @@ FOCAL: Final = 1.6
 """Focal length over the height of the picture: an opening of 35 degrees."""
 
 NEAREST: Final = 0.01
-"""Metres in front of the eye where drawing begins; a triangle that reaches behind it is left out."""
-
-LARGE: Final = 0.12
-"""Metres: longer triangles are cut into four until they are not, so that little of a bench top is left out."""
+"""Metres in front of the eye where drawing begins."""
 
 AT_ONCE: Final = 1 << 20
 """Pixels of triangles looked at in one step: 100 MB."""
@@ -35,7 +32,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Shape:
-    """Triangles (n, 3, 3) in world metres; an alpha (n,) below 1 is glass, which is denser seen from aside."""
+    """Triangles (n, 3, 3) in world metres; an alpha, or one each (n,), below 1 is glass, denser seen from aside."""
 
     corners: FloatArray
     colour: Colour
@@ -78,17 +75,21 @@ class View:
         placed: FloatArray = (points - self.position) @ self.axes
         return placed
 
+    def flat(self, local: FloatArray) -> FloatArray:
+        """Column and row of a pixel, both times depth, and depth (..., 3) of points in the axes of the eye."""
+        depth = -local[..., 2:]
+        return np.concatenate([local[..., :2] * [1, -1] * FOCAL * self.size[1] + depth * self.centre, depth], axis=-1)
+
     def pixels(self, points: FloatArray) -> FloatArray:
-        """Column, row and 1 / depth of points (..., 3) before the eye."""
+        """Column, row and 1 / depth of points (..., 3) before the eye, which is at least ``NEAREST`` away."""
         local = self.local(points)
-        depth = np.maximum(-local[..., 2], NEAREST)
-        scale = FOCAL * self.size[1] / depth
-        x, y = self.centre[0] + local[..., 0] * scale, self.centre[1] - local[..., 1] * scale
-        return np.stack([x, y, 1.0 / depth], axis=-1)
+        local[..., 2] = np.minimum(local[..., 2], -NEAREST)
+        flat = self.flat(local)
+        return np.concatenate([flat[..., :2], np.ones_like(flat[..., 2:])], axis=-1) / flat[..., 2:]
 
 
 def drawn(
-    view: View, shapes: Sequence[Shape], lines: Sequence[Lines], behind: FloatArray
+    view: View, opaque: Sequence[Shape], glass: Sequence[Shape], lines: Sequence[Lines], behind: FloatArray
 ) -> tuple[FloatArray, IntArray]:
     """The picture (rows, columns, 3) from 0 to 1, and the number of the opaque shape seen at each pixel, -1: none.
 
@@ -97,66 +98,40 @@ def drawn(
     """
     wide, high = view.size
     count = wide * high
-    corners, colour, alpha, number = _gathered(shapes)
-    local = view.local(corners)
-    colour, alpha = _shaded(local, colour, alpha)
-    nothing = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    found = zip(nothing, *covered(local, view), strict=True)
-    face, pixel, near = (np.concatenate(part) for part in found)
-    seen, depth = behind.reshape(-1, 3).copy(), np.zeros(count)
-    opaque = np.flatnonzero(alpha[face] >= 1.0)
-    np.maximum.at(depth, pixel[opaque], near[opaque])
-    first = opaque[near[opaque] == depth[pixel[opaque]]]
-    seen[pixel[first]] = colour[face[first]]
-    shape = np.full(count, -1, dtype=np.int64)
-    shape[pixel[first]] = number[face[first]]
-    clear = np.flatnonzero((alpha[face] < 1.0) & (near > depth[pixel]))
-    share, at = alpha[face[clear]], pixel[clear]
-    weight = np.maximum(np.bincount(at, share, count), 1e-12)
-    through = np.exp(np.bincount(at, np.log1p(-share), count))
-    tint = [np.bincount(at, share * colour[face[clear], k], count) / weight for k in range(3)]
-    seen = seen * through[:, None] + np.stack(tint, axis=1) * (1.0 - through)[:, None]
+    seen, depth, number = behind.reshape(-1, 3).copy(), np.zeros(count), np.full(count, -1)
+    for place, shape in enumerate(opaque):
+        local = view.local(shape.corners)
+        # Faces are lit on either side.
+        colour = np.outer(0.5 + 0.5 * _facing(local, LIGHT), shape.colour)
+        for face, pixel, near in covered(local, view):
+            np.maximum.at(depth, pixel, near)
+            first = near == depth[pixel]
+            seen[pixel[first]], number[pixel[first]] = colour[face[first]], place
+    weight, through, tint = np.zeros(count), np.zeros(count), np.zeros((count, 3))
+    for shape in glass:
+        local = view.local(shape.corners)
+        alpha = np.minimum(0.9, shape.alpha * (1.0 + 3.0 * (1.0 - _facing(local, local.mean(axis=1))) ** 3))
+        for face, pixel, near in covered(local, view):
+            ahead = near > depth[pixel]
+            share, at = alpha[face[ahead]], pixel[ahead]
+            layer = np.bincount(at, share, count)
+            weight += layer
+            tint += np.outer(layer, shape.colour)
+            through += np.bincount(at, np.log1p(-share), count)
+    mixed = tint / np.maximum(weight, 1e-12)[:, None]
+    seen = mixed + (seen - mixed) * np.exp(through)[:, None]
     for line in lines:
         on = _line_pixels(line, view, depth)
         seen[on] += line.alpha * (np.array(line.colour) - seen[on])
-    return np.clip(seen, 0.0, 1.0).reshape(high, wide, 3), shape.reshape(high, wide)
+    return np.clip(seen, 0.0, 1.0).reshape(high, wide, 3), number.reshape(high, wide)
 
 
-def _gathered(shapes: Sequence[Shape]) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Small triangles, their colour and alpha, and the number of their shape."""
-    corners, colours, alphas, numbers = [], [], [], []
-    for number, shape in enumerate(shapes):
-        small, alpha = _small(shape.corners, np.broadcast_to(shape.alpha, len(shape.corners)).astype(np.float64))
-        corners.append(small)
-        alphas.append(alpha)
-        colours.append(np.tile(shape.colour, (len(small), 1)))
-        numbers.append(np.full(len(small), number))
-    if not corners:
-        return np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64)
-    return np.concatenate(corners), np.concatenate(colours), np.concatenate(alphas), np.concatenate(numbers)
-
-
-def _small(corners: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Triangles none of which is large, and their alpha."""
-    while (large := np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0) > LARGE).any():
-        old = corners[large]
-        middle = (old + np.roll(old, -1, axis=1)) / 2
-        ends = [np.stack([old[:, k], middle[:, k], middle[:, k - 1]], axis=1) for k in range(3)]
-        corners = np.concatenate([corners[~large], middle, *ends])
-        alpha = np.concatenate([alpha[~large], *[alpha[large]] * 4])
-    return corners, alpha
-
-
-def _shaded(local: FloatArray, colour: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Opaque faces are lit, on either side; glass is denser where it is seen from aside, so that its walls show."""
+def _facing(local: FloatArray, way: FloatArray) -> FloatArray:
+    """How much triangles face a direction, or one each, from 0 to 1."""
     normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-30)
-    lit = np.abs(normal @ LIGHT) / (length * np.linalg.norm(LIGHT))
-    middle = local.mean(axis=1)
-    aside = 1.0 - np.abs((normal * middle).sum(axis=1)) / (length * np.maximum(np.linalg.norm(middle, axis=1), 1e-30))
-    dense = np.where(alpha < 1.0, np.minimum(0.9, alpha * (1.0 + 3.0 * aside**3)), 1.0)
-    shade = np.where(alpha < 1.0, 1.0, 0.5 + 0.5 * lit)
-    return colour * shade[:, None], dense
+    length = np.linalg.norm(normal, axis=1) * np.linalg.norm(way, axis=-1)
+    facing: FloatArray = np.abs((normal * way).sum(axis=1)) / np.maximum(length, 1e-30)
+    return facing
 
 
 Covered = tuple[IntArray, IntArray, FloatArray]
@@ -164,21 +139,21 @@ Covered = tuple[IntArray, IntArray, FloatArray]
 
 
 def covered(local: FloatArray, view: View) -> Iterator[Covered]:
-    """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers.
+    """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers, also one that reaches behind the eye.
 
-    Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels.
-    Source: Olano and Greer 1997.
+    Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels; their
+    sum is 1 / depth. Source: Olano and Greer 1997.
     """
     wide, high = view.size
-    depth = -local[..., 2:]
-    # x and y in pixels times depth, y downwards
-    flat = local[..., :2] * [1, -1] * FOCAL * high + depth * view.centre
-    screen = np.concatenate([flat, depth], axis=2)
-    there = np.flatnonzero((np.abs(np.linalg.det(screen)) > 1e-12) & (depth.min(axis=(1, 2), initial=1) > NEAREST))
-    inverse, place = np.linalg.inv(screen[there]), flat[there, :, 1] / depth[there, :, 0] - 0.5
-    low = np.clip(np.ceil(place.min(axis=1)), 0, high).astype(np.int64)
-    last = np.clip(np.floor(place.max(axis=1)) + 1, 0, high).astype(np.int64)
-    one, row = _counted_up(low, np.maximum(last, low))
+    flat = view.flat(local)
+    depth = flat[..., 2]
+    there = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
+    inverse, place = np.linalg.inv(flat[there]), flat[there, :, 1] / np.maximum(depth[there], NEAREST) - 0.5
+    # One that reaches behind the eye may be in any row.
+    ahead = depth[there].min(axis=1, initial=1) > NEAREST
+    low = np.where(ahead, np.clip(np.ceil(place.min(axis=1)), 0, high), 0).astype(np.int64)
+    stop = np.where(ahead, np.clip(np.floor(place.max(axis=1)) + 1, low, high), high).astype(np.int64)
+    one, row = _counted_up(low, stop)
     slope, at_left = inverse[one, 0], inverse[one, 1] * (row + 0.5)[:, None] + inverse[one, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
         border = -at_left / slope - 0.5
@@ -191,14 +166,14 @@ def covered(local: FloatArray, view: View) -> Iterator[Covered]:
     for some in np.split(np.arange(len(row)), blocks):
         stretch, x = _counted_up(left[some], right[some])
         of = some[stretch]
-        yield there[one[of]], x + wide * row[of], near[of] + step[of] * (x + 0.5)
+        yield there[one[of]], x + wide * row[of], np.clip(near[of] + step[of] * (x + 0.5), 0.0, 1.0 / NEAREST)
 
 
-def _counted_up(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:
-    """The whole numbers from ``first`` to before ``last`` one range after the other: which range, and the number."""
-    count = last - first
-    one = np.repeat(np.arange(len(count)), count)
-    return one, np.arange(len(one)) + np.repeat(first - np.cumsum(count) + count, count)
+def _counted_up(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
+    """The whole numbers from ``first`` to before ``stop`` one range after the other: which range, and the number."""
+    count = stop - first
+    which = np.repeat(np.arange(len(count)), count)
+    return which, np.arange(len(which)) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
@@ -210,12 +185,9 @@ def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     one, step = _counted_up(np.zeros_like(steps), steps)
     share = (step / np.maximum(steps[one] - 1, 1))[:, None]
     x, y, near = (ends[one, 0] * (1 - share) + ends[one, 1] * share).T
-    x, y = np.round(x).astype(np.int64), np.round(y).astype(np.int64)
-    found = []
-    for right in range(line.width):
-        for down in range(line.width):
-            column, row = x + right - line.width // 2, y + down - line.width // 2
-            inside = (column >= 0) & (column < wide) & (row >= 0) & (row < high)
-            pixel = column[inside] + wide * row[inside]
-            found.append(pixel[near[inside] * (1 + BEFORE) >= depth[pixel]])
-    return np.unique(np.concatenate(found))
+    across, down = np.meshgrid(*[np.arange(line.width) - line.width // 2] * 2)
+    column = (np.round(x)[:, None] + across.ravel()).astype(np.int64)
+    row = (np.round(y)[:, None] + down.ravel()).astype(np.int64)
+    inside = (column >= 0) & (column < wide) & (row >= 0) & (row < high)
+    pixel = np.where(inside, column + wide * row, 0)
+    return np.unique(pixel[inside & (near[:, None] * (1 + BEFORE) >= depth[pixel])])

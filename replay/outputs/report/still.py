@@ -14,9 +14,9 @@ from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
 from replay.outputs.camera import across, standing, towards_user
 from replay.outputs.palette import INVENTED, MISSED, Rgba
-from replay.outputs.report.cage import cage
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
+from replay.outputs.shapes import bends, edges_of, face_normals
 from replay.pipeline.run_result import RunResult
 
 Fault = Miss | FalseContact
@@ -52,6 +52,17 @@ LARGEST_MARK: Final = 0.03
 SHORTEST_ARROW: Final = 14.0
 """Units; a shorter gap is a ring."""
 
+SHARP_DEG: Final = 30.0
+"""Faces that meet in a larger angle have an edge between them."""
+
+LID: Final = 0.06
+"""Share of the cage's size by which a face is away from the mesh where it closes a hollow."""
+
+MANY_ROWS: Final = 400
+"""In a picture of fewer rows lines are thinner."""
+
+WALL_ALPHA, LID_ALPHA = 0.05, 0.17
+
 
 @dataclass(frozen=True)
 class Placed:
@@ -67,6 +78,11 @@ class Placed:
     def outline(self) -> FloatArray:
         """Vertices of the body or of what stands for it, world metres."""
         return place_points((self.solid or self.mesh).vertices, *self.pose)
+
+    @property
+    def filled(self) -> float:
+        """Cubic metres that what stands for the body has more than its mesh."""
+        return 0.0 if self.solid is None else _volume(self.solid) - _volume(self.mesh)
 
 
 @dataclass(frozen=True)
@@ -87,11 +103,10 @@ class Sight:
 def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[Markup, str]:
     """A fault as SVG around a raster picture, and its colours in words; in the first of a page each part is named."""
     sight, factor, worded = _sight(result, label, fault), SHARPER[size], size == FIRST
-    pixels = _pixels(size)
+    pixels = round(size[0] * factor), round(size[1] * factor)
     away = _direction(result, sight, fault)
     view = View.of(_shown(sight), away, pixels, round(WORDS * factor) if worded else 0)
-    shapes, lines = _parts(sight, view)
-    picture, shape = drawn(view, shapes, lines, _background(pixels))
+    picture, shape = drawn(view, *_parts(sight, view), _background(pixels))
     arrow, place = _arrow(sight, view, factor)
     words = _words(sight, label, view, shape == 0, place) if worded else ()
     how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
@@ -102,10 +117,6 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     if sight.gap is None:
         colours.append("where they meet red")
     return svg, ", ".join(colours)
-
-
-def _pixels(size: tuple[int, int]) -> tuple[int, int]:
-    return round(size[0] * SHARPER[size]), round(size[1] * SHARPER[size])
 
 
 def _svg(picture: FloatArray, size: tuple[int, int], words: str, *over: Markup) -> Markup:
@@ -144,7 +155,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
         for body, solid, meeting in zip(ends, solids, faces, strict=True)
     ]  # fmt: skip
     hollow = "" if isinstance(fault, Miss) else fault.hollow
-    two.sort(key=lambda placed: (placed.name == hollow, _filled(placed), np.ptp(placed.mesh.vertices, axis=0).max()))
+    two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
     gap = None if isinstance(fault, Miss) or fault.ends is None else np.array(fault.ends)
     return Sight(two[0], two[1], np.asarray(fault.point), gap)
 
@@ -160,11 +171,6 @@ def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[Triang
     return [solid if other else None for (_, solid), other in zip(two, chosen, strict=True)]
 
 
-def _filled(placed: Placed) -> float:
-    """Cubic metres that a collider has more than its mesh."""
-    return 0.0 if placed.solid is None else _volume(placed.solid) - _volume(placed.mesh)
-
-
 def _volume(mesh: TriangleMesh) -> float:
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
     return abs(float((a * np.cross(b, c)).sum())) / 6
@@ -174,9 +180,9 @@ def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
     """From where to look."""
     row = fault.deepest if isinstance(fault, Miss) else fault.widest
     user = towards_user(result.assembly, result.session.scene, row, fault.point)
-    if sight.gap is not None:
-        return across(sight.gap[1] - sight.gap[0], user)
-    return across(np.asarray(fault.normal) if isinstance(fault, Miss) else np.zeros(3), user)
+    if isinstance(fault, Miss):
+        return across(np.asarray(fault.normal), user)
+    return across(np.zeros(3) if sight.gap is None else sight.gap[1] - sight.gap[0], user)
 
 
 def _shown(sight: Sight) -> FloatArray:
@@ -188,24 +194,59 @@ def _shown(sight: Sight) -> FloatArray:
     return np.concatenate([sight.point[None], every[close]])
 
 
-def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Lines]]:
-    """Shapes, the white body first, and the lines of the cages."""
-    shapes, lines = [], list[Lines]()
-    for placed, colour, alpha in ((sight.white, WHITE, 1.0), (sight.glass, GLASS, GLASS_ALPHA)):
+def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Shape], list[Lines]]:
+    """Opaque shapes, the white body first, those of glass, and the lines of the cages."""
+    opaque, glass, lines = list[Shape](), list[Shape](), list[Lines]()
+    for placed in (sight.white, sight.glass):
         corners = place_points(placed.mesh.vertices, *placed.pose)[placed.mesh.faces]
         # Two triangles of a bench top would paint it red.
         red = placed.faces[np.ptp(corners[placed.faces], axis=1).max(axis=1) < LARGEST_MARK]
-        shapes.append(Shape(np.delete(corners, red, axis=0), colour, alpha))
-        shapes.append(Shape(corners[red], _unit(MISSED)))
+        rest = np.delete(corners, red, axis=0)
+        if placed is sight.white:
+            opaque.append(Shape(rest, WHITE))
+        else:
+            glass.append(Shape(rest, GLASS, GLASS_ALPHA))
+        opaque.append(Shape(corners[red], _unit(MISSED)))
         if placed.solid is not None:
-            walls, edges = cage(placed.solid, placed.mesh, placed.pose, view, _unit(INVENTED))
-            shapes.append(walls)
+            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, _unit(INVENTED))
+            glass.append(walls)
             lines += edges
-    return shapes, lines
+    return opaque, glass, lines
+
+
+def _cage(
+    solid: TriangleMesh, mesh: TriangleMesh, pose: tuple[FloatArray, FloatArray], view: View, colour: Colour
+) -> tuple[Shape, list[Lines]]:
+    """A ``solid`` that stands for a ``mesh`` at a pose (rotation, translation): its walls, and as lines for this view
+    its outline and its sharp edges."""
+    normals = face_normals(solid.triangles)[1] @ pose[0].T
+    corners = place_points(solid.triangles, *pose)
+    edges, faces = edges_of(solid)
+    edges = place_points(edges, *pose)
+    front = (normals * (view.position - corners.mean(axis=1))).sum(axis=1) > 0
+    walls = Shape(corners, colour, np.where(_lid(solid, mesh), LID_ALPHA, WALL_ALPHA))
+    outline = front[faces[:, 0]] != front[faces[:, 1]]
+    sharp = bends(normals, faces) < np.cos(np.radians(SHARP_DEG))
+    seen = front[faces].any(axis=1)
+    thick = 2 if view.size[1] > MANY_ROWS else 1
+    groups = [(sharp & ~seen, 0.35, 1), (sharp & seen, 0.95, thick), (outline, 1.0, thick + 1)]
+    return walls, [Lines(edges[some], colour, alpha, width) for some, alpha, width in groups]
+
+
+def _lid(solid: TriangleMesh, mesh: TriangleMesh) -> BoolArray:
+    """Faces of a solid that span a hollow of the mesh: the middle of an edge is far from every vertex."""
+    from scipy.spatial import KDTree
+
+    corners = solid.triangles
+    middles = (corners + np.roll(corners, 1, axis=1)) / 2
+    away = KDTree(mesh.vertices).query(middles.reshape(-1, 3))[0].reshape(-1, 3).max(axis=1)
+    spans: BoolArray = away > LID * np.linalg.norm(np.ptp(solid.vertices, axis=0))
+    return spans
 
 
 def _unit(colour: Rgba) -> Colour:
-    return colour[0] / 255, colour[1] / 255, colour[2] / 255
+    red, green, blue, _ = colour
+    return red / 255, green / 255, blue / 255
 
 
 def _background(size: tuple[int, int]) -> FloatArray:
@@ -267,11 +308,7 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
         y = min(max(target[1], free), FIRST[1] - LINES * (len(found) - number - 0.5))
         free = y + LINES
         made.append(element("path", class_=f"lead {kind}", d=f"M{x - 5} {y:.0f}L{target[0]:.1f} {target[1]:.1f}"))
-        made.append(element("text", _cut(name), class_=f"c {kind}", x=x, y=f"{y:.0f}"))
-        made.append(element("text", _cut(what), class_="c2", x=x, y=f"{y + 16:.0f}"))
+        for words, style, below in ((name, f"c {kind}", 0), (what, "c2", 16)):
+            cut = words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"
+            made.append(element("text", cut, class_=style, x=x, y=f"{y + below:.0f}"))
     return made
-
-
-def _cut(words: str) -> str:
-    """Words as far as they fit beside the picture."""
-    return words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"
