@@ -6,12 +6,13 @@ What they do not give away (the unit of lengths, the axes, the order of angles) 
 import csv
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -26,33 +27,12 @@ DELIMITERS: Final = (",", ";", "\t", " ")
 
 PLACE, TURN, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
 NINE: Final = "012345678"
-KIND_OF: Final = {
-    **dict.fromkeys(("p", "t", "pos", "position", "trans", "translation", "loc", "location"), PLACE),
-    **dict.fromkeys(("q", "quat", "quaternion", "r", "rot", "rotation", "ori", "orientation"), TURN),
-    **dict.fromkeys(("euler", "angle", "angles"), ANGLES),
-}
-"""Words of a column's name -> what it holds; x, y, z without such a word are a place."""
-OTHER: Final = frozenset(
-    "v a b w vel velocity acc accel gyro gyr mag bias omega linear angular forward dir direction".split()  # noqa: SIM905
-)
-"""Words of columns that are no pose."""
-NOISE: Final = frozenset(("rs", "transform", "pose", "world", "local", "global"))
+WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
+"""What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
+KIND_OF: Final = {word: kind for kind in (PLACE, TURN, ANGLES) for word in WORDS[kind]}
+OTHER, NOISE, TIME, NAMES, VALID = (frozenset(WORDS[kind]) for kind in ("other", "noise", "time", "name", "valid"))
+TURNS, UNITS = WORDS["turns"], WORDS["units"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
-TURNS: Final = {"pitch": "x", "yaw": "y", "roll": "z"}
-TIME: Final = frozenset(
-    ("time", "timestamp", "timestamps", "stamp", "t", "ts", "clock", "elapsed", "seconds", "datetime")
-)
-NAMES: Final = frozenset(("name", "body", "object", "device", "id", "tracker", "joint", "target", "label"))
-VALID: Final = frozenset(("valid", "tracked"))
-UNITS: Final = {
-    "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "nsec": "ns", "usec": "us", "millimeters": "mm",
-    "meters": "m", "metres": "m", **{unit: unit for unit in ("s", "ms", "us", "ns", "m", "cm", "mm", "deg", "rad")},
-}  # fmt: skip
-FORMATS: Final = (
-    "%m/%d/%Y %H:%M:%S:%f", "%m/%d/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S", "%d.%m.%Y %H:%M:%S.%f",
-    "%d.%m.%Y %H:%M:%S", "%Y/%m/%d %H:%M:%S.%f", "%H:%M:%S.%f", "%H:%M:%S",
-)  # fmt: skip
-"""Wall clocks beside ISO 8601, as ``datetime.strptime`` takes them; the first that fits is taken."""
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
 TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
@@ -272,7 +252,7 @@ def _clock(head: _Head, unknown: list[str]) -> Iterator[str]:
 
 def text_format(cell: str) -> str | None:
     """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
-    for form in ("", *FORMATS) if not NUMBER.fullmatch(cell) else ():
+    for form in ("", *WORDS["formats"]) if not NUMBER.fullmatch(cell) else ():
         with suppress(ValueError):
             _ = datetime.strptime(cell, form) if form else datetime.fromisoformat(cell)
             return form
