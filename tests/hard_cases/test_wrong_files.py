@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.peak_memory import environment
-from support.wrong_files import BOMBS, WRONG, closed, contradictions, good_files, message, plus, verbs, wrong_bytes
+from support.wrong_files import BOMBS, WRONG, chunk, contradictions, good_files, message, plus, verbs, wrong_bytes
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_four_verbs_do_not_contradict_each_other_about_any_records(good, place, 
 
 def test_what_a_small_file_unpacks_to_is_bounded_by_its_size(good, tmp_path):
     path = tmp_path / "bomb.mcap"
-    path.write_bytes(plus(closed([message(5)] * 150_000))(good["own"]))
+    path.write_bytes(plus(chunk([message(5)] * 150_000))(good["own"]))
     assert not verbs(path, tmp_path / "out.mcap")["info"][0]
 
 

@@ -11,6 +11,8 @@ from sessions.errors import SessionError
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.csv_mapping import read_mapping
+from sessions.mcap_format.reader import read_session
+from sessions.meshes.mesh_files import load_mesh
 from sessions.scene_files.scene_toml import read_scene
 
 TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
@@ -31,6 +33,11 @@ READERS = {
     "mapped csv": ("take.csv", lambda path: import_session("csv", path, mapping=path.with_name("m.toml"))),
     "aframe": ("take.json", partial(import_session, "aframe")),
     "optitrack": ("take.csv", partial(import_session, "optitrack")),
+    "auto": ("take", partial(import_session, "auto")),
+    "session": ("take.mcap", read_session),
+    "obj": ("take.obj", load_mesh),
+    "stl": ("take.stl", load_mesh),
+    "fbx": ("take.fbx", load_mesh),
 }
 """Reader -> name of its file, and the function that reads it."""
 DIGITS = {"reader": "scene", "old": "mass = 0.1", "words": "a number.* thousands of digits"}
@@ -57,12 +64,12 @@ def test_what_is_wrong_is_one_sentence_that_names_file_and_cure(tmp_path, case):
     name, read = READERS[case["reader"]]
     path = tmp_path / name
     path.write_bytes(data_of(case))
-    (tmp_path / "m.toml").write_text(MAPPING)
+    (tmp_path / "m.toml").write_text(case.get("mapping", MAPPING))
     with pytest.raises(SessionError) as raised:
         read(path)
     words = str(raised.value)
     assert re.search(case["words"], words), words
-    assert name in words and words.isprintable()
+    assert case.get("names", name) in words and words.isprintable()
 
 
 @pytest.mark.parametrize("reader", TABLE["good"])

@@ -1,13 +1,15 @@
-"""Session files and what can happen to their bytes; half of the damage is made to pass the first checksum."""
+"""The records of a session file, and what can happen to the bytes of any file."""
 
 import struct
 import zlib
 
 import numpy as np
 import zstandard
+from hypothesis import strategies as st
 from mcap.opcode import Opcode
 
 EXTREMES = [0, 1, 2**31 - 1, 2**32 - 1, 2**53, 2**63 - 1, 2**64 - 1]
+"""Numbers that no file means."""
 HEAD = struct.Struct("<BQ")
 CHUNK = struct.Struct("<QQQII")
 
@@ -36,68 +38,51 @@ def flipped(data: bytes, first: int, last: int, count: int, seed: int) -> bytes:
     return bytes(changed)
 
 
-def with_chunk(data: bytes, number: int, change) -> bytes:
-    """One chunk's messages changed by a function of its bytes, its checksum made to agree again."""
-    start, end = chunks(data)[number]
-    first, last, _, _, name = CHUNK.unpack_from(data, start + HEAD.size)
-    at = start + HEAD.size + CHUNK.size + name
-    packed = data[at + 8 : at + 8 + int.from_bytes(data[at : at + 8], "little")]
-    plain = change(zstandard.ZstdDecompressor().decompress(packed, max_output_size=64 << 20))
-    again = zstandard.ZstdCompressor(level=1).compress(plain)
-    body = CHUNK.pack(first, last, len(plain), zlib.crc32(plain), 4) + b"zstd" + struct.pack("<Q", len(again)) + again
-    return data[:start] + HEAD.pack(Opcode.CHUNK, len(body)) + body + data[end:]
+def opened(content: bytes) -> bytes:
+    """What a chunk packed by zstd holds, or nothing."""
+    at = CHUNK.size + CHUNK.unpack_from(content)[4]
+    if content[CHUNK.size : at] != b"zstd":
+        return b""
+    return zstandard.ZstdDecompressor().decompress(content[at + 8 :], max_output_size=64 << 20)
 
 
-def mutated(data: bytes, random: np.random.Generator) -> bytes:
-    """One to four changes, one after the other."""
-    for _ in range(int(random.integers(1, 5))):
-        if not data:
-            return data
-        data = CHANGES[int(random.integers(len(CHANGES)))](data, random)
+def closed(plain: bytes) -> bytes:
+    """The content of a chunk that holds these bytes, its checksum right."""
+    packed = zstandard.ZstdCompressor(level=1).compress(plain)
+    head = CHUNK.pack(0, 2**62, len(plain), zlib.crc32(plain), 4)
+    return head + b"zstd" + struct.pack("<Q", len(packed)) + packed
+
+
+@st.composite
+def damaged(draw: st.DrawFn, data: bytes) -> bytes:
+    """One to four times bytes are written over, put in, repeated or lost."""
+    for _ in range(draw(st.integers(1, 4))):
+        start = draw(st.integers(0, len(data)))
+        end = min(len(data), start + draw(st.integers(0, 200)))
+        noise = draw(st.binary(min_size=1, max_size=20))
+        number = struct.pack("<Q", draw(st.sampled_from(EXTREMES)))[: draw(st.sampled_from([4, 8]))]
+        start, put, end = draw(
+            st.sampled_from(
+                [
+                    (start, noise, start + len(noise)),
+                    (start, number, start + len(number)),
+                    (start, noise, start),
+                    (start, 5 * data[start:end], start),
+                    (start, b"", end),
+                    (start, b"", len(data)),
+                ]
+            )
+        )
+        data = data[:start] + put + data[end:]
     return data
 
 
-def _span(data: bytes, random: np.random.Generator) -> tuple[int, int]:
-    start = int(random.integers(len(data)))
-    return start, min(len(data), start + int(random.integers(1, 200)))
-
-
-def _flip(data: bytes, random: np.random.Generator) -> bytes:
-    changed = bytearray(data)
-    for at in random.integers(0, len(data), int(random.integers(1, 30))).tolist():
-        changed[at] ^= 1 << int(random.integers(8))
-    return bytes(changed)
-
-
-def _cut(data: bytes, random: np.random.Generator) -> bytes:
-    return data[: int(random.integers(len(data)))]
-
-
-def _remove(data: bytes, random: np.random.Generator) -> bytes:
-    start, end = _span(data, random)
-    return data[:start] + data[end:]
-
-
-def _repeat(data: bytes, random: np.random.Generator) -> bytes:
-    start, end = _span(data, random)
-    return data[:end] + data[start:end] * int(random.integers(1, 20)) + data[end:]
-
-
-def _noise(data: bytes, random: np.random.Generator) -> bytes:
-    start, end = _span(data, random)
-    return data[:start] + random.bytes(end - start) + data[end:]
-
-
-def _extreme(data: bytes, random: np.random.Generator) -> bytes:
-    """A number of four or eight bytes somewhere becomes one that no file means."""
-    kind = "<I" if random.random() < 0.5 else "<Q"
-    size = struct.calcsize(kind)
-    at = int(random.integers(max(1, len(data) - size)))
-    if random.random() < 0.5 and data[:5] == b"\x89MCAP":
-        starts = [start + 1 for _, start, _ in records(data)] or [at]
-        at, kind, size = int(random.choice(starts)), "<Q", 8
-    value = EXTREMES[int(random.integers(len(EXTREMES)))] & ((1 << 8 * size) - 1)
-    return data[:at] + struct.pack(kind, value) + data[at + size :]
-
-
-CHANGES = [_flip, _flip, _cut, _remove, _repeat, _noise, _extreme]
+@st.composite
+def damaged_below_checksums(draw: st.DrawFn, data: bytes) -> bytes:
+    """As `damaged`; in half of the session files it is one chunk's messages, and the checksum agrees again."""
+    places = chunks(data) if data.startswith(b"\x89MCAP") else []
+    if not places or draw(st.booleans()):
+        return draw(damaged(data))
+    start, end = draw(st.sampled_from(places))
+    content = closed(draw(damaged(opened(data[start + HEAD.size : end]))))
+    return data[:start] + HEAD.pack(Opcode.CHUNK, len(content)) + content + data[end:]

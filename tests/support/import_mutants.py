@@ -8,16 +8,17 @@ import os
 import sys
 import time
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from support.damage import chunks, mutated, with_chunk
+from hypothesis import HealthCheck, given, settings
+from support.damage import damaged_below_checksums
 
 from sessions import read_session, write_session
-from sessions.errors import SessionError
+from sessions.errors import ImportFileError, SessionError
 from sessions.importers import import_session
 
 MUTANTS = [15, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "500")), marks=pytest.mark.slow)]
@@ -57,34 +58,36 @@ def round_trips(session, folder):
     assert (found.events, found.intervals) == (session.events, session.intervals)
 
 
-def changed(data, number):
-    """A mutant; every second of an MCAP file lies below its checksums, which refuse nearly all others."""
-    random = np.random.default_rng([11, number])
-    if not data.startswith(b"\x89MCAP") or number % 2:
-        return mutated(data, random)
-    return with_chunk(data, int(random.integers(len(chunks(data)))), lambda plain: mutated(plain, random))
+def refused(name, path, words, **options):
+    """It is refused in one sentence that holds these words (a pattern) and names the source, if the words do not."""
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session(name, path, **options)
+    assert str(raised.value).isprintable() and (path.name in str(raised.value) or "importer" in words)
 
 
 def tried(path, count, read, source=None, out=Path("none")):
     """A result or one sentence that names the file, of this many mutants: quick, and nothing is written but ``out``."""
     data = path.read_bytes()
-    for number in range(count):
-        path.write_bytes(changed(data, number))
+
+    @settings(max_examples=count, database=None, suppress_health_check=[*HealthCheck])
+    @given(damaged_below_checksums(data))
+    def each_is_read_or_named(mutant):
+        path.write_bytes(mutant)
         began = time.process_time()
         with warnings.catch_warnings(), nothing_written(out):
             warnings.simplefilter("error", RuntimeWarning)
             try:
-                read(number)
+                read()
             except SessionError as error:
-                assert str(source or path) in str(error) and str(error).isprintable(), (number, str(error))
-            except Exception as error:
-                raise AssertionError(f"mutant {number}: {type(error).__name__}: {error}") from error
-        assert time.process_time() - began < LONGEST_S, (number, "slow")
+                assert str(source or path) in str(error) and str(error).isprintable(), str(error)
+        assert time.process_time() - began < LONGEST_S
+
+    each_is_read_or_named()
     path.write_bytes(data)
 
 
 def survive(name, path, count, source=None, **options):
-    """Import this many mutants of a file, a fifth of them as what they look like; what is accepted can be kept.
+    """Import this many mutants of a file, also as what it looks like; what is accepted can be kept.
 
     ``source``: the folder to import where that is not the file.
     """
@@ -92,24 +95,13 @@ def survive(name, path, count, source=None, **options):
     with TemporaryDirectory() as folder:
         round_trips(import_session(name, source or path, **options), Path(folder))
 
-    def imported(number):
-        if number % 5 == 4:
-            try:
-                import_session("auto", source or path)
-            except SessionError as error:
-                assert str(error).isprintable(), (number, str(error))
+    def imported():
+        with suppress(SessionError):
+            import_session("auto", source or path)
         session = import_session(name, source or path, **options)
         assert len(session.frames) and dict(session.facts)
-        kept(session, out, number)
+        with suppress(SessionError):  # a session that no file holds
+            write_session(session, out)
+            assert sum(map(len, read_session(out).blocks())) == len(session.frames)
 
     tried(path, count, imported, source, out)
-
-
-def kept(session, out, number):
-    """A session comes back from a file with as many frames, or is refused in a sentence."""
-    try:
-        write_session(session, out)
-    except SessionError as error:
-        assert str(error).isprintable(), (number, str(error))
-    else:
-        assert sum(map(len, read_session(out).blocks())) == len(session.frames), number

@@ -108,7 +108,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     path = tmp_path / "rich.toml"
     path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else OTHER + FAULTY)
 
-    def read(_):
+    def read():
         text = read_text(path, "scene", SceneError)
         faults = checked_scene(text, str(path), plan_faults, tmp_path)[2]
         assert all(one.isprintable() and one.startswith(str(path)) for one in faults), faults

@@ -4,10 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, round_trips, survive
+from support.import_mutants import MUTANTS, refused, round_trips, survive
 
 from sessions import MeshData
-from sessions.errors import SessionError
 from sessions.importers import import_session
 from sessions.meshes.glb import mesh_to_glb
 from sessions.scene_files.scene_toml import parse_scene
@@ -99,8 +98,8 @@ def test_meshes_of_a_gltf_of_unity_land_where_they_were_in_unity_and_shapes_of_a
 
 def test_a_column_of_numbers_taken_for_names_is_refused(tmp_path):
     rows = [unity_row(0.0, f"{k}", (0, 0, 0), (0, 0, 0, 1)) for k in range(1001)]
-    with pytest.raises(SessionError, match=r"column 'body' names 1,001 bodies; is it the column of names\?"):
-        import_session("csv", written(tmp_path, [HEADER, *rows]))
+    path = written(tmp_path, [HEADER, *rows])
+    refused("csv", path, r"column 'body' names 1,001 bodies; is it the column of names\?")
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
@@ -117,8 +116,7 @@ def test_the_script_of_unity_is_read_whatever_the_language_of_its_computer(tmp_p
 def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(tmp_path):
     rows = [unity_row(0.01 * k, "left", (0, 0, 0), (0, 0, 0, 1)) for k in range(500)]  # beyond a block of the header
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
-    with pytest.raises(SessionError, match=r"no CSV text in UTF-8 .*; save it as UTF-8"):
-        import_session("csv", tmp_path / "take.csv")
+    refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -50,4 +50,4 @@ def test_rows_become_reports_in_order_of_time_to_the_nanosecond(tmp_path):
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_of_contacts_end_in_reports_or_one_sentence(tmp_path, count):
     path = written(tmp_path, "time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
-    tried(path, count, lambda _: read_contacts(path))
+    tried(path, count, lambda: read_contacts(path))

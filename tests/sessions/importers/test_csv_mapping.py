@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.import_mutants import refused
 
-from sessions.errors import ImportFileError
 from sessions.importers import import_session
 
 
@@ -15,8 +15,7 @@ def test_empty_cells_are_lost_short_rows_are_counted_and_a_bad_cell_is_named_wit
     assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
     assert "1 rows left out" in session.facts["conversions"]
     path.write_text("\n".join([*lines, "pose,3,cup,1,2,x,0,0,0,1,1", ""]))
-    with pytest.raises(ImportFileError, match="line 6, column 'pz': 'x' is no number"):
-        import_session("csv", path)
+    refused("csv", path, "line 6, column 'pz': 'x' is no number")
 
 
 EULER = """

@@ -3,9 +3,9 @@ from importlib.metadata import EntryPoint, EntryPoints
 
 import numpy as np
 import pytest
+from support.import_mutants import refused
 
 from sessions import MeshData, Session, Track, importers
-from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
 from sessions.importers.finish import finished
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
@@ -47,8 +47,7 @@ def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_pat
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
-    with pytest.raises(ImportFileError, match=r"every pose in it is lost \(cup: 5 rows .*no unit quaternion"):
-        import_session("csv", log)
+    refused("csv", log, r"every pose in it is lost \(cup: 5 rows .*no unit quaternion")
     log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
@@ -83,15 +82,11 @@ def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_pat
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
     assert session.names == ("cup", "plate") and list(session.meshes) == ["cup"]
-    with pytest.raises(ImportFileError, match="has no option 'colour'; it has: number, meshes"):
-        import_session("outside", tmp_path / "x", colour=1)
+    refused("outside", tmp_path / "x", "importer .*has no option 'colour'; it has: number, meshes", colour=1)
 
 
 def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in(outside, tmp_path):
     (tmp_path / "x").touch()
-    with pytest.raises(ImportFileError, match=r"importer 'broken' failed .ModuleNotFoundError"):
-        import_session("broken", tmp_path / "x")
-    with pytest.raises(ImportFileError, match="does not exist or is no file"):
-        import_session("csv", tmp_path / "none")
-    with pytest.raises(ImportFileError, match=r"importer 'falls' failed .KeyError: 'colour'.; repair or remove"):
-        import_session("falls", tmp_path / "x")
+    refused("broken", tmp_path / "x", r"importer 'broken' failed .ModuleNotFoundError")
+    refused("csv", tmp_path / "none", "does not exist or is no file")
+    refused("falls", tmp_path / "x", r"importer 'falls' failed .KeyError: 'colour'.; repair or remove")

@@ -31,13 +31,6 @@ def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
         import_session("auto", tmp_path / "trackers" / "hand_movement_T001.csv")
 
 
-@pytest.mark.parametrize("data", [b"", b"\x00\x01,\x02", b"hello", b"\xff,\xfe\n"])
-def test_what_nothing_speaks_for_is_refused_in_one_sentence(tmp_path, data):
-    (tmp_path / "x").write_bytes(data)
-    with pytest.raises(ImportFileError, match="nothing says what it is; name the format before the source"):
-        import_session("auto", tmp_path / "x")
-
-
 @pytest.mark.parametrize("start", [b"#ROSBAG V2.0\n", b"SQLite format 3\x00"])
 def test_a_bag_that_is_no_mcap_file_is_refused_with_the_command_that_makes_one(tmp_path, start):
     (tmp_path / "x.bag").write_bytes(start + bytes(100))

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Channel
@@ -46,7 +46,6 @@ def decoded(tables, names=None):
     return Frames.join(parts) if parts else Frames.empty(one.names)
 
 
-@settings(deadline=None)
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(frames, every):
     records = encoded(frames)
@@ -54,7 +53,6 @@ def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(
     assert_same_frames(decoded(tables, frames.names), frames)
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.data())
 def test_many_frames_at_once_are_read_as_each_of_them_alone_whatever_byte_is_wrong(data):
     """Messages one by one go through the protobuf library."""

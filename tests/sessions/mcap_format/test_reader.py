@@ -23,7 +23,7 @@ from sessions.mcap_format import annotations
 from sessions.model.session import Session
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
 def test_files_of_the_protobuf_library_are_read_as_that_library_reads_them(tmp_path, frames):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
@@ -98,17 +98,9 @@ def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
         read_session(tmp_path / "s.mcap")
 
 
-def test_no_file_an_empty_file_and_another_kind_of_file_are_one_sentence_each(tmp_path):
-    for name, content, words in (
-        ("none.mcap", None, "does not exist.*check the path"),
-        ("empty.mcap", b"", "is empty"),
-        ("text.mcap", b"{}", "is not an MCAP file"),
-        ("magic.mcap", b"\x89MCAP0\r\n", "cut short"),
-    ):
-        if content is not None:
-            (tmp_path / name).write_bytes(content)
-        with pytest.raises(SessionFileError, match=rf"{name}.*{words}"):
-            read_session(tmp_path / name)
+def test_no_file_and_a_folder_are_one_sentence(tmp_path):
+    with pytest.raises(SessionFileError, match=r"none.mcap.*does not exist.*check the path"):
+        read_session(tmp_path / "none.mcap")
     with pytest.raises(SessionFileError, match="is a folder"):
         read_session(tmp_path)
 

@@ -63,7 +63,7 @@ def test_a_session_written_again_after_reading_gives_the_same_bytes(tmp_path):
     assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "three.mcap").read_bytes()
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
 def test_any_frames_are_read_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
     path = tmp_path / "s.mcap"

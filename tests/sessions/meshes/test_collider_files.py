@@ -1,10 +1,16 @@
 """Colliders as engines ship them: a node each, in the body's frame, kept in the session file."""
 
+import json
+import re
+import struct
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
 from support.small_worlds import cubes
 
+from replay import guide
 from sessions import read_session, recover, write_session
 from sessions.errors import MeshFileError
 from sessions.mesh_data import is_closed
@@ -82,6 +88,36 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
     ]
     # `b` of the file is none that this scene declares, but it may be tracked.
     assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
+
+
+def filled(template, values):
+    """What the script makes of an interpolated string: ``{{`` is a brace, ``{word}`` a value."""
+    return re.sub(r"{{|}}|{([^{}]+)}", lambda found: str(values[found[1]]) if found[1] else found[0][0], template)
+
+
+def test_what_the_script_of_unity_writes_is_read_in_the_axes_of_the_recording(tmp_path):
+    script = (Path(guide.__file__).parent / "VrLabColliders.cs").read_text("utf-8")
+    inside_unity = np.add(BOX.vertices, (0, 0, 0.5))
+    signs = [float(f"{sign}1") for sign, _ in re.findall(r"writer.Write\((-?)p\.([xyz])\)", script)]
+    corners = [int(number or 0) for number in re.findall(r"writer.Write\(faces\[k(?: \+ (\d))?\]\)", script)]
+    points = (inside_unity * signs).astype("<f4").tobytes()
+    indices = BOX.faces[:, corners].astype("<u4").tobytes()
+    values = {
+        "start": 0, "middle": len(points), "middle - start": len(points), "data.Length - middle": len(indices),
+        "first": 0, "first + 1": 1, "points.Length": 8, "faces.Length": 36, "meshes.Count - 1": 0,
+        "kind": "UTM", "name": "cup", "number:D2": "00", "data.Length": len(points + indices),
+    }  # fmt: skip
+    rows = {"views": [], "accessors": [], "meshes": [], "nodes": []}
+    for name, template in re.findall(r'(\w+)\.Add\(Invariant\(\$"(.*)"\)\);', script):
+        rows[name].append(json.loads(filled(template.replace('\\"', '"'), values)))
+    tree = rows | {"bufferViews": rows.pop("views"), "buffers": [{"byteLength": len(points + indices)}]}
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<IIIII", 0x46546C67, 2, 28 + len(text + points + indices), len(text), 0x4E4F534A)
+    binary = struct.pack("<II", len(points + indices), 0x004E4942) + points + indices
+    (tmp_path / "colliders.glb").write_bytes(head + text + binary)
+    (box,) = read_colliders(tmp_path / "colliders.glb", ["cup"])[0]["cup"]
+    assert np.allclose(box.bounds, [[-0.1, -0.1, -0.6], [0.1, 0.1, -0.4]]) and box.volume == pytest.approx(0.008)
 
 
 @pytest.mark.parametrize(
