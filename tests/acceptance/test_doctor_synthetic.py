@@ -55,9 +55,6 @@ def test_with_noise_every_loss_is_found_and_nothing_else_is_above_a_warning(name
     assert strange == []
 
 
-SIZES = (0.05, 0.1, 3.0, *(pytest.param(size, marks=pytest.mark.slow) for size in (0.2, 0.3, 0.5, 1.0, 2.0)))
-
-
 @pytest.mark.parametrize("name", FAULTS)
 @pytest.mark.parametrize("body", [0, 1])
 def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
@@ -71,15 +68,13 @@ def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
     assert {one.body for one in findings if one.severity > Severity.NOTE} <= about
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_teleports_are_found_from_five_centimetres(size, record_property):
-    """Recall per size, printed; every one of ten centimetres and more must be found."""
-    hits = tries = 0
+@pytest.mark.parametrize("size", [0.05, 0.1, 3.0])
+def test_teleports_are_found_from_five_centimetres(size):
+    """Every one of ten centimetres and more is found."""
+    found = []
     for body in (0, 1, 2):
-        for at in range(40, 880, 60):
+        for at in range(40, 880, 120):
             draft = clean()
             planted = teleport(size)(draft, body, at)
-            hits, tries = hits + planted.is_found(examine(draft.session()), draft), tries + 1
-    print(f"teleports of {size} m: {hits} of {tries} found")
-    record_property("recall", hits / tries)
-    assert hits == tries if size >= 0.1 else hits >= 0.9 * tries
+            found.append(planted.is_found(examine(draft.session()), draft))
+    assert np.mean(found) >= (0.9 if size < 0.1 else 1.0)

@@ -20,40 +20,38 @@ def loaded_by(code):
     return set(done.stdout.split())
 
 
+HELP = """
+import contextlib, io
+from replay.cli.main import main
+with contextlib.redirect_stdout(io.StringIO()):
+    for words in (["--help"], ["run", "--help"], ["demo", "--help"], ["--version"], ["rum"]):
+        main(words)
+"""
+EVERY_DETECTOR = """
+from cdcore.detectors import DETECTORS, load_detector
+for name in DETECTORS:
+    load_detector(name)
+"""
+COMPUTES = """
+import replay.pipeline.engine, replay.comparison.misses, replay.comparison.compare
+import replay.prepare.holding_poses, replay.pipeline.summary
+"""
+WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click"}
+
+
 @pytest.mark.parametrize(
-    "package", ["cdcore", "cdcore.errors", "sessions", "sessions.errors", "replay", "replay.errors"]
+    ("code", "never"),
+    [
+        ("import cdcore.errors, sessions.errors, replay.errors", HEAVY),
+        (HELP, HEAVY),
+        (EVERY_DETECTOR, {*WRITERS, "sessions", "replay"}),
+        ("import sessions.mcap_format.reader", {"fcl", "numba", "trimesh", "cdcore", "replay", "rerun"}),
+        (COMPUTES, WRITERS),
+    ],
+    ids=["a package", "help and usage", "every detector", "reading poses", "what computes"],
 )
-def test_importing_a_package_loads_nothing_heavy(package):
-    assert not loaded_by(f"import {package}") & HEAVY
-
-
-@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["demo", "--help"], ["--version"], ["rum"]])
-def test_help_and_usage_load_nothing_heavy(arguments):
-    quiet = "import contextlib, io\nwith contextlib.redirect_stdout(io.StringIO()):"
-    assert not loaded_by(f"from replay.cli.main import main\n{quiet} main({arguments})") & HEAVY
-
-
-def test_the_core_never_loads_what_only_the_tool_needs():
-    every = "for name in DETECTORS: load_detector(name)"
-    code = f"from cdcore.detectors import DETECTORS, load_detector\n{every}"
-    assert not loaded_by(code) & {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "sessions", "replay"}
-
-
-def test_sessions_never_load_a_geometry_engine_to_read_poses():
-    assert not loaded_by("import sessions.mcap_format.reader") & {
-        "fcl",
-        "numba",
-        "trimesh",
-        "cdcore",
-        "replay",
-        "rerun",
-    }
-
-
-def test_what_computes_does_not_know_who_writes():
-    modules = "pipeline.engine", "comparison.misses", "comparison.compare", "prepare.holding_poses"
-    names = ", ".join(f"replay.{module}" for module in (*modules, "pipeline.summary"))
-    assert not loaded_by(f"import {names}") & {"rerun", "pyarrow", "rich", "click", "mcap", "matplotlib"}
+def test_it_loads_nothing_that_it_does_not_need(code, never):
+    assert not loaded_by(code) & never
 
 
 def children_seconds():
@@ -68,7 +66,7 @@ def children_seconds():
 
 def test_help_answers_at_once():
     taken = []
-    for _ in range(9):
+    for _ in range(5):
         start = children_seconds()
         subprocess.run([sys.executable, "-m", "replay", "--help"], capture_output=True, check=True)
         taken.append(children_seconds() - start)

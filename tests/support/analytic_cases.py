@@ -1,4 +1,4 @@
-"""More sessions with a truth in closed form than the product offers: rotation, grazing, rings, containment."""
+"""More sessions with a truth in closed form than the product offers: rotation, grazing, containment."""
 
 import itertools
 import math
@@ -11,7 +11,7 @@ from support.prisms import inscribed_depth, prism
 from sessions.geometry.rotations import Array, quaternion_about
 from sessions.geometry.solids import box, pointed_ball
 from sessions.synthetic import analytic
-from sessions.synthetic.analytic import BALL, AnalyticCase, on_axis, unturned, within
+from sessions.synthetic.analytic import BALL, AnalyticCase, on_axis, within
 from sessions.synthetic.motion_profiles import MotionProfile, Swing, joined, passes
 from sessions.synthetic.paths import Poses, Standing
 from sessions.synthetic.truth import Interval, ordered
@@ -78,16 +78,6 @@ def outside(profile: MotionProfile, bound: float, far: float, seconds: float) ->
     )
 
 
-def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
-    """Two balls head on: corner meets corner, so the distance of the centres decides exactly."""
-    profile = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
-    return AnalyticCase(
-        {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
-        {"ball": Standing((0.0, 0.0, 0.0)), "small-ball": on_axis(0, profile)},
-        {ordered("ball", "small-ball"): within(profile, BALL + SMALL_BALL, seconds)},
-    )
-
-
 def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A ball flies past another with half an overlap: facets meet, so tessellation leaves a band open."""
     count = max(1, int(seconds / 1.2))
@@ -104,24 +94,6 @@ def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
         {"ball": on_axis(2, profile), "other-ball": Standing((aside, 0.0, 0.0))},
         {ordered("ball", "other-ball"): contact},
         tessellation=2.0 * inscribed_depth(meshes["ball"]),
-    )
-
-
-def rod_ring(rng: np.random.Generator, seconds: float) -> AnalyticCase:
-    """A rod stands through a ring, slides along it and sways: an edge of the rod meets a flat of the hole."""
-    rod, hole, outer = 1.0 / 128.0, 1.0 / 32.0, 3.0 / 64.0
-    sway = Swing(0.0, hole - rod + 0.003, float(rng.uniform(0.8, 1.2)), float(rng.uniform(0.0, 1.0)))
-    slide = Swing(0.0, 0.05, 2.7)
-
-    def path(times: Array) -> Poses:
-        position = np.stack([sway(times), slide(times), np.zeros_like(times)], axis=-1)
-        return position, unturned(times)
-
-    return AnalyticCase(
-        {"rod": prism(12, rod, 0.25), "ring": prism(16, outer, 1.0 / 64.0, hole=hole)},
-        {"rod": path, "ring": Standing((0.0, 0.0, 0.0))},
-        {ordered("ring", "rod"): lambda level: outside(sway, hole - rod - level, outer + rod + level, seconds)},
-        lever=0.15,
     )
 
 
@@ -176,7 +148,6 @@ def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
 
 ANALYTIC = analytic.ANALYTIC | {
-    make.__name__.replace("_", "-"): make
-    for make in (ball_ball, ball_ball_oblique, rod_ring, spinning_rod, grazing_ball, ball_in_box)
+    make.__name__.replace("_", "-"): make for make in (ball_ball_oblique, spinning_rod, grazing_ball, ball_in_box)
 }
 make_analytic = partial(analytic.make_analytic, cases=ANALYTIC)

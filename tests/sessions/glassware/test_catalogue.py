@@ -53,6 +53,18 @@ def test_an_instrument_says_what_it_is_and_has_within_a_quarter_the_faces_asked_
     assert made.name in INSTRUMENTS and made.tags and 1e-4 < made.mass < 200
 
 
+def test_the_instruments_are_those_that_were_looked_at(snapshot):
+    """Volume in mL, surface in cm2 and sizes in mm of each with 500 faces."""
+    shapes = {}
+    for name in INSTRUMENTS:
+        mesh = made_instrument(name, 500).mesh
+        edges = np.diff(mesh.triangles[:, [0, 1, 2, 0]], axis=1)
+        surface = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
+        figures = [1e6 * mesh.volume, 1e4 * surface, *1e3 * mesh.bounds.ravel()]
+        shapes[name] = " ".join(f"{figure:.4g}" for figure in figures)
+    assert shapes == snapshot
+
+
 def test_liquid_up_to_the_mark_is_the_nominal_capacity(made):
     if not {"vessel", "dropper"} & set(made.tags):
         assert made.cavity is None

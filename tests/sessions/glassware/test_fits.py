@@ -7,7 +7,6 @@ from support.surface_rays import distances_along_rays, points_on_faces
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.devices import GRIPS
 from sessions.glassware.glass import delivery_tube
-from sessions.glassware.united import from_row
 from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.scenes import SCENES
 
@@ -25,18 +24,6 @@ def placed(name, faces, height=0.0, quarter_turns=0.0):
 
 def radii(mesh):
     return np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])
-
-
-@pytest.mark.parametrize(
-    ("millilitres", "diameter", "height"),
-    [(50, 0.042, 0.06), (100, 0.05, 0.07), (250, 0.07, 0.095), (400, 0.08, 0.11), (600, 0.09, 0.125)],
-)
-def test_a_beaker_has_the_diameter_and_height_of_its_series(millilitres, diameter, height):
-    instrument = made_instrument(f"beaker_{millilitres}", 20_000)
-    body = radii(instrument.mesh)[instrument.mesh.vertices[:, 1] < 0.7 * height]
-    assert 2 * body.max() == pytest.approx(diameter, rel=2e-3)
-    assert instrument.mesh.bounds[1, 1] == pytest.approx(height, abs=3e-4)
-    assert instrument.cavity.mark_height < 0.9 * height
 
 
 def test_the_stopper_fits_the_bottle_without_touching_its_neck():
@@ -80,28 +67,6 @@ def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
     assert np.array([hit[0] for hit in hits]) == pytest.approx(1e-3, rel=0.10)
     up = distances_along_rays(tube.triangles, [[0.17 + 1e-5, -0.21, 1e-5]], [[0, 1, 0]])[0]
     assert up[0] > 0.2  # past the open end, up the bore to the bend
-
-
-def test_a_test_tube_fits_every_hole_of_the_rack_without_touching():
-    rack, tube = from_row(3000, name="test_tube_rack").mesh, placed("test_tube", 500)
-    body = radii(tube)[tube.vertices[:, 1] < 0.15].max()
-    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    outward = np.column_stack([np.cos(turns), np.zeros(24), np.sin(turns)])
-    for x in (np.arange(6) - 2.5) * 0.036:
-        top = distances_along_rays(rack.triangles, np.tile([x, 0.085, 0.0], (24, 1)), outward)
-        assert min(hit[0] for hit in top) > body
-        down = distances_along_rays(rack.triangles, [[x + 1e-4, 0.2, 1e-4]], [[0, -1, 0]])[0]
-        assert 0.2 - down[0] == pytest.approx(0.01, abs=1e-6)
-
-
-@pytest.mark.parametrize("grip_radius", GRIPS)
-def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radius):
-    mesh = made_instrument("hand_right", 3000, (("grip_radius", grip_radius),)).mesh
-    away = radii(mesh)
-    assert grip_radius - 1e-3 < away.min() < grip_radius + 5e-3
-    level = (np.abs(mesh.vertices[:, 1]) < 0.04) & (away < grip_radius + 0.02)
-    around = np.sort(np.arctan2(mesh.vertices[level, 2], mesh.vertices[level, 0]))
-    assert np.degrees(np.diff(around, append=around[0] + 2 * np.pi).max()) < 140
 
 
 def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():

@@ -51,12 +51,3 @@ def test_the_glass_itself_encloses_the_capacity(name):
     assert np.pi * mean_square * (cavity.mark_height - cavity.floor_height) == pytest.approx(
         cavity.capacity_m3, rel=0.01
     )
-
-
-@pytest.mark.parametrize("name", VESSELS)
-def test_liquid_and_glass_share_the_vertices_of_the_inner_wall(name):
-    instrument = make_instrument(name, 2000)
-    glass = {row.tobytes() for row in instrument.mesh.vertices}
-    wet = instrument.cavity.to_brim.vertices
-    shared = np.mean([row.tobytes() in glass for row in wet])
-    assert shared > 0.9 or name == "burette"  # whose bore is cut by booleans

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from sessions import Session
 from sessions.geometry.rotations import quaternion_inverse, rotated
-from sessions.model.track import Track
 
 
 def delivered(run):
@@ -47,20 +45,6 @@ def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(m
     assert broken.start == drop.end and broken.values["speed_m_s"] > broken.values["threshold_m_s"]
     assert height[run.times > drop.end + 0.02].max() < 0.9
     assert drop.values["height_m"] == pytest.approx(height[run.near(drop.start - 0.05, drop.start)][0] - 0.9, abs=1e-6)
-
-
-def test_near_misses_keep_their_clearance(made, verdicts):
-    run = made("silver-chloride")
-    (fact,) = run.facts("near_miss")
-    still = run.near(fact.start + 0.1, fact.end - 0.1)
-    answers = []
-    for nearer in (fact.values["clearance_m"] - 0.0005, fact.values["clearance_m"] + 0.0005):
-        hand = run.session.tracks["hand-left"]
-        nearer_hand = Track(hand.times_ns, hand.positions - [0.0, 0.0, nearer], hand.quaternions_xyzw)
-        tracks = {**run.session.tracks, "hand-left": nearer_hand}
-        moved = Session.from_tracks(tracks, meshes=run.session.meshes, scene=run.session.scene)
-        answers.append(verdicts(moved, [("hand-left", "sodium-chloride")])[still].max())
-    assert answers == [0, 1]
 
 
 def kept_by_counting(cavity, down, count: int = 400):
@@ -125,37 +109,3 @@ def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
         assert fact.values["left_ml"] == pytest.approx(left[source])
         if fact.kind == "pour":
             left[fact.values["target"]] = left.get(fact.values["target"], 0.0) + fact.values["volume_ml"]
-
-
-WICK = 0.0982
-
-
-def test_the_tip_is_in_the_flame_exactly_in_the_stated_visits(made):
-    run = made("flame-test")
-    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "flame-test")
-    tip = run.pose("wire")[0] - run.session.scene.body("lamp").fixed.position - [0.0, WICK, 0.0]
-    height, radius = effect.settings["flame_height"], effect.settings["flame_radius"]
-    inside = (tip[:, 1] >= 0.0) & (np.hypot(tip[:, 0], tip[:, 2]) <= radius * (1.0 - tip[:, 1] / height))
-    edges = np.flatnonzero(np.diff(np.r_[0, inside.astype(int), 0]))
-    visits = list(zip(run.times[edges[::2]], run.times[edges[1::2] - 1], strict=True))
-    facts = run.facts("flame")
-    assert len(visits) == len(facts) == 3
-    step = np.diff(run.times).max()
-    for (first, last), fact in zip(visits, facts, strict=True):
-        assert first == pytest.approx(fact.start, abs=step)
-        assert last == pytest.approx(fact.end, abs=step)
-
-
-def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):
-    run = made("gas-collection")
-    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "gas")
-    outlet = run.within("jar", run.point("tube", effect.settings["outlet"]))
-    cavity = run.cavity("jar")
-    inside = (np.hypot(outlet[:, 0], outlet[:, 2]) < cavity["opening_radius"]) & (outlet[:, 1] < cavity["opening"][1])
-    inside &= outlet[:, 1] > cavity["floor"]
-    (fact,) = run.facts("collect")
-    step = np.diff(run.times).max()
-    assert run.times[inside][0] == pytest.approx(fact.start, abs=step)
-    assert run.times[inside][-1] == pytest.approx(fact.end, abs=step)
-    between = run.near(fact.start + step, fact.end - step)
-    assert inside[between].all()

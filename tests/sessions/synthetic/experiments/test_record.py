@@ -33,27 +33,24 @@ def one(request, made):
     return made(request.param)
 
 
-POSES = {
-    "bench-bumps": ("2", "c8ba035c697ebf7f"),
-    "titration": ("1", "ab10751bf2660258"),
-    "silver-chloride": ("2", "6c212d14996e5b30"),
-    "acid-dilution": ("2", "36504a2100cd2af2"),
-    "gas-collection": ("2", "e3dfb95b930e7d76"),
-    "copper-sulfate": ("1", "85871ba078afbd8c"),
-    "flame-test": ("1", "8bb93e510f4936d5"),
-    "carbonate-titration": ("1", "ae8f6aacee7c353b"),
-    "marble": ("1", "aeb20a14ac783199"),
-    "ammonia-calorimetry": ("1", "7ae2cc68bde125b0"),
-}
-"""Scene -> version of its choreography, and the hash of its poses to 10 um. Other poses need another version."""
-
-
 @pytest.mark.parametrize("name", SCENES)
-def test_the_poses_of_a_scene_are_those_of_its_version(name, made):
-    session = made(name).session
-    frames = session.frames
+def test_the_poses_and_facts_of_a_scene_are_those_of_its_version(name, made, snapshot):
+    """Other poses need another version of its choreography."""
+    run = made(name)
+    frames = run.session.frames
     poses = (np.round(values, 5) + 0.0 for values in (frames.position, frames.quaternion_xyzw))
-    assert (session.facts["choreography"], hashlib.sha256(b"".join(map(bytes, poses))).hexdigest()[:16]) == POSES[name]
+    facts = [
+        f"{fact.kind} of {', '.join(fact.bodies)} from {fact.start:.3f} to {fact.end:.3f} s: "
+        + ", ".join(
+            f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in fact.values.items()
+        )
+        for fact in run.truth.facts
+    ]
+    assert [
+        run.session.facts["choreography"],
+        hashlib.sha256(b"".join(map(bytes, poses))).hexdigest()[:16],
+        *facts,
+    ] == snapshot
 
 
 def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_go(one):
