@@ -40,10 +40,22 @@ WITHOUT_KERNELS = (
     "tests/sessions/model",
     "tests/sessions/recovery",
     "tests/sessions/scene_files",
+    "tests/sessions/test_",
 )
 """Folders whose tests compile nothing: they run first, while the kernels compile."""
-LAST = ("tests/bench", "tests/cdcore", "tests/contracts", "tests/hard_cases")
-"""Folders whose tests ask every detector: they run when the kernels of all are compiled."""
+LAST = (
+    "tests/.ci/test_real_engines",
+    "tests/.github",
+    "tests/architecture/test_documents",
+    "tests/bench",
+    "tests/cdcore",
+    "tests/contracts",
+    "tests/hard_cases",
+)
+"""Folders and files whose tests ask any detector, some in other processes: they run when all kernels are compiled.
+
+Earlier they compile what is being compiled beside them: the first three, alone with an empty cache, take 74 s.
+"""
 COMPILING = pytest.StashKey[subprocess.Popen]()
 KERNELS_ARE_THERE = pytest.StashKey[Path]()
 
@@ -114,7 +126,7 @@ def pytest_collection_modifyitems(items):
         if seen[name] % SAMPLED.get(name, 1):
             item.add_marker(pytest.mark.slow)
         seen[name] += 1
-    items.sort(key=lambda item: item.nodeid.startswith(LAST) - item.nodeid.startswith(WITHOUT_KERNELS))
+    items.sort(key=lambda item: 2 * item.nodeid.startswith(LAST) - item.nodeid.startswith(WITHOUT_KERNELS))
 
 
 @pytest.hookimpl(tryfirst=True)
