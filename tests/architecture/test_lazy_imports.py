@@ -46,9 +46,10 @@ WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click"}
         (HELP, HEAVY),
         (EVERY_DETECTOR, {*WRITERS, "sessions", "replay"}),
         ("import sessions.mcap_format.reader", {"fcl", "numba", "trimesh", "cdcore", "replay", "rerun"}),
+        ("import sessions.glassware.catalogue", {"trimesh", "manifold3d"}),
         (COMPUTES, WRITERS),
     ],
-    ids=["a package", "help and usage", "every detector", "reading poses", "what computes"],
+    ids=["a package", "help and usage", "every detector", "reading poses", "naming instruments", "what computes"],
 )
 def test_it_loads_nothing_that_it_does_not_need(code, never):
     assert not loaded_by(code) & never

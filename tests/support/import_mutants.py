@@ -1,6 +1,6 @@
 """A good file of another program comes back from its session file; each mutant of it is read or named in a sentence.
 
-So many of each kind of file, where 500 are too few:
+So many of each kind of file, where 200 are too few:
 ``IMPORT_MUTANTS=10000 python -m pytest -m slow tests/sessions tests/replay/cli/test_scene.py -k mutants``
 """
 
@@ -21,7 +21,7 @@ from sessions import read_session, write_session
 from sessions.errors import ImportFileError, SessionError
 from sessions.importers import import_session
 
-MUTANTS = [15, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "500")), marks=pytest.mark.slow)]
+MUTANTS = [15, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
 LONGEST_S = 10.0
 FOR_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink")

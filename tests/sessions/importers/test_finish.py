@@ -38,8 +38,8 @@ def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_
         samples("left", "camera"), tmp_path / "x", meshes={"left": TRIANGLE}, scene=scene, stand_ins=True
     )
     assert list(session.meshes) == ["left"] and len(session.meshes["left"].faces) == 1
-    session = finished(samples("table", "camera"), tmp_path / "x", stand_ins=True)
-    assert list(session.meshes) == ["camera"] and session.scene.body("camera").proxy
+    session = finished(samples("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
+    assert list(session.meshes) == ["camera", "left"] and session.scene.body("camera").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
 
 

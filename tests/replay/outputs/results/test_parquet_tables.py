@@ -9,7 +9,7 @@ from replay.outputs.results import parquet_tables as tables
 from replay.outputs.results.parquet_tables import event_table, frame_table, timing_table
 from replay.pipeline.engine import compute
 from replay.prepare.flags import Flags
-from sessions import Event, Interval, Scene
+from sessions import Event, Interval, Scene, Session
 from sessions.model.scene import SceneBody
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3], "c": [9] * 12}
@@ -95,7 +95,10 @@ def test_events_and_spans_stand_on_the_sessions_clock(result):
 
 
 def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
-    session = cubes(PLACES, events=[Event(50_000_000, "x")])
+    made, begin = cubes(PLACES), 10**18
+    poses = {name: (track.positions, track.quaternions_xyzw) for name, track in made.tracks.items()}
+    events = [Event(begin + 50_000_000, "x")]
+    session = Session.from_arrays(begin + made.frames.stamp_ns, poses, dict(made.meshes), events=events)
     late = compute(session, detectors="hybrid", oracle="none", start=0.03)
     assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)
 
