@@ -1,6 +1,5 @@
 """``replay tradeoff``: what accuracy costs in time, over many detectors and settings; and which one to take."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,9 +104,8 @@ def percent_of_settings(advance: "Advance") -> "Watch":
     """Advances a stage by percents of the settings begun; how many there are grows while the front is refined."""
     reached = 0
 
-    def watch(begun: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
+    def watch(begun: int, total: int) -> None:
         nonlocal reached
-        del label, rows
         more = max(0, 100 * begun // total - reached)
         advance(more)
         reached += more

@@ -1,7 +1,7 @@
 """The front and the advice, from the table alone.
 
 Times are compared by their intervals. Where two intervals overlap, the times are a tie: it goes to what is wrong less
-often, then to the complete detector, then to the simpler one. One pass has no interval, and ties with nothing.
+often, then to the complete detector, then to the earlier one. One pass has no interval, and ties with nothing.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,7 +52,7 @@ def winner_of(rows: Sequence[Row]) -> Row:
     """Of the quickest row and all that tie with it, the one to name; of equals the earlier in the table."""
     quickest = min(rows, key=lambda row: float(row["mean_ms"]))
     ties = [row for row in rows if tied(row, quickest)]
-    return min(ties, key=lambda row: (row["wrong"], not row["complete"], row["simplicity"]))
+    return min(ties, key=lambda row: (row["wrong"], not row["complete"]))
 
 
 def front_of(rows: Sequence[Row]) -> list[str]:

@@ -51,19 +51,12 @@ class Setting:
         cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon"))
         return needs is not None and not cut and needs.items() <= {"containment": True, **self.settings}.items()
 
-    @property
-    def simplicity(self) -> int:
-        """Less is simpler: fewer settings changed, then the place in ``COMPLETE``; decides where times are a tie."""
-        names = [*COMPLETE]
-        place = names.index(self.detector) if self.detector in names else len(names)
-        return len(self.settings) * (len(names) + 1) + place
-
 
 COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
     name: {"containment": True}
     for name in ("exact", "hybrid", "discrete", "static", "solid-style", "rapid-style", "obb", "aabb")
 } | {"collider": {"shape": "mesh"}, "hybrid-qaco": {"decide": "mesh", "containment": True}}
-"""Detectors that can miss nothing at a frame, and the settings which that takes; the simpler to explain come first."""
+"""Detectors that can miss nothing at a frame, and the settings which that takes."""
 
 RATES: Final = (2, 5, 10, 15, 22.5, 30, 45, 50, 60, 72, 90, 120)
 """Samples per second: from a slow poll to what engines and headsets do."""

@@ -52,8 +52,8 @@ MOST_FRAMES, FEWEST_FRAMES = 5_400, 900
 OVERHEAD: Final = 1.5
 """Seconds of a pass over those on its clocks, and what the turns of others cost its caches."""
 
-Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
-"""Called with settings begun, settings in all, what is next, and the rows so far."""
+Watch = Callable[[int, int], None]
+"""Called with settings begun, and settings in all."""
 
 
 class _Trial(Timed):
@@ -90,20 +90,19 @@ ASKED: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "
 def tradeoff(
     session: Session,
     *,
-    settings: Sequence[Setting] | None = None,
     time_limit: float | None = TIME_LIMIT,
-    watch: Watch | None = None,
+    watch: Watch = lambda *_: None,
     **asked: Any,
 ) -> Tradeoff:
     """Run many settings over a session, beside the oracle, and time them frame by frame.
 
     Parameters
     ----------
-    settings : what to try; ``None``: ``detectors``, and without those the list of ``replay.tradeoffs.settings``.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
     watch : called after every step.
-    asked : ``detectors``, ``oracle``, ``pairs``, ``start``, ``end``, ``seed``, ``tau``, ``policy``, as ``replay.run``.
+    asked : as ``replay.run``: ``oracle``, ``pairs``, ``start``, ``end``, ``seed``, ``tau``, ``policy``; ``detectors``
+        are tried in place of the list of ``replay.tradeoffs.settings``.
 
     Raises ``TradeoffError``: the oracle finds no contact, so nothing can be missed; and as ``replay.run``.
     """
@@ -111,22 +110,20 @@ def tradeoff(
 
     unknown = ", ".join(sorted(asked.keys() - {*ASKED}))
     if unknown:
-        raise TypeError(f"tradeoff takes no {unknown}; it takes settings, time_limit, watch, {', '.join(ASKED)}")
+        raise TypeError(f"tradeoff takes no {unknown}; it takes time_limit, watch, {', '.join(ASKED)}")
     run = RunSettings(**asked)
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
         ready = prepared(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
         motion, session = ready.assembly.motion, ready.treatment.session
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
-        if settings is None and run.detectors is not None:
+        if run.detectors is not None:
             settings = settings_of(run.detectors)
-        elif settings is None:
+        else:
             settings = settings_list(frames_hz=rate_of(motion.times), shipped=bool(session.colliders))
-        elif not all(isinstance(setting, Setting) for setting in settings):
-            raise TypeError("settings are replay.tradeoffs.settings.Setting; name detectors with detectors=...")
         scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED), run.seed, run.tau, session)
-        sweep = _Sweep(assembly, scoring, run.seed, deadline, tuple(settings))
-        sweep.run(watch or (lambda *_: None))
+        sweep = _Sweep(assembly, scoring, run.seed, deadline, settings)
+        sweep.run(watch)
     return sweep.whole(session)
 
 
@@ -166,9 +163,9 @@ class _Sweep:
             near = {*front_of(self._rows()), *contenders_of(self._rows())}
             front = [trial for trial in self._trials if trial.label in near]
             if self._pass_seconds(front) < self._deadline.left():
-                watch(len(self._trials), len(self._wanted), "the front again", self._rows())
+                watch(len(self._trials), len(self._wanted))
                 self._pass(front)
-        watch(len(self._wanted), len(self._wanted), "", self._rows())
+        watch(len(self._wanted), len(self._wanted))
 
     def _rows(self) -> list[dict[str, Any]]:
         """Those that have a price by now."""
@@ -184,7 +181,7 @@ class _Sweep:
             # The first setting is tried whatever it takes: a table without rows says nothing.
             if len(batch) == size or (self._trials and self._deadline.left(share) <= 0):
                 break
-            watch(len(self._trials), len(self._wanted), setting.label, self._rows())
+            watch(len(self._trials), len(self._wanted))
             trial = self._counted(setting, batch)
             if trial is None:
                 self._refused.add(setting.label)
@@ -209,7 +206,7 @@ class _Sweep:
         trial.row = {
             "label": setting.label, "settings": setting.asked, "detector": setting.detector, "line": setting.line,
             "value": setting.value, "rate_hz": setting.rate_hz,
-            "complete": setting.complete, "simplicity": setting.simplicity,
+            "complete": setting.complete,
             "oracle": setting.detector == self._scoring.spec.name,
             "prepare_seconds": trial.prepared, "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},

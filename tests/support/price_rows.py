@@ -18,7 +18,7 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
         counts[f"wrong{end}"] = sum(counts[f"{name}{end}"] for name in ("missed", "late", "false_contacts"))
     return {
         "label": label, "settings": label, "detector": label, "line": "", "value": "", "rate_hz": None,
-        "complete": False, "simplicity": 0, "oracle": False, "contacts": 18, "contacts_undecided": 0,
+        "complete": False, "oracle": False, "contacts": 18, "contacts_undecided": 0,
         "contact_frames_undecided": 0, "offsets": 1, "false": 0.0, **counts,
         "mean_ms": ms, "mean_low": None if spread is None else (1 - spread) * ms,
         "mean_high": None if spread is None else (1 + spread) * ms,
@@ -42,7 +42,7 @@ def front(rows):
         alike = [row for row in left if row["wrong"] == wrong]
         quickest = sorted(alike, key=lambda row: row["mean_ms"])[0]
         tied = [row for row in alike if row is quickest or not surely_quicker(quickest, row)]
-        best = sorted(tied, key=lambda row: (not row["complete"], row["simplicity"]))[0]
+        best = sorted(tied, key=lambda row: not row["complete"])[0]
         if last is None or surely_quicker(best, last):
             labels.append(best["label"])
             last = best

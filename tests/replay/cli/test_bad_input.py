@@ -102,26 +102,6 @@ def test_a_file_that_cannot_be_replayed_is_refused_and_told_what_to_do(content, 
     refused(capsys, run(tmp_path / "given.mcap", tmp_path), FAILURE, *words)
 
 
-MESHES = {
-    "empty.obj": ("# nothing\n", ()),
-    "bad-index.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ()),
-    "nan.obj": ("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ()),
-    "no-mesh.glb": ("glTF nonsense", ()),
-    "unknown.xyzzy": ("1 2 3", ()),
-}
-
-
-@pytest.mark.parametrize("name", MESHES)
-def test_a_mesh_file_that_is_none_is_refused_and_named(name, tmp_path, capsys):
-    (tmp_path / name).write_text(MESHES[name][0])
-    source = tmp_path / "poses.json"
-    pose = {"timestamp": 0.0, "position": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0}}
-    source.write_text(json.dumps({"left": {"poses": [pose, {**pose, "timestamp": 11.0}]}}))
-    code = main(["import", "aframe", str(source), "-o", str(tmp_path / "s.mcap"), "--mesh", f"left={tmp_path / name}"])
-    refused(capsys, code, FAILURE, name)
-    assert not (tmp_path / "s.mcap").exists()
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -58,14 +58,6 @@ def test_session_only_replaces_a_file_only_when_asked(there, tmp_path, monkeypat
 
 
 @pytest.mark.slow
-def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
-    assert main(["demo", "--scene", "titration", "-o", str(tmp_path / "run"), "--format", "json"]) == 0
-    summary = json.loads(capsys.readouterr().out)
-    assert (summary["detectors"], summary["oracle"]) == ({}, "")
-    assert (tmp_path / "run" / "session.truth.json").is_file()
-
-
-@pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     session, truth = make_scene_session("bench-bumps")
     expected = predicted(truth, session.frames.stamp_ns, 50.0)

@@ -46,13 +46,6 @@ def test_no_verb_shows_the_help(capsys):
     assert "Replay:\n  demo " in said, "a verb per line, as --help prints it"
 
 
-def test_the_version_is_the_distributions(capsys):
-    from importlib.metadata import version
-
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out == f"replay {version('vrlab-replay')}\n"
-
-
 def test_a_mistyped_verb_is_answered_with_its_neighbour(capsys):
     assert main(["rum"]) == 2
     assert "error: no verb 'rum'; did you mean 'run'?" in capsys.readouterr().err

@@ -17,7 +17,6 @@ from replay.pipeline.ranking import ranking
 from sessions.model.event import LiveContact
 
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
-WIDTHS = (60, 80, 100, 140)
 
 
 @cache
@@ -55,12 +54,6 @@ def printed(part, width):
 @pytest.mark.parametrize("state", sorted(STATES.keys() - {"effects"}))  # its table is of times
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
     assert printed(run_screen(steady(state), SEE_IT), 80) == snapshot
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_a_screen_of_any_width_reads_as_it_did_and_keeps_it(width, snapshot):
-    shown = printed(run_screen(steady("several"), SEE_IT), width)
-    assert shown == snapshot and max(map(len, shown.splitlines())) <= width
 
 
 def test_the_ranking_of_five_detectors_one_of_them_the_engine_itself_is_one_table_of_80_columns(snapshot):

@@ -57,11 +57,6 @@ def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
     assert sentence in capsys.readouterr().err
 
 
-def test_quick_asks_about_few_pairs(capsys):
-    assert main(["stress", "--detector", "exact", "--family", "1-2", "--quick"]) == 0
-    assert "200 pairs of each family" in capsys.readouterr().out
-
-
 def test_cases_alone_are_asked_and_say_why(capsys):
     assert main(["stress", "--detector", "hybrid", "--case", "28,32"]) == 0
     printed = " ".join(capsys.readouterr().out.split())

@@ -70,5 +70,5 @@ def test_a_stage_of_settings_never_goes_back_and_ends_whole():
     steps = []
     watch = percent_of_settings(steps.append)
     for begun, total in ((3, 6), (6, 20), (14, 20), (20, 20)):
-        watch(begun, total, "exact", ())
+        watch(begun, total)
     assert min(steps) >= 0 and sum(steps) == 100

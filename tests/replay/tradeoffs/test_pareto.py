@@ -9,7 +9,6 @@ rows = st.lists(
     st.builds(
         price_row, st.just(""), st.integers(1, 8), st.integers(0, 6), complete=st.booleans(),
         spread=st.none() | st.sampled_from([0.01, 0.1, 0.3]), contact_frames_undecided=st.sampled_from([0, 0, 0, 1]),
-        simplicity=st.integers(0, 3),
     ),
     max_size=12,
 ).map(lambda found: [{**row, "label": f"r{k}"} for k, row in enumerate(found)])  # fmt: skip

@@ -10,20 +10,19 @@ from support.small_worlds import cubes, framed
 from cdcore.kernels import compiling
 from replay.pipeline.engine import compute
 from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import PASSES, tradeoff
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
-LIST = (
-    Setting("FCL", "hybrid"), Setting("exact", "exact"), Setting("rare", "discrete", {"rate_hz": 20.0}),
-    Setting("boxes", "collider", {"shape": "box"}), Setting("balls", "sphere"),
-)  # fmt: skip
+LIST = {
+    "FCL": "hybrid", "exact": "exact", "rare": "discrete[rate_hz=20]", "boxes": "collider[shape=box]",
+    "balls": "sphere",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def done(bumped):
-    return tradeoff(bumped, settings=LIST)
+    return tradeoff(bumped, detectors=LIST)
 
 
 def audited(run, label):
@@ -86,9 +85,9 @@ def test_every_setting_is_timed_in_three_passes_and_sorted_by_wrong_contacts(don
 
 
 def test_a_compound_is_not_begun_where_cutting_it_takes_longer_than_there_is_time(bumped, monkeypatch):
-    asked = (*LIST[:2], Setting("4 pieces", "collider", {"shape": "compound", "pieces": 4}))
+    asked = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
     monkeypatch.setattr(trading, "seconds_to_cut", lambda meshes, most: 1000.0 * most)
-    assert tradeoff(bumped, settings=asked, time_limit=60.0).cut == ("4 pieces",)
+    assert tradeoff(bumped, detectors=asked, time_limit=60.0).cut == ("pieces",)
 
 
 def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeypatch):
@@ -101,11 +100,11 @@ def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeyp
         with monkeypatch.context() as patch:
             patch.setattr(compiling, "compiling_reported", reported)
             patch.setattr(trading, "perf_counter", lambda: float(next(clock)))
-            return tradeoff(bumped, settings=LIST, time_limit=20.0)
+            return tradeoff(bumped, detectors=LIST, time_limit=20.0)
 
     done = limited(0.0)
     assert 1 <= len(done.rows) < len(LIST)
-    assert set(done.cut) == {setting.label for setting in LIST} - {row["label"] for row in done.rows}
+    assert set(done.cut) == {*LIST} - {row["label"] for row in done.rows}
     assert not limited(1800.0).cut
 
 
@@ -114,12 +113,10 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
     turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
     turns[5, 1] = 0.0
     session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, places, turns)
-    (row,) = tradeoff(session, settings=LIST[:1], policy=["zero-quaternion=drop"]).rows
+    (row,) = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"]).rows
     assert (row["contacts"], row["wrong"]) == (1, 0)
 
 
-def test_detectors_given_as_settings_are_refused_in_a_sentence(bumped):
-    with pytest.raises(TypeError, match="detectors="):
-        tradeoff(bumped, settings=["exact", "sphere"])
+def test_what_a_tradeoff_does_not_take_is_refused_in_a_sentence(bumped):
     with pytest.raises(TypeError, match="takes no noise"):
         tradeoff(bumped, noise="vive")

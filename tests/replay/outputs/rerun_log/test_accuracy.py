@@ -9,7 +9,6 @@ from support.small_worlds import cubes
 
 from replay.outputs.plots import HIGH, LETTER, Axis, Dot, scatter
 from replay.outputs.rerun_log.texts import dots_of
-from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
 
 
@@ -40,7 +39,7 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
 
 def test_a_tradeoff_has_a_dot_for_each_setting_on_its_front_at_its_wrong_contacts_and_its_cost(demo):
     bumped = cubes({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})
-    tried = tradeoff(bumped, settings=(Setting("exact", "exact"), Setting("balls", "sphere")))
+    tried = tradeoff(bumped, detectors={"exact": "exact", "balls": "sphere"})
     dots = dots_of(replace(demo, tradeoff=tried))
     rows = {row["label"]: row for row in tried.rows}
     assert tried.front and [dot.name.rpartition(": ")[0] for dot, *_ in dots] == list(tried.front)
