@@ -1,30 +1,30 @@
 """The table of effects: a kind leads to its file, which is imported when a plan holds the kind and never otherwise.
 
-Adding an effect is one file that defines a ``SPEC`` (see ``replay.effects.protocol``, which says how) and one row
-here. A row from outside is an entry point of the group below, ``kind = "package.module:SPEC"``.
+Adding an effect is one file that defines a ``SPEC`` (see ``replay.effects.protocol``, which says how) and one table in
+``catalogue.toml``. A row from outside is an entry point of the group below, ``kind = "package.module:SPEC"``.
 """
 
 import sys
+import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib import import_module
+from importlib import import_module, resources
 from importlib.metadata import entry_points
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from replay.errors import EffectError
 
 if TYPE_CHECKING:
     from replay.effects.protocol import EffectSpec
 
-EFFECTS: Final[dict[str, str]] = {
-    kind: f"replay.effects.{kind.replace('-', '_')}:SPEC"
-    for kind in (
-        "contact", "grasp", "hazard-proximity", "breakage", "burn-exposure", "pour",
-        "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat", "flame-test",
-    )
-}  # fmt: skip
-"""Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
+CATALOGUE: Final[dict[str, dict[str, Any]]] = tomllib.loads(
+    resources.files(__package__).joinpath("catalogue.toml").read_text(encoding="utf-8")
+)
+"""Kind -> all that is declared of an effect; the kinds are the words of ``kind = `` in a scene."""
+
+EFFECTS: Final[dict[str, str]] = {kind: f"replay.effects.{kind.replace('-', '_')}:SPEC" for kind in CATALOGUE}
+"""Kind -> ``module:SPEC``."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.effects"
 

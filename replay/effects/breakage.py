@@ -16,11 +16,11 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, IntArray
 from replay.effects.contact import EffectContact, touches_of
-from replay.effects.declaring import Declaration, Pair, number, pairs
+from replay.effects.declaring import Declaration, Pair
 from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector, vector_of
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from sessions.mesh_data import MeshData
 
 MISFIT_M: Final = 0.002
@@ -267,15 +267,4 @@ def _box(mesh: MeshData) -> FloatArray:
     return np.stack([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
 
 
-SPEC = EffectSpec(
-    kind="breakage",
-    about="A body that meets another too fast breaks.",
-    compute=compute,
-    needs=("contact",),
-    fields={
-        "between": pairs("[what may break, what it may fall on]"),
-        "speed_m_s": number("speed across the surface above which it breaks", "m/s", above=0.0),
-    },
-    trigger="the begin of a contact whose path before is known",
-    sources=("thresholds: the scene's author",),
-)
+SPEC = spec_of("breakage", compute)

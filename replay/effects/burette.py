@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, bodies, body, number, vector
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import flows
 from replay.effects.movement import gone_ml, movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, spans_of
 from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
@@ -51,30 +51,4 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         raise declared.fail(f"into: {declared['body']!r} runs into itself; name what stands below")
 
 
-SPEC = EffectSpec(
-    kind="burette",
-    about="Liquid runs out of a burette through its stopcock.",
-    compute=compute,
-    fields={
-        "body": body("the burette; its liquid stands from its cavity's floor on"),
-        "joint": body("the stopcock, whose turn in the burette's frame opens it"),
-        "into": bodies("vessels that may receive"),
-        "full_area_m2": number("open area at the full angle", "m2", above=0.0),
-        "full_angle_deg": number("turn that opens it fully; beyond it opens no further", "deg", above=0.0),
-        "discharge": number("discharge coefficient of the outlet", above=0.0, most=1.0),
-        "axis": vector("axis of the stopcock in the burette's frame", "", default=(0.0, 0.0, 1.0)),
-        "tip": vector("where the liquid leaves, in the burette's frame", default=(0.0, 0.0, 0.0)),
-        "closed_below_deg": number(
-            "less turn than this is closed", "deg", default=0.1, least=0.0,
-            source="chosen by us: five times the rotation noise of a VIVE tracker (0.02 deg, Niehorster et al. 2017)",
-        ),
-    },
-    trigger="a stopcock turned beyond its closed range",
-    sources=(
-        "outflow: Torricelli's law with the scene's discharge coefficient, open area proportional to the angle",
-        "the body's origin is the tip unless the scene says otherwise; drops fall straight down",
-    ),
-    check=_check,
-    check_all=check_vessels,
-    single="body",
-)  # fmt: skip
+SPEC = spec_of("burette", compute, check=_check, check_all=check_vessels)

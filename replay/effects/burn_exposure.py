@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from replay.effects.contact import EffectContact, touches_of
-from replay.effects.declaring import Declaration, number, pairs
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from sessions.model.scene import Scene
 
 
@@ -70,19 +70,4 @@ def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _fi
                 raise declared.fail(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
 
 
-SPEC = EffectSpec(
-    kind="burn-exposure",
-    about="A hand touches a hot part.",
-    compute=compute,
-    needs=("contact",),
-    needs_if={"heat": ("surface_c", (None,))},
-    fields={
-        "between": pairs("[hands, hot parts]"),
-        "threshold_c": number("surface temperature that burns in that time, ISO 13732-1 by material", "degC"),
-        "seconds": number("contact for this long above the threshold is a burn", "s", least=0.0),
-        "surface_c": number("temperature of the part, where no effect heat computes it", "degC", default=None),
-    },
-    trigger="a hand in contact with a hot part",
-    sources=("thresholds: the scene's author from ISO 13732-1",),
-    check_all=_check_all,
-)
+SPEC = spec_of("burn-exposure", compute, check_all=_check_all)

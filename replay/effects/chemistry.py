@@ -5,7 +5,7 @@ Raised are PlanErrors of the table concerned, with the nearest name: at the plan
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +14,10 @@ from replay.effects.declaring import Declaration
 from replay.effects.models.equation import COMMON, Equation, charge_of, equation_of
 from replay.effects.models.ledger import BROUGHT, Ledger, Process, Warmth
 from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation, enthalpy_j, gas_parts, speciation_of
-from replay.effects.models.species import GASES, HENRY, HYDROLYSIS, IONS, KSP, PKA, PKW, SOLIDS, Chemistry
+from replay.effects.models.species import GASES, HENRY, HYDROLYSIS, IONS, KSP, SOLIDS, Chemistry
 from replay.effects.vessels import check_vessels, vessel_names
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
-
-SAME_PKA: Final = 0.5
-"""Handbooks differ by less in the pKa of one acid; what is further from the table's is a slip."""
 
 Tables = Mapping[str, tuple[Declaration, ...]]
 
@@ -101,93 +98,38 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         if one["rate_per_s"] is not None and not changes:
             what = "a solid with a solubility product falls out" if falls else "acids and bases meet"
             raise one.fail(f"rate_per_s: {what} at once; leave it out")
+        if one["heat_kj_mol"] is not None and not changes:
+            raise one.fail("heat_kj_mol: its heat follows from tables, for it has constants; leave it out")
         joule = enthalpy_j(changes) if one["heat_kj_mol"] is None else 1e3 * one["heat_kj_mol"]
         process = Process(one["equation"], changes, one["rate_per_s"], joule)
-        place = next((k for k, known in enumerate(processes) if known.same(process)), len(processes))
-        if changes and place == len(processes):
+        if changes and process not in processes:
             processes.append(process)
-        reactions.append(Reaction(one, equation, phase, place if changes else -1, asks_ph))
+        place = processes.index(process) if changes else -1
+        reactions.append(Reaction(one, equation, phase, place, asks_ph))
     formulas = [*products, *(formula for one in contents.values() for formula in one.amounts)]
     columns = {part for formula in formulas for part in chemistry.dissolved(formula)}
     columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
     columns |= {HENRY[formula][0] for formula in bubbling}
-    open_air = _open_air(tables) and bool(declared or products)
-    speciation = speciation_of(chemistry, sorted(columns), products, bubbling, open_air=open_air)
-    _note_heats(reactions, chemistry, speciation)
+    speciation = speciation_of(chemistry, sorted(columns), products, bubbling)
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry, speciation)
 
 
 def _chemistry(declared: Sequence[Declaration]) -> Chemistry:
-    """Acids, bases and the ion product of water of all tables; of one thing they say the same."""
-    told: dict[str, dict[str, Any]] = {"acids": {}, "bases": {}, "pkw": {}}
+    """Acids and bases of all tables; of one thing they say the same."""
+    told: dict[str, dict[str, Any]] = {"acids": {}, "bases": {}}
     for one in declared:
-        pkw = {} if one["pkw"] is None else {"": one["pkw"]}
-        for key, given in (("acids", one["acids"]), ("bases", one["bases"]), ("pkw", pkw)):
-            for formula, value in given.items():
-                known = told[key].setdefault(formula, value)
-                if known != value:
-                    name = f"{key}.{formula}".rstrip(".")
-                    raise one.fail(f"{name} is {value!r} and another table says {known!r}; give it once")
-                if formula:
-                    _check_pka(one, key, formula, value)
+        for key, known in told.items():
+            for formula, value in one[key].items():
+                if known.setdefault(formula, value) != value:
+                    words = f"{value!r} and another table says {known[formula]!r}; give it once"
+                    raise one.fail(f"{key}.{formula} is {words}")
     acids = {formula: tuple(map(float, steps)) for formula, steps in told["acids"].items()}
-    return Chemistry(acids, told["bases"], told["pkw"].get("", PKW))
-
-
-def _check_pka(one: Declaration, key: str, formula: str, told: Any) -> None:
-    """Raises PlanError: the tables know this acid or base otherwise."""
-    known = Chemistry()
-    parts = known.parts(formula) or {}
-    mine = told if key == "acids" else [told]
-    takers = [part for part in parts if part in known.pka]
-    steps = [pka for part in takers for pka in known.pka[part]]
-    if not takers or not mine or "OH-" in parts:
-        return
-    if key == "bases":
-        steps = steps[-1:]
-    strong = any(not PKA.get(part, (0.0,)) for part in takers) and "H+" in parts
-    if (strong and key == "acids") or (
-        len(steps) == len(mine) and any(abs(a - b) > SAME_PKA for a, b in zip(steps, mine, strict=True) if a > 0.0)
-    ):
-        table = "strong" if strong else ", ".join(f"{pka:g}" for pka in steps)
-        raise one.fail(f"{key}.{formula} is {told!r} and the handbook says {table}; correct it or leave it out")
-
-
-def _open_air(tables: Tables) -> bool:
-    told = {one["air"]: one for one in tables.get("mixing", ())}
-    if len(told) > 1:
-        raise told["open"].fail("air is 'open' and another table says 'closed'; all vessels stand in one air")
-    return "open" in told
+    return Chemistry(acids, told["bases"])
 
 
 def _gives_ph(chemistry: Chemistry, formula: str) -> bool:
     parts = chemistry.parts(formula) or {}
     return bool(parts.get(PROTON)) or chemistry.is_base(formula) or any(part in HYDROLYSIS for part in parts)
-
-
-def _note_heats(reactions: Sequence[Reaction], chemistry: Chemistry, speciation: Speciation) -> None:
-    """Enthalpies that no table knows, from equations whose heat the scene declares and that have one unknown."""
-    phases, joule = speciation.mixture.phases, speciation.joule
-    for one in reactions:
-        heat = one.declared["heat_kj_mol"]
-        if heat is None or one.process >= 0:
-            continue
-        term = np.zeros(len(joule))
-        for formula, many in one.equation.changes.items():
-            column = formula + f"({one.phases.get(formula, '')})"
-            if column in phases:
-                term[len(speciation.mixture.species) + phases.index(column)] += many
-            else:
-                for row, often in (speciation.form(chemistry, formula) or {}).items():
-                    term[row] += many * often
-        unknown = np.flatnonzero((term != 0.0) & np.isnan(joule))
-        if not len(unknown):
-            raise one.declared.fail("heat_kj_mol: the enthalpies of all its formulas are known; leave it out")
-        if len(unknown) > 1:
-            raise one.declared.fail(
-                "heat_kj_mol: more than one of its formulas has no enthalpy; declare one equation for each"
-            )
-        joule[unknown] = (1e3 * heat - term @ np.nan_to_num(joule)) / term[unknown]
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
@@ -229,8 +171,7 @@ def _check_heat(declared: Declaration, recipe: Recipe) -> None:
     for name, joule in zip((*speciation.mixture.species, *speciation.mixture.phases), speciation.joule, strict=True):
         if np.isnan(joule):
             raise declared.fail(
-                f"of: no table knows the enthalpies of {name!r} and of what it makes; give heat_kj_mol, kJ for one "
-                "mol of the equation as it is written, to a reaction with it"
+                f"of: no table knows the enthalpies of {name!r} and of what it makes; leave the heat out"
             )
 
 

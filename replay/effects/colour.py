@@ -7,12 +7,11 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, body, number, text
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, blended
+from replay.effects.protocol import spec_of
 from replay.effects.spans import spans_of
-from replay.effects.vessels import COLOURS, blended
 from sessions.model.scene import Scene
 
 WORDS: Final = ("acid_colour", "base_colour")
@@ -78,20 +77,4 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         raise declared.fail("from_ph is not below to_ph; give the range in which the indicator changes, rising")
 
 
-SPEC = EffectSpec(
-    kind="colour",
-    about="An indicator shows the pH.",
-    compute=compute,
-    needs=("mixing", "reaction"),
-    fields={
-        "in": body("vessel with the indicator"),
-        "indicator": text("its name, for the reader"),
-        "from_ph": number("where its change begins", "pH"),
-        "to_ph": number("where its change is complete", "pH"),
-        "acid_colour": text("below the range", among=tuple(COLOURS)),
-        "base_colour": text("above the range", among=tuple(COLOURS)),
-    },
-    trigger="a change of pH in the vessel",
-    sources=("range and colours of the indicator: the scene's author", "linear mixture in between: for the picture"),
-    check=_check,
-)
+SPEC = spec_of("colour", compute, check=_check)

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.declaring import Pair, pairs
+from replay.effects.declaring import Pair
 from replay.effects.inputs import EffectInputs, PairContact
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector, vector_of
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import steadied
 
 FLAT: Final = 1e-3
@@ -79,11 +79,4 @@ def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, words, point=touch.point)
 
 
-SPEC = EffectSpec(
-    kind="contact",
-    about="Surfaces of two bodies meet.",
-    compute=compute,
-    fields={"between": pairs("two selectors: bodies of the first against bodies of the second")},
-    detector="exact",
-    sources=("two clear frames end it: rest of a VIVE tracker, 0.14-0.77 mm from frame to frame (own measurement)",),
-)
+SPEC = spec_of("contact", compute)

@@ -3,10 +3,10 @@
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import Any, Final
 
+from replay.effects.output import COLOURS
 from replay.errors import PlanError
 from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneEffect
@@ -14,43 +14,29 @@ from sessions.scene_files.scene_toml import bodies_by_selector
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest
 
 Pair = tuple[str, str]
-REQUIRED: Final = object()
-"""Default of a field without a default."""
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """One key of an ``[[effect]]`` table."""
+    """One key of an ``[[effect]]`` table; it must be given unless it is optional or has a default."""
 
-    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``vector``, ``mapping`` or ``words``
+    kind: str  # of `READERS`
     about: str  # its meaning, for the plan and the documentation
     unit: str = ""  # of a number or vector
-    # value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``
-    default: Any = REQUIRED
+    default: Any = None  # value when absent
+    optional: bool = False  # it may be absent, and is then ``None``
     # above, least, most: bounds of a number; ``above`` is excluded, the others are not
     above: float | None = None
     least: float | None = None
     most: float | None = None
     among: tuple[str, ...] = ()  # the words a text may be
-    source: str = ""  # where the default comes from
 
 
-pairs = partial(Field, "pairs")
-"""``between = [first, second]``: all pairs of a body of the first and one of the second selector."""
-bodies = partial(Field, "bodies")
-"""An id, ``tag:WORD``, or a list of them."""
-body = partial(Field, "body")
-"""An id, or a ``tag:WORD`` that one body has."""
-number = partial(Field, "number")
-"""A finite number: ``number(about, unit, default=..., above=..., least=..., most=..., source=...)``."""
-vector = partial(Field, "vector")
-"""Three finite numbers."""
-text = partial(Field, "text")
-"""A text; where ``among`` is given, one of those."""
-mapping = partial(Field, "mapping")
-"""A table of the author's own keys."""
-words = partial(Field, "words")
-"""A table of the author's own keys and of words."""
+def field_of(row: Mapping[str, Any]) -> Field:
+    """A field from its row in the catalogue: its kind with its meaning, and any other keys of `Field`."""
+    (kind, about), *others = row.items()
+    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in others}
+    return Field(kind, about, **rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +71,11 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
     for key, field in fields.items():
         if key not in effect.settings:
             values[key] = field.default
-            if field.default is REQUIRED:
+            if field.default is None and not field.optional:
                 faults.append(f"{key} is missing: {field.about}{field.unit and ' in ' + field.unit}")
             continue
         try:
-            values[key] = READERS.get(field.kind, _simple)(effect.settings[key], field, scene)
+            values[key] = READERS[field.kind](effect.settings[key], field, scene)
         except ValueError as error:
             faults.append(f"{key}{error}")
             continue
@@ -148,33 +134,39 @@ def _number(value: Any, field: Field, _: Scene) -> float:
     return float(value)
 
 
-def _simple(value: Any, field: Field, _: Scene) -> Any:
-    fits, wanted, made = SIMPLE[field.kind]
-    if not fits(value):
-        raise ValueError(f" is {value!r}; give {wanted}")
-    if field.among and value not in field.among:
-        raise ValueError(f" is {value!r}{nearest(value, field.among)}")
-    return made(value)
+def _text(value: Any, field: Field, _: Scene) -> str:
+    if not isinstance(value, str) or not value:
+        raise ValueError(f" is {value!r}; give text")
+    among = tuple(COLOURS) if field.kind == "colour" else field.among
+    if among and value not in among:
+        raise ValueError(f" is {value!r}{nearest(value, among)}")
+    return value
 
 
-SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str, Callable[[Any], Any]]]] = {
-    "text": (lambda value: isinstance(value, str) and bool(value), "text", str),
-    "vector": (lambda value: isinstance(value, list | tuple) and len(value) == 3 and all(map(is_number, value)),
-               "three finite numbers", lambda value: tuple(map(float, value))),
-    "words": (lambda value: isinstance(value, Mapping) and all(isinstance(one, str) for one in value.values()),
-              "a table of words", dict),
-    "mapping": (lambda value: isinstance(value, Mapping), "a table", dict),
-}  # fmt: skip
-"""Kind of a field -> whether a value is of it, what is asked for, and what is made of it."""
+def _vector(value: Any, _: Field, __: Scene) -> tuple[float, ...]:
+    if not isinstance(value, list | tuple) or len(value) != 3 or not all(map(is_number, value)):
+        raise ValueError(f" is {value!r}; give three finite numbers")
+    return tuple(map(float, value))
+
+
+def _table(value: Any, field: Field, _: Scene) -> dict[str, Any]:
+    of_words = field.kind == "words"
+    if not isinstance(value, Mapping) or (of_words and not all(isinstance(one, str) for one in value.values())):
+        raise ValueError(f" is {value!r}; give a table{' of words' if of_words else ''}")
+    return dict(value)
+
 
 READERS: Final[Mapping[str, Callable[[Any, Field, Scene], Any]]] = {
-    "pairs": _pairs, "bodies": _bodies, "body": _body, "number": _number,
+    "pairs": _pairs, "bodies": _bodies, "body": _body, "number": _number, "text": _text, "colour": _text,
+    "vector": _vector, "mapping": _table, "words": _table,
 }  # fmt: skip
+"""Kind of a field -> what reads it: pairs of two selectors, bodies of one, one body, a number, a word, three numbers, a
+table of the author's own keys (``words``: and of words)."""
 
 
 BODY_KEYS: Final[Mapping[str, Any]] = {
     "cavity": dict.fromkeys(
-        ("shape", "capacity_ml", "floor", "mark", "radius", "height", "opening_radius", "opening", "lip"), ""
+        ("capacity_ml", "floor", "mark", "radius", "height", "opening_radius", "opening", "lip"), ""
     ),
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),

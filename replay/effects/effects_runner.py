@@ -47,13 +47,11 @@ class EffectRun:
 
 
 def run_effects(
-    planned: Plan, session: Session, assembly: Assembly, detections: Mapping[str, Detection],
-    believed: frozenset[str] = frozenset(),
-) -> dict[str, EffectRun]:  # fmt: skip
+    planned: Plan, session: Session, assembly: Assembly, detections: Mapping[str, Detection]
+) -> dict[str, EffectRun]:
     """Run every effect of a plan; kind -> outcome, in running order.
 
     ``detections``: name of a detector that a spec names -> the answer its effect reads.
-    ``believed``: codes of the doctor's findings that the policy keeps.
     Raises EffectError: the recording does not hold what a declared effect needs.
     """
     done: dict[str, EffectRun] = {}
@@ -64,7 +62,7 @@ def run_effects(
         pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
         done[kind] = _run(step, EffectInputs(
             kind, step.declared, pairs, session, assembly, frozenset(planned.bodies), step.spec.reads,
-            detections.get(step.spec.detector), outputs, Counter(), tables, made, believed,
+            detections.get(step.spec.detector), outputs, Counter(), tables, made,
         ))  # fmt: skip
     return done
 

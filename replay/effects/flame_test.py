@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from replay.effects.contents import contents_of_scene
-from replay.effects.declaring import Declaration, bodies, body, number, vector, words
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.effects.vessels import Vessel, check_vessels, inside
 from sessions.model.scene import Scene
@@ -90,24 +90,4 @@ def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file
     contents_of_scene(scene, file)
 
 
-SPEC = EffectSpec(
-    kind="flame-test",
-    about="Salts colour a flame.",
-    compute=compute,
-    fields={
-        "flame": body("the lamp"),
-        "base": vector("foot of the flame in the lamp's frame"),
-        "flame_radius": number("of the flame's cone at its foot", "m", above=0.0),
-        "flame_height": number("of the cone", "m", above=0.0),
-        "wire": body("the wire"),
-        "tip": vector("its tip in its own frame"),
-        "seconds": number("a tip that stays for this long shows its colour", "s", least=0.0),
-        "colours": words("salt = colour of the flame"),
-        "vessels": bodies("vessels with salts"),
-        "dips": words("vessel = salt that the wire takes up there"),
-    },
-    trigger="the wire's tip in a declared vessel's liquid or in the flame",
-    sources=("colours, cone and time: the scene's author", "the salt of the last dip is on the wire"),
-    check=_check,
-    check_all=_check_all,
-)
+SPEC = spec_of("flame-test", compute, check=_check, check_all=_check_all)

@@ -2,16 +2,15 @@
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, body, number, text, vector
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
-from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
+from replay.effects.models.gas_laws import gas_ml_per_mol
 from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, Span, spans_of
 from replay.effects.vessels import Vessel, check_vessels, inside, vessels_of
-from replay.errors import EffectError
 from sessions.model.scene import Scene
 
 
@@ -60,9 +59,7 @@ def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:
 
 
 def _ml_per_mol(declared: Declaration) -> float:
-    celsius, antoine = declared["temperature_c"], declared["antoine"]
-    vapour = 0.0 if antoine is None else vapour_pressure_pa(celsius, antoine)
-    return gas_ml_per_mol(celsius, declared["pressure_pa"], vapour)
+    return gas_ml_per_mol(declared["temperature_c"], declared["pressure_pa"], declared["antoine"])
 
 
 def _event(
@@ -81,35 +78,8 @@ def _event(
 def _check(declared: Declaration, _scene: Scene) -> None:
     try:
         _ml_per_mol(declared)
-    except (ValueError, EffectError) as error:
+    except ValueError as error:
         raise declared.fail(str(error)) from error
 
 
-SPEC = EffectSpec(
-    kind="gas",
-    about="A reaction's gas is collected, or leaks.",
-    compute=compute,
-    needs=("reaction",),
-    fields={
-        "gas": text("formula of the gas, a product of a declared reaction"),
-        "from": body("the flask in which it arises"),
-        "tube": body("the delivery tube"),
-        "outlet": vector("its upper end, in its own frame"),
-        "inlet": vector("its lower end, in its own frame", default=(0.0, 0.0, 0.0)),
-        "jar": body("the overturned jar that collects it"),
-        "temperature_c": number("of the gas", "degC", above=-273.15),
-        "pressure_pa": number("of the air", "Pa", above=0.0),
-        "antoine": vector(
-            "A, B, C of log10(P/mmHg) = A - B/(C + T/degC) of water, where it is collected over water", "", default=None
-        ),
-    },
-    single="jar",
-    trigger="a reaction that is giving gas",
-    sources=(
-        "ideal gas, V = n R T / (P - P_H2O); gas constant: CODATA 2018",
-        "vapour pressure: the scene's author's Antoine constants; without them the gas is dry",
-        "no delay in the tube; a light gas stays in a jar that stands on its mouth",
-    ),
-    check=_check,
-    check_all=check_vessels,
-)
+SPEC = spec_of("gas", compute, check=_check, check_all=check_vessels)

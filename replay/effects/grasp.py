@@ -1,21 +1,18 @@
 """A grasp is a pressed trigger and a thing that rides on the hand: held a while and moved, or it failed."""
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import BoolArray
 from replay.effects.contact import touches_of
-from replay.effects.declaring import Declaration, number, pairs
-from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
+from replay.effects.declaring import Declaration
+from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import Span, spans_of, switched
 from sessions.model.track import HandTrack
-
-TWO_DEGREES: Final = float(np.radians(2.0))
 
 CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
@@ -116,27 +113,4 @@ def riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
     return steady
 
 
-OURS: Final = (
-    "project specification, section 8.1 (chosen by us: above a tracker's noise, below a person's quickest grasp)"
-)
-_ours = partial(number, source=OURS)
-
-SPEC = EffectSpec(
-    kind="grasp",
-    about="A hand takes a thing and lets go of it.",
-    compute=compute,
-    needs=("contact",),
-    fields={
-        "between": pairs("[hands, what they may take]"),
-        "press": _ours("level at which trigger or grip counts as pressed", default=0.6, above=0.0, most=1.0),
-        "release": _ours("level at which it counts as let go", default=0.4, least=0.0, most=1.0),
-        "spread_m": _ours("most the thing moves in the hand within the window", "m", default=0.002, above=0.0),
-        "spread_rad": _ours("most it turns in the hand within the window", "rad", default=TWO_DEGREES, above=0.0),
-        "window_s": _ours("the window", "s", default=0.1, above=0.0),
-        "held_s": _ours("held longer than this it is a grasp", "s", default=0.3, least=0.0),
-        "moved_m": _ours("moved further than this it is a grasp", "m", default=0.02, least=0.0),
-    },
-    reads=(HANDS,),
-    trigger="a pressed trigger or grip",
-    sources=(OURS,),
-)
+SPEC = spec_of("grasp", compute)

@@ -4,10 +4,10 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, bodies, body, number
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from replay.effects.spans import Span, switched
 from sessions.mesh_data import MeshData
 
@@ -105,22 +105,4 @@ def surface_points(mesh: MeshData) -> FloatArray:
     return np.unique(np.concatenate(found).round(9), axis=0)
 
 
-OURS: Final = "chosen by us: five times the noise of a VIVE tracker (2 mm), so that standing at the border is one event"
-
-SPEC = EffectSpec(
-    kind="hazard-proximity",
-    about="A head or hand comes near a hazard.",
-    compute=compute,
-    fields={
-        "of": bodies("heads and hands"),
-        "hazard": body("the hazard; its volume is the box about its mesh, in its own frame"),
-        "distance": number("nearer than this counts as near", "m", above=0.0),
-        "above": number(
-            "height added to the volume, as of a flame that has no mesh", "m", default=0.0, least=0.0,
-            source="none added unless the scene's author does",
-        ),
-        "leave_by": number("further than distance by this it is left", "m", default=0.01, least=0.0, source=OURS),
-    },
-    trigger="the ball about the visitor within the distance of the hazard's box",
-    sources=("distance: the scene's author", OURS),
-)  # fmt: skip
+SPEC = spec_of("hazard-proximity", compute)

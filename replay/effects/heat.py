@@ -6,13 +6,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, body, number, text, vector
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.warming import WATER_BOILS_C, warmed
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
+from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, steadied
-from replay.effects.vessels import COLOURS, Vessel
+from replay.effects.vessels import Vessel
 from replay.errors import EffectError
 from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.toml_table import is_number
@@ -159,40 +159,4 @@ def _check_solid(vessel: Vessel) -> None:
         raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
 
 
-SPEC = EffectSpec(
-    kind="heat",
-    about="A flame or a dilution heats.",
-    compute=compute,
-    needs_if={"mixing": ("of", ("dilution", "neutralisation")), "reaction": ("of", ("neutralisation",))},
-    fields={
-        "of": text("what gives the heat", among=tuple(KINDS)),
-        "ambient_c": number("of the room and of everything at first", "degC", above=-273.15),
-        "loss_w_per_k": number("heat lost per kelvin above the room", "W/K", least=0.0),
-        "boils_c": number("hotter it does not get; absent: 100 for liquids, none over a flame", "degC", default=None),
-        "source": body("the lamp", default=None),
-        "heats": body("what is heated; properties.heat_capacity_j_per_k", default=None),
-        "base": vector("foot of the flame in the lamp's frame", default=None),
-        "within": number("heated nearer than this to the flame's axis", "m", default=None, above=0.0),
-        "height": number(
-            "heated no higher than this above the flame's foot", "m", default=0.25, above=0.0,
-            source="chosen by us: twice the flame of an alcohol lamp; above it warm air rises and no flame heats",
-        ),
-        "turns_c": number("what is in it (properties.solid) turns at this temperature", "degC", default=None),
-        "from_colour": text("its colour before", among=tuple(COLOURS), default=None),
-        "to_colour": text("its colour from then on", among=tuple(COLOURS), default=None),
-        "power_w": number("heat that reaches it", "W", default=None, least=0.0),
-        "solute": text("the acid", default=None),
-        "heat_j_mol": number("heat of dilution of one mol in much water", "J/mol", default=None),
-        "half_water": number("mol of water per mol of acid that give half of it", "", default=None, above=0.0),
-        "heat_capacity_j_per_ml_k": number("of the liquids", "J/(mL K)", default=None, above=0.0),
-    },
-    single="heats",
-    trigger="the body over the flame and the time after, or liquid that is mixed and the time after",
-    sources=(
-        "m c dT/dt = P - k (T - Ta), closed form from frame to frame; constants: the scene's author",
-        "heat of reaction: enthalpies of formation of the NBS tables, 1982, 25 degC, or as declared",
-        "heat of dilution a n / (n + b) per mol of acid in n mol of water (form of J. Thomsen); constants the author's",
-        "acid into water: a more concentrated acid is poured into a weaker one, never the other way round",
-    ),
-    check=_check,
-)  # fmt: skip
+SPEC = spec_of("heat", compute, check=_check)

@@ -114,7 +114,6 @@ class EffectInputs:
     counters: Counter[str]
     tables: Mapping[str, tuple[Declaration, ...]]  # declarations of every kind of the plan
     made: dict[str, Any]  # what effects share
-    believed: frozenset[str]  # codes of the doctor's findings that the run's policy keeps though doubtful
 
     @property
     def times(self) -> FloatArray:

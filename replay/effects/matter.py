@@ -70,19 +70,18 @@ class Matter:
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero(volume_ml > 0.0)
         totals = self.totals(amounts[wet])
-        # A gas of the air is where it was brought; a bubble that left stays away, and no more may bubble.
-        if ledger.leaves.any():
-            stays = ~ledger.leaves
+        # A bubble that left stays away, and no more may bubble.
+        if ledger.gas.any():
             mixture = replace(
-                mixture, phases=tuple(name for name, stay in zip(mixture.phases, stays, strict=True) if stay),
-                uses=mixture.uses[stays], products=mixture.products[stays], held=mixture.held[stays],
+                mixture, phases=tuple(np.array(mixture.phases)[~ledger.gas].tolist()),
+                uses=mixture.uses[~ledger.gas], products=mixture.products[~ledger.gas],
             )  # fmt: skip
         return wet, equilibrium(mixture, totals, volume_ml[wet] * 1e-3)
 
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
         ledger = self.ledger
-        solids = amounts[:, ledger.phases] * ledger.solid
+        solids = amounts[:, ledger.phases] * ~ledger.gas
         return (amounts - solids @ ledger.formation)[:, ledger.parts]
 
 

@@ -5,13 +5,11 @@ from typing import Final
 import numpy as np
 
 from replay.effects.chemistry import check_chemistry
-from replay.effects.contents import WATER_MOLAR
-from replay.effects.declaring import bodies, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.output import EffectOutput, Findings, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 
 MOVERS: Final = ("pour", "burette")
 
@@ -33,21 +31,4 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-SPEC = EffectSpec(
-    kind="mixing",
-    about="Liquids that come together mix.",
-    compute=compute,
-    check_all=check_chemistry,
-    uses=MOVERS,
-    fields={
-        "in": bodies("vessels to follow"),
-        "air": text(
-            "``open``: carbon dioxide of the air comes in and goes out", among=("closed", "open"), default="closed"
-        ),
-    },
-    trigger="liquid that enters or leaves one of the vessels",
-    sources=(
-        "perfect mixing and additive volumes: simplifications of this model",
-        f"pure water {WATER_MOLAR} mol/L at 20 degC: density 0.9982 g/mL (CRC Handbook), 18.015 g/mol (IUPAC 2021)",
-    ),
-)
+SPEC = spec_of("mixing", compute, check_all=check_chemistry)

@@ -23,8 +23,6 @@ from replay.effects.vessels import ML, Vessel, vessels_of
 from sessions.doctor.track_watch import undone_turns
 
 SPILLED, UNKNOWN = -1, -2
-TURN_OUTLIER = "turn-outlier"
-"""The doctor's finding of a rotation that leaves and comes back faster than a hand turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,6 @@ class Movement:
     vessels: Mapping[str, Vessel]
     volume_ml: Mapping[str, FloatArray]
     streams: tuple[Stream, ...]
-    glitches: Mapping[str, IntArray]  # vessel -> frames whose tilt would pour and is none
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
@@ -80,7 +77,6 @@ def _moved(inputs: EffectInputs) -> Movement:
         {name: place.vessel for name, place in places.items()},
         {name: staying for name, (_, _, staying) in given.items()},
         tuple(one for name, place in places.items() for one in place.streams(names, *given[name][:2])),
-        {name: place.glitches(given[name][2]) for name, place in places.items()},
     )
 
 
@@ -97,7 +93,6 @@ class _Place:
         self.poses = inputs.poses(vessel.body.id)
         self.held, count = self.poses.held(), len(inputs)
         self.target, self.point = np.full(count, UNKNOWN), np.zeros((count, 3))  # (T,) number of a vessel, (T, 3)
-        self.doubtful = np.zeros(count, dtype=np.bool_)
         self.kept = self.most = np.full(count, np.inf)
         if tap is not None:
             self.area = _open_area(inputs, tap) * self.held.valid
@@ -124,13 +119,6 @@ class _Place:
             low = _lowered(first, bounds, self.most)
             previous = np.concatenate([[first], low[:-1, 1]])
         return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
-
-    def glitches(self, volume_ml: FloatArray) -> IntArray:
-        """Frames (n,) that would pour by a tilt which the frame after them does not have."""
-        rows = np.flatnonzero(self.doubtful)
-        kept = self.vessel.shape.kept_ml(_down(self.poses, rows)) if len(rows) else np.zeros(0)
-        after = self.kept[np.minimum(rows + 1, len(volume_ml) - 1)]
-        return rows[(kept < volume_ml[rows]) & (after >= volume_ml[rows])]
 
     def aimed(self, leaving: FloatArray, places: "Mapping[str, _Place]") -> IntArray:
         """Number (T,) of the vessel that it falls into in each frame in which it flows, or `SPILLED`."""
@@ -165,9 +153,7 @@ class _Place:
         known = poses.valid & poses.linked
         # Of the first frame the next one tells.
         known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
-        if TURN_OUTLIER not in self.inputs.believed:
-            known &= ~_turned_and_back(poses)
-        self.doubtful = poses.valid & ~known
+        known &= ~_turned_and_back(poses)
         kept = np.full(len(known), np.inf)
         kept[known] = self.vessel.shape.kept_ml(_down(poses, known))
         return kept

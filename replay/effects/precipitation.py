@@ -6,14 +6,22 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, number, text
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.equation import molar_mass
 from replay.effects.models.speciation import SOLID
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec
-from replay.effects.vessels import COLOURS, WATERY, blended
+from replay.effects.output import (
+    COLOURS,
+    WATERY,
+    EffectEvent,
+    EffectOutput,
+    Findings,
+    FloatArray,
+    Series,
+    blended,
+)  # fmt: skip
+from replay.effects.protocol import spec_of
 
 CLOUDY_MOL_L: Final = 1e-3
 """Solid per litre that is drawn as fully cloudy; chosen by us, for the picture only."""
@@ -57,24 +65,4 @@ def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
     yield EffectEvent(float(times[row]), name, (vessel,), None, values, words)
 
 
-SPEC = EffectSpec(
-    kind="precipitation",
-    about="A salt falls out of solution.",
-    compute=compute,
-    needs=("mixing", "reaction"),
-    fields={
-        "solid": text("formula of the solid, a product of a declared reaction"),
-        "ksp": number(
-            "solubility product; absent: that of the table", "mol/L to the number of ions", default=None, above=0.0,
-            most=1e3, source="CRC Handbook, 97th ed. (models/constants.toml)",
-        ),
-        "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
-    },
-    single="solid",
-    trigger="all reagents of a reaction that makes the solid in one vessel",
-    sources=(
-        "solubility product: the scene's author, else the CRC Handbook; molar mass: standard atomic weights",
-        "equilibrium with all that is dissolved (models/equilibrium.py), concentrations as activities",
-        "solids stay when liquid is poured off, but for the share that a pour declares",
-    ),
-)  # fmt: skip
+SPEC = spec_of("precipitation", compute)

@@ -1,7 +1,7 @@
 """What an effect is: a spec that says all it will ask for, and a function that gets nothing else.
 
 HOW TO WRITE AN EFFECT. One file ``replay/effects/<kind>.py`` (a hyphen becomes an underscore) that ends in a ``SPEC``,
-and its kind in ``replay.effects.EFFECTS``. ``replay/effects/contact.py`` is a whole example::
+and a table of its kind in ``replay/effects/catalogue.toml``. ``replay/effects/contact.py`` is a whole example::
 
     def compute(inputs: EffectInputs) -> EffectOutput:
         for declared in inputs.declared:                        # one per [[effect]] table of this kind, in order
@@ -9,15 +9,11 @@ and its kind in ``replay.effects.EFFECTS``. ``replay/effects/contact.py`` is a w
             lip = path.point(inputs.body(declared["of"]).extra["cavity"]["lip"])    # (T, 3), NaN where no pose
         return EffectOutput(events=..., series=..., lanes=..., ran=..., liquids=..., data=...)
 
-    SPEC = EffectSpec(
-        kind="lip", about="Where a lip is.", compute=compute, fields={"of": body("a vessel")},
-        trigger="", sources=("the scene's author",),
-    )
+    SPEC = spec_of("lip", compute)
 
-What the spec does not name (`EffectSpec`, field by field) cannot be had. Keys of its ``[[effect]]`` table are made with
-``pairs bodies body number text flag vector mapping words`` of ``replay.effects.declaring``; ``Declaration`` hands them
-out checked, with defaults and with ids and ``tag:WORD`` as names of bodies. A constant is a field without a default
-(the author's) or a default whose ``source`` stands beside it. What one effect tells another goes through
+An effect of another package has no table there: it ends in an `EffectSpec` with its fields, ``{"of": Field("body", "a
+vessel")}``. What the spec does not name cannot be had. ``Declaration`` hands the keys of an ``[[effect]]`` table out
+checked, with defaults and with ids and ``tag:WORD`` as names of bodies. What one effect tells another goes through
 ``EffectOutput.data``. Effects of liquids are views of one account: `replay.effects.movement.movement_of` (who gave whom
 how much, when) and `replay.effects.matter.matter_of` (what is in each vessel).
 
@@ -27,11 +23,12 @@ same inputs give the same bytes. It computes only where its ``trigger`` holds an
 written by the effect; picture, tables and report are made from the `EffectOutput`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
-from replay.effects.declaring import Declaration, Field
+from replay.effects import CATALOGUE
+from replay.effects.declaring import Declaration, Field, field_of
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectOutput
 from sessions.model.scene import Scene
@@ -51,8 +48,8 @@ class EffectSpec:
     # needs: kinds it cannot do without, in the plan because this one is. uses: kinds it builds on when the plan holds
     # them anyway. Both run before it: ``inputs.output(kind)``, of a used one where ``inputs.outputs`` has it.
     needs: tuple[str, ...] = ()
-    # kind -> a field, and its values with which the kind is needed
-    needs_if: Mapping[str, tuple[str, tuple[object, ...]]] = field(default_factory=dict)
+    # kind -> a field, and its values with which the kind is needed; no values: where the field is left out
+    needs_if: Mapping[str, Sequence[object]] = field(default_factory=dict)
     uses: tuple[str, ...] = ()
     reads: tuple[str, ...] = ()  # topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``
     # row of the table of detectors that looks at its pairs, for ``inputs.contact(pair)``; ``""``: none. One that needs
@@ -68,7 +65,15 @@ class EffectSpec:
     def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""
         found = [*self.needs]
-        for kind, (key, values) in self.needs_if.items():
-            if any(one[key] in values for one in declared):
+        for kind, (key, *values) in self.needs_if.items():
+            if any(one[str(key)] in (values or [None]) for one in declared):
                 found.append(kind)
         return tuple(dict.fromkeys(found))
+
+
+def spec_of(kind: str, compute: Callable[[EffectInputs], EffectOutput], **checks: Any) -> EffectSpec:
+    """The spec of an effect of the catalogue, with its function and what refuses its tables."""
+    told = CATALOGUE[kind]
+    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
+    rest["fields"] = {key: field_of(row) for key, row in told["fields"].items()}
+    return EffectSpec(kind, compute=compute, **rest, **checks)

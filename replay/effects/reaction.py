@@ -5,13 +5,13 @@ from typing import Final
 import numpy as np
 
 from replay.effects.chemistry import Reaction
-from replay.effects.declaring import Declaration, mapping, number, text
+from replay.effects.declaring import Declaration
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import Matter, matter_of
 from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
-from replay.effects.protocol import EffectSpec
+from replay.effects.protocol import spec_of
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
 
@@ -112,25 +112,4 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(f"bases.{formula} is {value!r}; give the pKa of its conjugate acid")
 
 
-SPEC = EffectSpec(
-    kind="reaction",
-    about="What is mixed reacts.",
-    compute=compute,
-    needs=("mixing",),
-    fields={
-        "equation": text("a balanced equation; its reagents are the formulas of solutes and solids"),
-        "rate_per_s": number("first-order rate; absent: it ends at once", "1/s", default=None, above=0.0),
-        "acids": mapping("weak acids: formula = [pKa of each proton, rising]", default={}),
-        "bases": mapping("weak bases: formula = pKa of the conjugate acid", default={}),
-        "heat_kj_mol": number("its enthalpy, where no table knows it; below 0 it warms", "kJ/mol", default=None),
-        "pkw": number("ion product of water; absent: 13.995, IAPWS R11-07", "", default=None, above=0.0),
-    },
-    trigger="all reagents in one vessel, and a change of what is in it (or, with a rate, the time after)",
-    sources=(
-        "one equilibrium of acids, bases, metal ions, solids and gases: least Gibbs energy (models/equilibrium.py)",
-        "constants: CRC Handbook, Baes and Mesmer 1976, Lange's Handbook, Sander 2015 (models/constants.toml)",
-        "concentrations as activities, 25 degC; what has no constant runs to the end of its limiting reagent",
-        "ion product of water: IAPWS R11-07",
-    ),
-    check=_check,
-)  # fmt: skip
+SPEC = spec_of("reaction", compute, check=_check)

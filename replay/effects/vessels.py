@@ -4,16 +4,15 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.outflow import Stream
 from replay.effects.models.sliced import SlicedCavity, tilt_of, volume_kept
-from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
+from replay.effects.output import WATERY, EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
 from sessions.errors import SessionError
@@ -24,33 +23,8 @@ from sessions.scene_files.toml_table import is_number
 if TYPE_CHECKING:
     from sessions.glassware.instrument import Cavity
 
-Rgba = tuple[int, int, int, int]
-
-WATERY: Final[Rgba] = (120, 170, 220, 150)
-"""A liquid that no effect gives a colour."""
-
-COLOURS: Final[Mapping[str, Rgba]] = {
-    "colourless": WATERY, "white": (245, 245, 245, 235), "black": (25, 25, 25, 235), "red": (215, 40, 40, 200),
-    "orange": (240, 140, 30, 200), "yellow": (245, 215, 50, 200), "green": (50, 165, 80, 200),
-    "blue": (40, 90, 215, 200), "violet": (140, 70, 190, 200), "pink": (235, 90, 165, 200),
-    "brown": (130, 80, 40, 220),
-}  # fmt: skip
-"""Word -> red, green, blue, alpha; drawn, not measured."""
-
-
-def blended(first: Rgba, second: Rgba, share: FloatArray) -> NDArray[np.uint8]:
-    """(n, 4) from the first colour (share 0) to the second (share 1)."""
-    part = np.clip(share, 0.0, 1.0)[:, None]
-    mixed = (1.0 - part) * np.array(first, dtype=np.float64) + part * np.array(second, dtype=np.float64)
-    return np.round(mixed).astype(np.uint8)
-
-
 ML = 1e-6
 """Cubic metres in a millilitre."""
-
-
-SLICED: Final = "cavity"
-"""``cavity.shape`` of a vessel whose form is that of its instrument's cavity, not the cylinder declared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,46 +55,26 @@ class Cylinder:
         return np.where(deeper[:, None], lowest, self.lip)
 
 
-@dataclass(frozen=True)
 class Vessel:
-    """One vessel and its declaration."""
+    """One vessel and its declaration: the cylinder whose radius and height are told, else its instrument's own form.
 
-    body: SceneBody
+    Raises EffectError: it has no cavity.
+    """
 
-    def __post_init__(self) -> None:
+    def __init__(self, body: SceneBody) -> None:
+        self.body = body
+        self._properties, told = (_table(body.extra, key) for key in ("properties", "cavity"))
+        try:
+            own = _own_cavity(body) if body.instrument else None
+        except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
+            raise self.fail(f"has a cavity that cannot be made: {error}") from error
+        self.cavity = {**(own.table if own else {}), **told}
         if not self.cavity:
             raise self.fail(
                 "has no cavity; give capacity_ml, floor, mark, opening, opening_radius, lip, "
                 "or an instrument that is a vessel"
             )
-
-    @property
-    def cavity(self) -> Mapping[str, Any]:
-        """As declared, else that of the instrument; empty where there is neither."""
-        declared = self.body.extra.get("cavity")
-        if not isinstance(declared, Mapping):
-            declared = {"shape": SLICED}
-        if declared.get("shape") != SLICED:
-            return declared
-        try:
-            own = self._own if self.body.instrument else None
-        except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
-            raise self.fail(f"has a cavity that cannot be made: {error}") from error
-        return {} if own is None else {**own.table, **declared}
-
-    @property
-    def _own(self) -> "Cavity | None":
-        """That of its instrument, which is made only where a scene names one and gives no cavity."""
-        from sessions.glassware.catalogue import made_instrument
-
-        extra = self.body.extra
-        faces, options = int(extra.get("faces", INSTRUMENT_FACES)), tuple(sorted(extra.get("options", {}).items()))
-        return made_instrument(self.body.instrument, faces, options).cavity
-
-    @property
-    def sliced(self) -> SlicedCavity | None:
-        """Its instrument's own cavity, where it is not the cylinder declared."""
-        return _sliced(self._own) if self.cavity.get("shape") == SLICED else None
+        self.sliced = _sliced(own) if own and not told.keys() >= {"radius", "height"} else None
 
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -128,8 +82,7 @@ class Vessel:
 
     def contents(self, kind: str) -> Mapping[str, Any]:
         """``properties.liquid`` or ``properties.solid`` as written, empty where there is no such table."""
-        found = self._properties.get(kind)
-        return found if isinstance(found, Mapping) else {}
+        return _table(self._properties, kind)
 
     def amount(
         self, kind: str, key: str, default: float | None = None, within: Mapping[str, Any] | None = None
@@ -158,11 +111,6 @@ class Vessel:
         return float(value)
 
     @property
-    def _properties(self) -> Mapping[str, Any]:
-        properties = self.body.extra.get("properties")
-        return properties if isinstance(properties, Mapping) else {}
-
-    @property
     def floor(self) -> float:
         """Height of the cavity's floor in the body's frame, metres."""
         return self.size("floor", above=-math.inf)
@@ -182,12 +130,10 @@ class Vessel:
                     "opens downwards: its bulb holds the liquid, which no effect lets go; leave it out of from and into"
                 )
             return self.sliced
-        if "shape" in self.cavity:
-            raise self.fail(f"has cavity.shape = {self.cavity['shape']!r}; the only shape to name is {SLICED!r}")
         if not self._formed:
             raise self.fail(
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
-                'its floor to its lip, or an instrument and cavity.shape = "cavity"'
+                "its floor to its lip, or an instrument"
             )
         place, size = self.place, self.size
         return Cylinder(size("radius"), size("height"), place("lip"), place("opening"), size("opening_radius"))
@@ -230,10 +176,23 @@ class Vessel:
         return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
+def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """A table of a body; empty where none is written."""
+    found = tables.get(key)
+    return found if isinstance(found, Mapping) else {}
+
+
+def _own_cavity(body: SceneBody) -> "Cavity | None":
+    """That of its instrument, which is made only where a scene names one."""
+    from sessions.glassware.catalogue import made_instrument
+
+    faces, options = int(body.extra.get("faces", INSTRUMENT_FACES)), body.extra.get("options", {})
+    return made_instrument(body.instrument, faces, tuple(sorted(options.items()))).cavity
+
+
 @cache
-def _sliced(cavity: "Cavity | None") -> SlicedCavity:
+def _sliced(cavity: "Cavity") -> SlicedCavity:
     """The cavity's mesh of an instrument that is a vessel, with one table for all scenes."""
-    assert cavity is not None
     filled, opening = cavity.to_brim, cavity.opening
     return SlicedCavity(filled.vertices, filled.faces, np.array(opening.centre), np.array(opening.normal))
 

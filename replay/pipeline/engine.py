@@ -39,7 +39,7 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.holding_poses import held
 from replay.prepare.noise import parse_noise
-from replay.prepare.policy import KEEP, Policy, PolicyLike, parse_policy
+from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from replay.prepare.session_input import require_session
 from sessions import Session
@@ -206,10 +206,7 @@ def _reach(subject: Detection, reference: Reference) -> int:
 
 def _effects(ready: Prepared, runs: dict[str, Run], oracle: str) -> dict[str, EffectRun]:
     """What the effects of the plan find, in running order."""
-    treatment = ready.treatment
-    believed = frozenset(kind for kind, rule in treatment.policy.rules.items() if rule.action == KEEP)
-    detections = _believed(ready.plan, runs, oracle)
-    return run_effects(ready.plan, treatment.session, ready.assembly, detections, believed)
+    return run_effects(ready.plan, ready.treatment.session, ready.assembly, _believed(ready.plan, runs, oracle))
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

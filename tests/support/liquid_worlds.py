@@ -87,4 +87,4 @@ def run_in(degrees, *more, base=None, acid=None, settings=None, valid=None, step
 
 
 MIX = ("mixing", {"in": ["flask"]})
-NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O", "pkw": 14.0})
+NEUTRAL = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})

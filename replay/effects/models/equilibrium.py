@@ -46,7 +46,6 @@ class Mixture:
     phases : names of solids and gases.
     uses : (p, m) how many of each part are in a phase.
     products : (p,) natural logarithm of the product of parts, in mol/L, at which it is in equilibrium.
-    held : (p,) bool: a gas that the air holds at its pressure: it comes in as well as out.
     """
 
     parts: tuple[str, ...]
@@ -56,7 +55,6 @@ class Mixture:
     phases: tuple[str, ...]
     uses: FloatArray
     products: FloatArray
-    held: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +82,6 @@ def equilibrium(mixture: Mixture, totals: FloatArray, litres: FloatArray) -> Equ
     # A part of which there is nothing makes nothing; what holds it is left out.
     there = totals > 0.0
     there[:, 0] = True
-    held_parts = (mixture.uses[mixture.held] > 0.0).any(axis=0)
-    there[:, held_parts] = True
     for pattern in np.unique(there, axis=0):
         rows = np.flatnonzero((there == pattern).all(axis=1))
         dissolved = np.flatnonzero(~(mixture.powers[:, ~pattern] != 0.0).any(axis=1))
@@ -93,7 +89,7 @@ def equilibrium(mixture: Mixture, totals: FloatArray, litres: FloatArray) -> Equ
         parts = np.flatnonzero(pattern)
         solution = _Newton(
             mixture.powers[np.ix_(dissolved, parts)], mixture.constants[dissolved],
-            mixture.uses[np.ix_(possible, parts)], mixture.products[possible], mixture.held[possible],
+            mixture.uses[np.ix_(possible, parts)], mixture.products[possible],
         )  # fmt: skip
         amounts, formed, proton = solution.solve(totals[np.ix_(rows, parts)], litres[rows])
         species[np.ix_(rows, dissolved)] = amounts
@@ -110,7 +106,6 @@ class _Newton:
     constants: FloatArray
     uses: FloatArray
     products: FloatArray
-    held: BoolArray
 
     def solve(self, totals: FloatArray, litres: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Species (n, s), phases (n, p) in mol and pH (n,)."""
@@ -126,7 +121,7 @@ class _Newton:
             state = tuple(one[~settled] for one in state)
             rows = rows[~settled]
         logs, potentials, formed, *_ = done
-        trace = (formed <= GONE * _scarcest(totals, self.uses)) & ~self.held
+        trace = formed <= GONE * _scarcest(totals, self.uses)
         return np.exp(logs), np.where(trace, 0.0, formed), -potentials[:, 0] / np.log(10.0)
 
     def _start(self, totals: FloatArray, litres: FloatArray) -> tuple[FloatArray, ...]:
@@ -138,7 +133,6 @@ class _Newton:
         potentials[:, 0] = np.where(totals[:, 0] > 0.0, potentials[:, 0], np.log(1e-14) - potentials[:, 0])
         most = np.minimum(_scarcest(free, self.powers), size[:, None])
         formed = np.minimum(_scarcest(totals, self.uses), size[:, None]) * 0.1 / max(1, len(self.uses))
-        formed[:, self.held] = 0.0
         return np.log(0.1 * most), potentials, formed, np.ones_like(formed), formed.copy()
 
     def _step(
@@ -146,7 +140,6 @@ class _Newton:
     ) -> tuple[tuple[FloatArray, ...], BoolArray]:
         logs, potentials, formed, slack, barrier = state
         parts, phases = self.powers.shape[1], len(self.uses)
-        free = ~self.held
         amounts = np.exp(logs)
         away = self.constants + potentials @ self.powers.T + np.log(litres)[:, None] - logs
         size = np.abs(totals).sum(axis=1)[:, None] + 1e-6 * litres[:, None]
@@ -156,13 +149,11 @@ class _Newton:
         matrix[:, :parts, :parts] = np.einsum("ns,si,sj->nij", amounts, self.powers, self.powers, optimize=True)
         matrix[:, :parts, parts:] = self.uses.T * size[:, None]
         matrix[:, parts:, :parts] = self.uses
-        room = np.where(free, slack / np.where(free, formed, 1.0), 0.0)
         diagonal = range(parts, parts + phases)
-        matrix[:, diagonal, diagonal] = -room * size
+        matrix[:, diagonal, diagonal] = -slack / formed * size
         missing = totals - amounts @ self.powers - formed @ self.uses
         wanted[:, :parts, 0] = missing - (amounts * away) @ self.powers
-        push = np.where(free, barrier / np.where(free, formed, 1.0), 0.0)
-        wanted[:, parts:, 0] = self.products - potentials @ self.uses.T - push
+        wanted[:, parts:, 0] = self.products - potentials @ self.uses.T - barrier / formed
         weight = np.abs(matrix).max(axis=2, keepdims=True)
         change = np.linalg.solve(matrix / weight, wanted / weight)[..., 0]
         turned, grown = change[:, :parts], change[:, parts:] * size
@@ -170,7 +161,7 @@ class _Newton:
         closer = self.products - (potentials + turned) @ self.uses.T - slack
         # A distance below the rounding of potentials limits no step.
         nearer = np.where(slack > ROUNDING, -closer / slack, 0.0)
-        fall = np.concatenate([-grown[:, free] / formed[:, free], nearer[:, free]], axis=1)
+        fall = np.concatenate([-grown / formed, nearer], axis=1)
         share = np.minimum(1.0, 0.99 / np.maximum(fall.max(axis=1, initial=0.0), 1e-300))[:, None]
         share = np.minimum(share, LONGEST / np.maximum(np.abs(turned).max(axis=1), LONGEST)[:, None])
         # What is scarce follows its parts at once; what could exceed them rises by its amount, which keeps the sums.
@@ -179,10 +170,10 @@ class _Newton:
         logs = logs + np.minimum(step, limit)
         potentials = potentials + share * turned
         formed = formed + share * grown
-        slack = np.where(free, np.maximum(slack + share * closer, 0.01 * barrier / np.where(free, formed, 1.0)), 1.0)
-        most = np.where(free, np.minimum(_scarcest(totals, self.uses), size), 0.0)
+        slack = np.maximum(slack + share * closer, 0.01 * barrier / formed)
+        most = np.minimum(_scarcest(totals, self.uses), size)
         least = LEAST_BARRIER * most
-        real = (formed > GONE * most) & free
+        real = formed > GONE * most
         relative = np.where(real, np.abs(grown / np.where(real, formed, 1.0)), 0.0)
         moved = np.abs(factor).max(axis=1) + relative.max(axis=1, initial=0.0)
         settled = (moved < SETTLED) & (barrier <= least).all(axis=1)

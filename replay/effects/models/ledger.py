@@ -8,7 +8,7 @@ What came together reacts: equations without a constant to their end or at their
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain, pairwise
 from typing import Final
 
@@ -53,14 +53,11 @@ FEWER: Final = 1e-9
 class Process:
     """An equation in the ledger's own columns that no constant brings to equilibrium; what cancels is left out."""
 
-    text: str
+    text: str = field(compare=False)
     changes: Mapping[str, float]  # column -> mol made by one mol of reaction, negative where it is used up
     rate: float | None = None  # first-order, 1/s; ``None``: at once
-    joule: float = float("nan")  # enthalpy of one mol of reaction; NaN: not known
-
-    def same(self, other: "Process") -> bool:
-        """Whether it does the same, whatever it is called."""
-        return (self.changes, self.rate) == (other.changes, other.rate)
+    # enthalpy of one mol of reaction; NaN: not known
+    joule: float = field(default=float("nan"), compare=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,9 +144,7 @@ class Ledger:
         self.parts, self.phases = (
             np.array([self.column[name] for name in names], dtype=np.int64) for names in (mixture.parts, mixture.phases)
         )
-        gas = np.array([name.endswith(GAS) for name in mixture.phases], dtype=np.bool_)
-        # A gas that bubbles does not come back; one that the air holds does.
-        self.leaves, self.solid = gas & ~mixture.held, ~gas
+        self.gas = np.array([name.endswith(GAS) for name in mixture.phases], dtype=np.bool_)
         self.proton = self.column[PROTON]
         self.bound = np.zeros(len(self.columns))
         for part, protons in _held_at(mixture, NEUTRAL_PH).items():
@@ -315,7 +310,7 @@ class Ledger:
             amounts, done = every[wet], np.zeros((len(wet), len(self.processes)))
             before = self._stored(amounts)
             # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
-            standing = amounts[:, self.phases] * self.solid
+            standing = amounts[:, self.phases] * ~self.gas
             amounts -= standing @ self.formation
             for _ in self.quick:
                 for row in self.quick:
@@ -345,15 +340,15 @@ class Ledger:
         formed = found.phases
         gone = np.zeros(len(self.phases))
         first = 0
-        while self.leaves.any():
-            gas = formed[:, self.leaves]
+        while self.gas.any():
+            gas = formed[:, self.gas]
             most = np.maximum.accumulate(gas[first:], axis=0)
             back = np.flatnonzero((gas[first:] < most * (1.0 - FEWER)).any(axis=1))
             if not len(back):
                 break
             # From here on what left before is gone, and the rest is at equilibrium without it.
             first += int(back[0])
-            gone[self.leaves] = formed[first - 1, self.leaves]
+            gone[self.gas] = formed[first - 1, self.gas]
             later = slice(first, None)
             rest = rows[later] + gone @ self.formation
             again = equilibrium(self.mixture, rest[:, self.parts], litres[later])

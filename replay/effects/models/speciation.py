@@ -9,11 +9,11 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay.effects.models.equilibrium import Mixture
 from replay.effects.models.species import (
-    AIR_CO2,
     ATMOSPHERE_PA,
     ENTHALPY,
     HENRY,
     HYDROLYSIS,
+    PKW,
     WATER_KJ_MOL,
     Chemistry,
 )  # fmt: skip
@@ -31,52 +31,28 @@ class Speciation:
     ----------
     mixture : species and phases of its parts, which are columns.
     changes : for each phase what one mol of it takes from the columns, below 0, and gives, itself and water among them.
-    forms : (part, protons) -> row of the species; hydroxide is (``H+``, -1).
     joule : (s + p,) enthalpy of formation of a mol of each species and phase from the parts; NaN: no table knows it.
     """
 
     mixture: Mixture
     changes: tuple[Mapping[str, float], ...]
-    forms: Mapping[tuple[str, int], int]
     joule: FloatArray
-
-    def form(self, chemistry: Chemistry, formula: str) -> dict[int, float] | None:
-        """Rows of the species that a dissolved formula is when nothing has reacted; ``None``: they cannot be told."""
-        parts = dict(chemistry.parts(formula) or {})
-        protons = parts.pop(PROTON, 0)
-        takers = [part for part in parts if chemistry.pka.get(part)]
-        if len(takers) > 1 and protons:
-            return None
-        found: dict[int, float] = {}
-        for part in takers:
-            each, rest = divmod(max(protons, 0), parts[part])
-            if rest or (part, each) not in self.forms:
-                return None
-            found[self.forms[part, each]] = float(parts[part])
-        if protons and (protons < 0 or not takers):
-            found[self.forms[PROTON, 1 if protons > 0 else -1]] = float(abs(protons))
-        return found
 
 
 def speciation_of(
-    chemistry: Chemistry, columns: Iterable[str], solids: Mapping[str, float], gases: Iterable[str], *, open_air: bool
+    chemistry: Chemistry, columns: Iterable[str], solids: Mapping[str, float], gases: Iterable[str]
 ) -> Speciation:
-    """The mixture of these columns, with solids by their solubility product and gases that bubble.
-
-    ``open_air``: carbon dioxide of the air comes in and goes out, beside what bubbles.
-    """
+    """The mixture of these columns, with solids by their solubility product and gases that bubble."""
     there = dict.fromkeys(columns)
     phases = [
         (formula + SOLID, chemistry.dissolved(formula), float(np.log(ksp)) - _from_parts(chemistry, formula) * LN_10)
         for formula, ksp in solids.items()
     ]
-    dissolving = dict.fromkeys([*gases, *(["CO2"] if open_air else [])])
-    for formula in dissolving:
+    for formula in gases:
         part, protons, per_m3 = HENRY[formula]
-        share = AIR_CO2 if open_air and formula == "CO2" else 1.0
-        level = np.log(per_m3 * 1e-3 * share * ATMOSPHERE_PA) - _protonation(chemistry.pka[part], protons) * LN_10
+        level = np.log(per_m3 * 1e-3 * ATMOSPHERE_PA) - _protonation(chemistry.pka[part], protons) * LN_10
         phases.append((formula + GAS, gas_parts(formula), float(level)))
-    phases = [phase for phase in phases if all(part in there for part in phase[1] if part != WATER) or open_air]
+    phases = [phase for phase in phases if all(part in there for part in phase[1] if part != WATER)]
     used = {part for _, changes, _ in phases for part in changes}
     parts = [PROTON] + [
         part for part in dict.fromkeys((*there, *sorted(used)))
@@ -84,13 +60,11 @@ def speciation_of(
     ]  # fmt: skip
     rows: list[tuple[str, dict[str, int], float, float]] = [
         (PROTON, {PROTON: 1}, 0.0, 0.0),
-        ("OH-", {PROTON: -1}, -chemistry.pkw, ENTHALPY["OH-"][0] - WATER_KJ_MOL),
+        ("OH-", {PROTON: -1}, -PKW, ENTHALPY["OH-"][0] - WATER_KJ_MOL),
     ]
-    forms = {(PROTON, 1): 0, (PROTON, -1): 1}
     for part in parts[1:]:
         known = ENTHALPY.get(part, ())
         for protons in range(len(chemistry.pka.get(part, ())) + 1):
-            forms[part, protons] = len(rows)
             rise = 0.0 if protons == 0 else known[protons] - known[0] if protons < len(known) else np.nan
             rows.append((part, {part: 1, PROTON: protons}, _protonation(chemistry.pka.get(part, ()), protons), rise))
         rows += [(part, {part: many, PROTON: -many}, log, 0.0) for many, log in HYDROLYSIS.get(part, ())]
@@ -98,11 +72,10 @@ def speciation_of(
         tuple(parts), tuple(row[0] for row in rows), _table([row[1] for row in rows], parts),
         np.array([row[2] for row in rows]) * LN_10, tuple(phase[0] for phase in phases),
         _table([phase[1] for phase in phases], parts), np.array([phase[2] for phase in phases], dtype=np.float64),
-        np.array([open_air and phase[0] == "CO2" + GAS for phase in phases], dtype=np.bool_),
     )  # fmt: skip
     formed = tuple({**{part: -many for part, many in uses.items()}, name: 1.0} for name, uses, _ in phases)
     return Speciation(
-        mixture, formed, forms,
+        mixture, formed,
         np.array([1e3 * row[3] for row in rows] + [enthalpy_j(changes) for changes in formed], dtype=np.float64),
     )  # fmt: skip
 
@@ -126,7 +99,7 @@ def _from_parts(chemistry: Chemistry, formula: str) -> float:
     parts = chemistry.parts(formula) or {}
     protons = parts.get(PROTON, 0)
     if protons <= 0:
-        return protons * chemistry.pkw
+        return protons * PKW
     takers = {part: many for part, many in parts.items() if chemistry.pka.get(part)}
     return sum(many * _protonation(chemistry.pka[part], protons // many) for part, many in takers.items())
 
@@ -141,5 +114,5 @@ def _table(rows: Sequence[Mapping[str, int]], parts: list[str]) -> FloatArray:
     return np.array(table, dtype=np.float64).reshape(len(rows), len(parts))
 
 
-NOTHING: Final = speciation_of(Chemistry(), (), {}, (), open_air=False)
+NOTHING: Final = speciation_of(Chemistry(), (), {}, ())
 """Where nothing is at equilibrium."""

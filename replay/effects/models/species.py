@@ -22,7 +22,6 @@ _TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
 PKW: Final[float] = _TABLES["water"]["pkw"]
 WATER_KJ_MOL: Final[float] = _TABLES["water"]["kj_mol"]
 ATMOSPHERE_PA: Final[float] = _TABLES["air"]["pascal"]
-AIR_CO2: Final[float] = _TABLES["air"]["co2"]
 CATIONS: Final[Sequence[str]] = _TABLES["ions"]["metals"]
 NEUTRAL: Final[Sequence[str]] = _TABLES["ions"]["neutral"]
 PKA: Final[Mapping[str, Sequence[float]]] = _TABLES["pka"]
@@ -42,7 +41,6 @@ class Chemistry:
 
     acids: Mapping[str, Sequence[float]] = field(default_factory=dict)  # formula -> pKa of each proton, rising
     bases: Mapping[str, float] = field(default_factory=dict)  # formula -> pKa of the conjugate acid
-    pkw: float = PKW
     pka: Mapping[str, tuple[float, ...]] = field(init=False)  # anion or base -> pKa, the scene's among them
 
     def __post_init__(self) -> None:

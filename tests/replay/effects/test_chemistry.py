@@ -13,7 +13,8 @@ from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, s
 from replay.effects.contents import WATER_MOLAR, contents_of
 from replay.effects.effect_summary import leading
 from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.effects.vessels import COLOURS, Vessel
+from replay.effects.output import COLOURS
+from replay.effects.vessels import Vessel
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 

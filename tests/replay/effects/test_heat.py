@@ -3,7 +3,7 @@ import pytest
 from support.liquid_worlds import glass, poured, still, world
 
 from replay.effects.contents import WATER_MOLAR
-from replay.effects.vessels import COLOURS
+from replay.effects.output import COLOURS
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
 
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 
 PER_ML = 4.18
@@ -105,15 +104,6 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     # All heat, less what half of the pour's time takes, within half a hundredth.
     assert excess.max() == pytest.approx(0.01 * 55.84e3 / (PER_ML * 40.0), rel=0.02)
     assert excess.max() == pytest.approx(3.322, rel=0.005)
-
-
-def test_an_enthalpy_that_no_table_knows_is_asked_for_and_taken_as_declared():
-    acid = {"acids": {"C3H6O2": [4.87]}}
-    equation = "C3H6O2 + NaOH -> C3H5NaO2 + H2O"
-    with pytest.raises(PlanError, match="give heat_kj_mol"):
-        reacted(("NaOH", 0.5), ("C3H6O2", 1.0), equation, **acid)
-    kelvin, moved, _ = reacted(("NaOH", 0.5), ("C3H6O2", 1.0), equation, **acid, heat_kj_mol=-50.0)
-    assert kelvin * PER_ML * (20.0 + moved) / (0.5 * moved) == pytest.approx(50.0, rel=0.01)
 
 
 def test_the_series_begins_at_the_start_and_the_warmest_is_a_result():

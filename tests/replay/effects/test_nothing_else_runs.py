@@ -31,9 +31,9 @@ def closed(kinds, scene):
 
     def needed(kind):
         spec = load_effect(kind)
-        for other, (key, values) in spec.needs_if.items():
+        for other, (key, *values) in spec.needs_if.items():
             default = spec.fields[key].default
-            if any(one.settings.get(key, default) in values for one in scene.effects if one.kind == kind):
+            if any(one.settings.get(key, default) in (values or [None]) for one in scene.effects if one.kind == kind):
                 yield other
         yield from spec.needs
 
@@ -155,7 +155,7 @@ LOGGED = {"/events", "/intervals", "/contacts/live"}
 
 
 OUTSIDE = """
-from replay.effects.declaring import bodies
+from replay.effects.declaring import Field
 from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
 
@@ -163,7 +163,7 @@ def compute(inputs):
     names = [name for declared in inputs.declared for name in declared["of"]]
     return EffectOutput(events=tuple(EffectEvent(float(inputs.times[0]), "seen", (name,)) for name in names))
 
-SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": bodies("what glows")})
+SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": Field("bodies", "what glows")})
 """
 
 

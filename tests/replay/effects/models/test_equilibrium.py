@@ -7,7 +7,7 @@ from support.charge_balance import CARBONATES, HALIDES, HYDROXIDES, Solution
 
 from replay.effects.models.equilibrium import equilibrium
 from replay.effects.models.speciation import speciation_of
-from replay.effects.models.species import KSP, Chemistry
+from replay.effects.models.species import KSP, PKW, Chemistry
 
 CHEMISTRY = Chemistry()
 PARTS = {
@@ -17,13 +17,13 @@ PARTS = {
 }  # fmt: skip
 
 
-def solved(molar, solids=(), gases=(), open_air=False, litres=1.0, ksp=KSP):
+def solved(molar, solids=(), gases=(), litres=1.0, ksp=KSP):
     """pH and phases, mol/L, of formulas or parts in mol/L."""
     totals = {"H+": 0.0}
     for formula, amount in molar.items():
         for part, many in (CHEMISTRY.parts(formula) or {formula: 1}).items():
             totals[part] = totals.get(part, 0.0) + many * amount * litres
-    made = speciation_of(CHEMISTRY, totals, {name: ksp[name] for name in solids}, gases, open_air=open_air)
+    made = speciation_of(CHEMISTRY, totals, {name: ksp[name] for name in solids}, gases)
     row = np.array([[totals.get(part, 0.0) for part in made.mixture.parts]])
     found = equilibrium(made.mixture, row, np.array([litres]))
     return float(found.ph[0]), dict(zip(made.mixture.phases, (found.phases[0] / litres).tolist(), strict=True))
@@ -138,12 +138,6 @@ def test_silver_goes_to_the_iodide_first_whatever_the_order_of_the_tables():
         assert phases["AgI(s)"] == pytest.approx(0.05, rel=1e-5) and phases["AgCl(s)"] == pytest.approx(0.05, rel=1e-4)
 
 
-def test_water_open_to_the_air_is_sour_and_closed_neutral():
-    """[H]^2 = 10^-6.35 [CO2] with 420 ppm of CO2: pH 5.6 (Stumm and Morgan give 5.65 at 370 ppm)."""
-    assert solved({"H2O": 55.0}, [], [], open_air=True)[0] == pytest.approx(5.60, abs=0.02)
-    assert solved({"H2O": 55.0})[0] == pytest.approx(13.995 / 2, abs=1e-9)
-
-
 # A data base for PHREEQC with the constants of the tables; each anion is an element, so that nothing is oxidised.
 ELEMENTS = {
     "Na": ("Na+", 1), "Cl": ("Cl-", -1), "K": ("K+", 1), "Nit": ("NO3-", -1), "Acet": ("CH3COO-", -1),
@@ -165,7 +159,7 @@ def data_base():
              "O H2O 0 O 16.0", "O(0) O2 0 O", "O(-2) H2O 0 0"]  # fmt: skip
     lines += [f"{name} {ion(name, charge)} 0 {name} 50.0" for name, (_, charge) in ELEMENTS.items()]
     lines += ["SOLUTION_SPECIES", "H+ = H+", " log_k 0", "e- = e-", " log_k 0", "H2O = H2O", " log_k 0",
-              "H2O = OH- + H+", f" log_k {-CHEMISTRY.pkw}", "2 H2O = O2 + 4 H+ + 4 e-", " log_k -86.08",
+              "H2O = OH- + H+", f" log_k {-PKW}", "2 H2O = O2 + 4 H+ + 4 e-", " log_k -86.08",
               "2 H+ + 2 e- = H2", " log_k -3.15"]  # fmt: skip
     for name, (part, charge) in ELEMENTS.items():
         lines += [f"{ion(name, charge)} = {ion(name, charge)}", " log_k 0"]
@@ -179,7 +173,7 @@ def data_base():
     lines.append("PHASES")
     for name, (equation, hydroxides) in MINERALS.items():
         solid = f"{name.replace('(', '').replace(')', '')}_s"
-        lines += [solid, equation, f" log_k {np.log10(KSP[name]) + hydroxides * CHEMISTRY.pkw}"]
+        lines += [solid, equation, f" log_k {np.log10(KSP[name]) + hydroxides * PKW}"]
     return "\n".join([*lines, "END"])
 
 

@@ -58,7 +58,7 @@ def a_world(seed, warm):
         there["Zn(s)"] = float(rng.choice([0.0, 1e-3])) if processes else 0.0
         fills.append((litres * 500.0, there))
     columns |= {part for formula in solids for part in CHEMISTRY.parts(formula)}
-    speciation = speciation_of(CHEMISTRY, sorted(columns), solids, gases, open_air=bool(rng.random() < 0.2))
+    speciation = speciation_of(CHEMISTRY, sorted(columns), solids, gases)
     columns |= {name for changes in speciation.changes for name in changes}
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
@@ -127,7 +127,7 @@ def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
 def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in_neutral_water():
     """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.21 - 7): of two protons it holds 1.62."""
     parts = CHEMISTRY.parts("NaH2PO4")
-    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes], {}, (), open_air=False)
+    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes], {}, ())
     book = Ledger(["a"], [*parts], [ZINC], speciation)
     book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
     held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.21))
