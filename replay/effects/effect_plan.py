@@ -3,7 +3,7 @@
 Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
@@ -17,7 +17,7 @@ from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
 Key = TypeVar("Key")
-Reasons = dict[Key, tuple[str, ...]]
+Reasons = dict[Key, list[str]]
 """What a plan holds -> why."""
 
 _Pairs = dict[frozenset[str], Pair]
@@ -33,7 +33,7 @@ class Step:
     declared: tuple[Declaration, ...]  # its tables in the scene, none where it is there only because another needs it
     pairs: tuple[Pair, ...]  # its own pairs and those of the effects that need it
     inputs: tuple[str, ...]  # kinds whose outputs it gets
-    because: tuple[str, ...]  # why it is in the plan
+    because: Sequence[str]  # why it is in the plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,10 @@ class Plan:
     pairs: tuple[Pair, ...] | None  # pairs of body names to look at; ``None``: all with relative motion
     detection: bool  # whether any contact is looked for: not by a scene that declares effects and none that needs them
     # bodies, topics, detectors: name -> why it is needed
-    bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    detectors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    pair_reasons: Mapping[Pair, tuple[str, ...]] = field(default_factory=dict)  # pair -> effects that ask about it
+    bodies: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    detectors: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    pair_reasons: Mapping[Pair, Sequence[str]] = field(default_factory=dict)  # pair -> effects that ask about it
     not_run: tuple[str, ...] = ()  # kinds there are that this plan leaves out
 
     @property
@@ -154,7 +154,7 @@ def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec
 
 def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
-    because: Reasons[str] = dict.fromkeys(declared, (DECLARED,))
+    because: Reasons[str] = {kind: [DECLARED] for kind in declared}
     waiting = sorted(declared)
     for kind in waiting:  # it grows by what is needed
         if kind not in specs:
@@ -178,8 +178,10 @@ def _add(known: _Pairs, pairs: Iterable[Pair]) -> None:
         known.setdefault(frozenset(pair), pair)
 
 
-def _note(reasons: Reasons[Any], key: Pair | str, *who: str) -> None:
-    reasons[key] = tuple(dict.fromkeys((*reasons.get(key, ()), *who)))
+def _note(reasons: Reasons[Any], key: Pair | str, why: str) -> None:
+    known = reasons.setdefault(key, [])
+    if why not in known:
+        known.append(why)
 
 
 def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:

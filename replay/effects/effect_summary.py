@@ -22,13 +22,13 @@ EVENT_ROWS: Final = 60
 
 def plan_summary(planned: Plan) -> dict[str, Any]:
     """The plan: effects with reasons, pairs, bodies, topics, detectors, and what is left out."""
-    pairs = {f"{a}-{b}": list(why) for (a, b), why in planned.pair_reasons.items()}
+    pairs = {f"{a}-{b}": why for (a, b), why in planned.pair_reasons.items()}
     return {
-        "effects": {kind: list(step.because) for kind, step in planned.steps.items()},
+        "effects": {kind: step.because for kind, step in planned.steps.items()},
         "pairs": None if planned.pairs is None else pairs,
-        "bodies": _lists(planned.bodies),
-        "topics": _lists(planned.topics),
-        "detectors": _lists(planned.detectors),
+        "bodies": planned.bodies,
+        "topics": planned.topics,
+        "detectors": planned.detectors,
         "detection": planned.detection,
         "not_run": list(planned.not_run),
     }
@@ -88,7 +88,3 @@ def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     found = happened(effects)
     lines = [f"{event.time:.1f} s: {event.text}" for _, event in found[:most]]
     return lines + ([f"and {len(found) - most} more"] if len(found) > most else [])
-
-
-def _lists(reasons: Mapping[str, tuple[str, ...]]) -> dict[str, list[str]]:
-    return {name: list(why) for name, why in reasons.items()}

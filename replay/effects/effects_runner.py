@@ -1,7 +1,7 @@
 """Runs the effects of a plan over one assembly, in order; each is timed and gets only what its spec names."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -27,7 +27,7 @@ class EffectRun:
     """What one effect found and what it took."""
 
     spec: EffectSpec
-    because: tuple[str, ...]  # why it was in the plan
+    because: Sequence[str]  # why it was in the plan
     output: EffectOutput  # events, series, lanes, liquids
     seconds: float
     counters: Mapping[str, int]  # its work

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from support.small_worlds import cube
 
-from replay.effects import EFFECTS
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -52,21 +51,10 @@ def test_an_effect_at_the_limits_answers_with_finite_numbers_and_breaks_nothing(
         assert np.isfinite([event.time, *numbers]).all(), event
         assert event.end is None or event.end >= event.time
         assert event.name not in ("broken", "grasp")
-        assert event.name != "placed" or name in ("in contact all the time", "at the same place")
     for series in run.series.values():
         assert np.isfinite(series.values).all() and (np.diff(series.times) >= 0).all()
     for spans in run.output.lanes.values():
         assert all(span.start <= span.end for span in spans)
     assert 0 <= run.frames_run <= run.frames == len(WORLDS[name][0])
-
-
-@pytest.mark.parametrize("name", ["lost all the time", "seen once", "a kilometre away"])
-def test_who_is_not_there_costs_nothing_and_finds_nothing(name):
-    for kind in ("breakage", "burn-exposure"):
-        run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
-        assert run.frames_run == 0 and run.events == (), kind
-
-
-def test_every_effect_of_bodies_is_tried_here():
-    bodies = {"contact", "grasp", "hazard-proximity", "breakage", "burn-exposure"}
-    assert set(DECLARED) == bodies & set(EFFECTS)
+    if name in ("lost all the time", "seen once", "a kilometre away") and kind in ("breakage", "burn-exposure"):
+        assert run.frames_run == 0 and run.events == ()

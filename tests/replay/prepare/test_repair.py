@@ -115,6 +115,14 @@ def test_a_sample_with_two_faults_meets_the_stricter_action():
     assert (frames.status[[400, 409, 411, 419], 1] == Status.INTERPOLATED).all()
 
 
+@pytest.mark.parametrize(("first", "second", "status"), [(1, 0.05, Status.HELD), (0.05, 1, Status.LOST)])
+def test_of_two_faults_with_one_action_the_first_sets_the_limit(first, second, status):
+    draft, _ = lost_hand()
+    draft.arrays["position"][410, 1] = np.nan
+    frames = repaired(draft, f"identity-while-lost=hold:{first}", f"not-finite=hold:{second}").frames
+    assert frames.status[410, 1] == status
+
+
 def test_nothing_stands_in_before_the_first_good_sample():
     draft = clean()
     FAULTS["identity while lost"](draft, 0, 0)
