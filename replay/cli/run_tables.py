@@ -13,7 +13,6 @@ from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.contact_tables import false_rows, miss_rows
-from replay.outputs.moments import worst_first
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
@@ -95,7 +94,7 @@ def run_tables(result: RunResult) -> Group:
         parts += [built.ranking_table(result, intervals=True)]
         notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
         parts += [line(note, FAINT) for note in notes]
-    for label in worst_first(result):
+    for label in (rank.label for rank in result.ranking[:-1]):
         pairs = built.pair_table(result, label)
         pairs = pairs.only(*(name for name in pairs.head if name not in ("seconds", "longest s")))
         shown = pairs.first(PAIR_ROWS, "… and {} more")
@@ -133,7 +132,7 @@ def fault_tables(result: RunResult) -> list[Table]:
     """Of each detector what it missed, never found ones first; then what is false, longest first."""
     more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
     tables, misses, false = [], miss_rows(result), false_rows(result)
-    for label in worst_first(result):
+    for label in (rank.label for rank in result.ranking[:-1]):
         for made, name in ((built.miss_table(misses, label), "misses"), (built.false_table(false, label), "false")):
             if made.rows:
                 tables.append(made.first(FAULT_ROWS, more.format("{}", name)))

@@ -1,4 +1,4 @@
-"""Where to look from: across the gap between two bodies, from the user's side, and what stands in between."""
+"""Where to look from: across the gap between two bodies, from the user's side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore import Motion, TriangleMesh
-from cdcore.narrow.containment.first_hits import crossing
+from cdcore import Motion
 from cdcore.numerics import FloatArray, place_points
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
@@ -25,9 +24,6 @@ RAISED: Final = np.radians(20.0)
 
 USER_SIDE: Final = 0.6
 """What looking from the side opposite to the user costs, beside a gap seen end on."""
-
-SKIN: Final = 0.003
-"""Metres around a contact in which nothing stands in between: the two surfaces that meet are always there."""
 
 FIELD_OF_VIEW: Final = np.radians(55.0)
 """Vertical opening of Rerun's eye."""
@@ -64,51 +60,9 @@ def across(along: FloatArray, user: FloatArray) -> FloatArray:
     return chosen
 
 
-class Obstacles:
-    """All bodies of a session, ready to say what stands in front of a point in any frame."""
-
-    def __init__(self, assembly: Assembly) -> None:
-        self._motion = assembly.motion
-        self._bodies = [_Surface(body.mesh) for body in assembly.bodies]
-
-    def hiding(self, frame: int, eye: Eye) -> frozenset[int]:
-        """Bodies of the assembly of which a surface stands between an eye and what it looks at."""
-        motion, ray = self._motion, np.subtract(eye.position, eye.target)
-        far = float(np.linalg.norm(ray))
-        found = set()
-        for body in np.flatnonzero(motion.valid[frame]).tolist():
-            turn = motion.rotations[frame, body]
-            local = (np.asarray(eye.target) - motion.translations[frame, body]) @ turn
-            surface = self._bodies[body]
-            if surface.is_near(local, ray @ turn) and surface.is_crossed(local, (ray / far) @ turn, far):
-                found.add(body)
-        return frozenset(found)
-
-
-class _Surface:
-    """One mesh in its own frame, with a ball around all of it and one around each face."""
-
-    def __init__(self, mesh: TriangleMesh) -> None:
-        self._triangles = mesh.triangles
-        self._centres = mesh.triangles.mean(axis=1)
-        self._radii = np.sqrt(((mesh.triangles - self._centres[:, None]) ** 2).sum(axis=2).max(axis=1))
-        self._middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
-        self._radius = float(np.linalg.norm(mesh.vertices - self._middle, axis=1).max())
-
-    def is_near(self, point: FloatArray, way: FloatArray) -> bool:
-        """Whether the way from a point comes into the ball around the mesh; few bodies stand near a view."""
-        away = self._middle - point
-        share = min(max(float(away @ way) / float(way @ way), 0.0), 1.0)
-        return float(np.linalg.norm(away - share * way)) <= self._radius * 1.001
-
-    def is_crossed(self, point: FloatArray, ray: FloatArray, length: float) -> bool:
-        """Whether a ray crosses a face between ``SKIN`` and ``length`` from the point."""
-        away = self._centres - point
-        along = away @ ray
-        aside = (away * away).sum(axis=1) - along**2
-        near = (aside <= self._radii**2 * 1.001) & (along > -self._radii) & (along < length + self._radii)
-        ahead = crossing(self._triangles[near], point, ray)
-        return bool(((ahead > SKIN) & (ahead < length)).any())
+def eye_before(target: FloatArray, away: FloatArray) -> Eye:
+    """An eye that looks at a point (3,) from ``away`` of it, metres."""
+    return Eye(vector_of(target + away), vector_of(target))
 
 
 def placed(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
@@ -149,21 +103,14 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
     turn, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
     cos, sin = np.cos(turn), np.sin(turn)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
-    back = aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
-    return framing(points, back, aspect)
-
-
-def framing(points: FloatArray, away: FloatArray, aspect: float = ASPECT) -> Eye:
-    """The eye in the direction ``away`` from points (n, 3) that sees them as large as the view allows."""
-    axes = axes_of(away)
+    axes = axes_of(aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
     local = points @ axes
     centre = (local.min(axis=0) + local.max(axis=0)) / 2
-    across, up = np.abs(local - centre)[:, :2].T
-    depth = (local - centre)[:, 2]
+    right, up, depth = (local - centre).T
     slope = np.tan(FIELD_OF_VIEW / 2)
-    distance = max(0.2, float(np.max(depth + np.maximum(up / slope, across / (slope * aspect)) * MARGIN)))
-    target = axes @ centre
-    return Eye(vector_of(target + distance * axes[:, 2]), vector_of(target))
+    reach = np.maximum(np.abs(up) / slope, np.abs(right) / (slope * aspect))
+    distance = max(0.2, float(np.max(depth + reach * MARGIN)))
+    return eye_before(axes @ centre, distance * axes[:, 2])
 
 
 def look_rotation(eye: Eye) -> FloatArray:

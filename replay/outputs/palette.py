@@ -110,6 +110,13 @@ glass, but it is solid and thin: translucent it vanishes inside a beaker."""
 _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 
 
+_SEE_THROUGH: Final = 110
+"""Alpha, at most, of a body that stands before the point of a picture."""
+
+GROUND: Final = frozenset({"bench", "table", "furniture"})
+"""Tags of what stays solid."""
+
+
 def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
     """Tags of a body as declared; for a body that declares none, the words of its name."""
     declared = scene.body(body)
@@ -122,3 +129,9 @@ def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
 def albedo(tags: tuple[str, ...]) -> Rgba:
     """Colour and translucency of a body with these tags."""
     return next((colour for tag, colour in _BY_TAG if tag in tags), _DEFAULT)
+
+
+def see_through(tags: tuple[str, ...]) -> Rgba:
+    """The same, such that one can look through the body; the ground stays solid."""
+    colour = albedo(tags)
+    return (*colour[:3], min(colour[3], _SEE_THROUGH)) if GROUND.isdisjoint(tags) else colour

@@ -13,10 +13,10 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
 from replay.outputs.camera import across, standing, towards_user
+from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
-from replay.outputs.shapes import bends, edges_of, face_normals
 from replay.pipeline.run_result import RunResult
 
 Fault = Miss | FalseContact

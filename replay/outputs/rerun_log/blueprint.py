@@ -12,18 +12,18 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
+from cdcore.bounding.bounding_sphere import Sphere
 from replay.outputs.camera import Eye
-from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
 from replay.outputs.rerun_log import timing
-from replay.outputs.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths, tab_name
+from replay.outputs.rerun_log.close_up import EYE, PINS, SPACE, CloseUp
+from replay.outputs.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
+from replay.outputs.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
-from replay.outputs.rerun_log.moment_views import ANSWER, EYE, MOMENTS, PINS, SPACE, CloseUp, details_path
-from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
-from replay.outputs.rerun_log.recording_file import FRAME, SESSION, drawable, entity
+from replay.outputs.rerun_log.moments import LISTS, Moment, list_path
+from replay.outputs.rerun_log.pipeline_view import ALL, BOXES, SearchRun, pipeline_path, search_title
+from replay.outputs.rerun_log.recording_file import SESSION, drawable, entity
 from replay.outputs.rerun_log.scene import body_path
-from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
-from replay.outputs.watched_run import ALL, BOXES, WatchedRun
 from replay.outputs.words import lane_legend
 from replay.pipeline.run_result import RunResult
 
@@ -49,6 +49,7 @@ AROUND_MOMENT: Final = 0.5
 
 LEGEND: Final = "blue: right   yellow: false contact   red: missed or late   grey: contact"
 PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+STAGES: Final = "Time per frame by stage, ms, added up"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +57,13 @@ class Picture:
     """What is laid out and sent."""
 
     result: RunResult
-    eye: Eye  # of the room
-    views: Mapping[FocusMoment, CloseUp]  # all moments in order of time, and how each is shown
+    answer_eye: Eye  # of the room
+    effects_eye: Eye
+    balls: Sequence[Sphere]  # around each body of the assembly
+    views: Mapping[Moment, CloseUp]  # all moments in order of time, and how each is shown
     order: Sequence[str]  # compared detectors, the worst first
     lanes: Sequence[str]  # lanes of the reference and of the worst detectors
-    watched: Sequence[WatchedRun]  # detectors that are shown at their work
+    searches: Sequence[SearchRun]  # detectors that are shown at their work
 
     @cached_property
     def doing(self) -> Sequence[str]:
@@ -73,18 +76,31 @@ class Picture:
         times = self.result.assembly.motion.times
         return _seconds(*((float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)))
 
+    @property
+    def title(self) -> str:
+        """Name of the scene."""
+        return self.result.session.scene.name or "Session"
+
+    def room(self, *without: str, contents: Sequence[str] = ("/world/**",)) -> list[str]:
+        """The room without these entities, and without a headset, which stands before the bench."""
+        assembly, scene = self.result.assembly, self.result.session.scene
+        headsets = [f"{body_path(name)}/**" for name in assembly.names if "headset" in tags_of(name, scene)]
+        return [*contents, *(f"- /{path}" for path in [*headsets, *without])]
+
 
 def build_blueprint(picture: Picture) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; its first tab is what was asked for."""
-    result, first = picture.result, 0
-    tabs = [_answer(picture)] if picture.order else []
-    if picture.watched:
-        tabs.append(_one_or_tabs([_pipeline(picture, run) for run in picture.watched], "Pipeline"))
+    result, first, tabs = picture.result, 0, []
+    if picture.order:
+        tabs.append(_answer(picture))
+    if picture.searches:
+        pipelines = [_pipeline(picture, run) for run in picture.searches]
+        tabs.append(rrb.Tabs(*pipelines, name="Pipeline", active_tab=0) if pipelines[1:] else pipelines[0])
     if picture.order:
         first = 0 if result.tradeoff is None else len(tabs)
         tabs.append(_accuracy(picture))
     if result.effects or picture.doing:
-        tabs.append(_happened(picture))
+        tabs.append(_effects(picture))
     if not picture.order:
         tabs.append(_session(picture))
     if result.detections:
@@ -95,90 +111,86 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
     return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
 
 
-def _one_or_tabs(parts: Sequence[Any], name: str) -> Any:
-    if len(parts) > 1:
-        return rrb.Tabs(*parts, name=name, active_tab=0)
-    parts[0].name = name
-    return parts[0]
-
-
 def _answer(picture: Picture) -> Any:
     """What is wrong, the worst moment, where it is; when, and all other moments."""
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
+    room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
+    moments = _list([f"{LISTS}/**"] if picture.views else [], "Moments: click a time")
     high = _height(max(3, len(lanes)))
-    room = _spatial("Where", _room(picture, EYE, f"{SPACE}/lines"), picture.eye)
-    top = _row((_text(ANSWER, "The answer"), 0.43), (_close_up(picture, picture.views), 0.33), (room, 0.24))
-    moments = _list([MOMENTS] if picture.views else [], "Moments: click a time")
-    below = _row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4))
-    return _column((top, 1.0 - high), (below, high), name="Answer")
+    return _column(
+        (_row((_text(ANSWER, "The answer"), 0.43), (_close_up(picture, picture.views), 0.33), (room, 0.24)), 1 - high),
+        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), high),
+        name="Answer",
+    )
 
 
-def _pipeline(picture: Picture, run: WatchedRun) -> Any:
+def _pipeline(picture: Picture, run: SearchRun) -> Any:
     """Volumes of the pair, one look of the search, the frame in numbers; below both over time, and other moments."""
+    name = run.label if len(picture.searches) > 1 else "Pipeline"
     root, top = pipeline_path(run.label), timing.ceiling([timing.total_ms(run.detection)])
     pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, top))
-    title = f"Time per frame by stage, ms, added up   cut at {top:.2f}: 99.9 % of frames"
-    times = _plot(picture.whole, f"/{entity('timing', run.label, 'stages')}", title, axis_y=axis)
-    if not run.moments:
-        counts = _plot(picture.whole, f"/{root}/pairs", f"Pairs left after each stage, of {pairs}")
-        return rrb.Vertical(counts, times, name=run.label)
+    title = f"{STAGES}   cut at {top:.2f}: 99.9 % of frames"
+    times = _plot(picture.whole, timing.stages_path(run.label), title, axis_y=axis)
+    if not run.searches:
+        counts = _plot(picture.whole, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
+        return rrb.Vertical(counts, times, name=name)
     at = float(run.motion.times[run.worked.frame])
     shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
-    near = _spatial(
-        f"At {at:.3f} s   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", f"/{root}"
-    )
-    bodies = [pipeline_path(run.label, "bodies", name) for name in picture.result.assembly.names]
+    bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
     volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
-    name = f"{moment_words(run, run.worked)}   dots: faces of ants   white: best pair"
-    search = _spatial(name, [f"/{root}/bodies/**", f"/{root}/search/**", *volumes], f"{root}/search/eye", f"/{root}")
+    near = _spatial(f"At {at:.3f} s   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root)
+    what = f"{search_title(run, run.worked)}   dots: faces of ants   white: best pair"
+    contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
+    search = _spatial(what, contents, f"{root}/search/eye", root)
     frame = _text(f"{root}/frame", "This frame: pairs left, and the price")
     around = _seconds(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
-    left = _plot(around, f"/{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
+    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
     moments = _list([f"{root}/moments"], "Other moments: click a time")
     return _column(
         (_row((near, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
         (_row((left, 0.29), (times, 0.38), (moments, 0.33)), 0.32),
-        name=run.label,
+        name=name,
     )
 
 
 def _accuracy(picture: Picture) -> Any:
     """Both scatters over one axis of cost, what they mean, and the time of every frame."""
+    name = "Accuracy against cost"
     bounds = rrb.VisualBounds2D(x_range=timing.WIDE, y_range=timing.HIGH)
-    name = "Accuracy against cost: one dot a detector"
-    dots = rrb.Spatial2DView(origin=f"/{timing.SCATTERS}", name=name, visual_bounds=bounds, background=PLAIN)
+    dots = rrb.Spatial2DView(
+        origin=f"/{timing.SCATTERS}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
+    )
     detections = picture.result.detections
     high = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
     title = f"Time per frame, ms   cut at {high:.2f}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(high, 1.0001 * timing.budget_share(high))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
-    times = _plot(picture.whole, "/timing", title, paths, axis_y=axis)
+    times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
     right = _column((_text(ACCURACY, "What it means"), 0.32), (times, 0.68))
-    return _row((dots, 0.5), (right, 0.5), name="Accuracy against cost")
+    return _row((dots, 0.5), (right, 0.5), name=name)
 
 
-def _happened(picture: Picture) -> Any:
+def _effects(picture: Picture) -> Any:
     """What happened in the room, what people did there, when, and in numbers: no matter of detectors."""
     result, effects = picture.result, picture.result.effects
     bodies = [f"/{body_path(name)}/{part}" for name in result.assembly.names for part in ("mesh", "liquid")]
-    room = _spatial(_name(result), ["/world/effects/**", *bodies], picture.eye)
-    events = _list(event_paths(effects), "Events: click a time")
-    words = _column((_text(HAPPENED, "What happened"), 0.4), (events, 0.6))
+    room = _spatial(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
+    words = _column((_text(HAPPENED, "What happened"), 0.4), (_list(event_paths(effects), "Events: click a time"), 0.6))
     lanes = [*effect_lanes(effects), *picture.doing]
     when = _states(picture, "When: what the effects found, and what people did", lanes)
-    plots = [_plot(picture.whole, "/effects", unit, paths) for unit, paths in effect_plots(effects)[:EFFECT_PLOTS]]
+    plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:EFFECT_PLOTS]]
     high, low = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
     return _column(
         (_row((room, 0.36), (words, 0.28)), 1.0 - high - low),
         (when, high),
         (rrb.Horizontal(*plots) if plots else None, low),
-        name=tab_name(effects) if effects else "Tasks",
+        name="Effects" if effects else "Tasks",
     )
 
 
 def _session(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
-    room = _spatial(_name(picture.result), ["/world/**"], picture.eye)
+    room = _spatial(picture.title, picture.room(), picture.effects_eye)
     return _row((room, 0.7), (_text(SESSION_TEXT, "What was replayed"), 0.3), name="Session")
 
 
@@ -190,28 +202,20 @@ def _details(picture: Picture, label: str) -> Any:
         there = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         title = f"Pair by pair    {lane_legend(there, label)}"
     moments = [moment for moment in picture.views if moment.label == label]
-    listed = _list([details_path(label, "moments")] if moments else [], f"All moments of {label}: click a time")
-    text = _text(details_path(label, "text"), "Settings, and what each stage takes")
-    stages = _plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
-    counters = _plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")
-    when, costs = _states(picture, title, [*pair_lanes(result, label)]), rrb.Tabs(stages, counters, active_tab=0)
-    top = _row((text, 0.3), (_close_up(picture, moments), 0.36), (listed, 0.34))
-    return _column((top, 0.6), (_row((when, 0.6), (costs, 0.4)), 0.4), name=label)
+    listed = _list([list_path(label)] if moments else [], f"All moments of {label}: click a time")
+    text = _text(details_path(label), "Settings, and what each stage takes")
+    stages = _plot(picture.whole, timing.stages_path(label), STAGES)
+    counters = _plot(picture.whole, entity("counters", label), "Work per frame")
+    return _column(
+        (_row((text, 0.3), (_close_up(picture, moments), 0.36), (listed, 0.34)), 0.6),
+        (_row((_states(picture, title, [*pair_lanes(result, label)]), 0.6),
+              (rrb.Tabs(stages, counters, active_tab=0), 0.4)), 0.4),
+        name=label,
+    )  # fmt: skip
 
 
-def _close_up(picture: Picture, moments: Iterable[FocusMoment]) -> Any:
-    return _spatial("Close-up: the nearest moment", _room(picture, PINS), EYE) if [*moments] else None
-
-
-def _room(picture: Picture, *without: str) -> list[str]:
-    """The room without these entities, and without a headset, which stands before the bench."""
-    assembly, scene = picture.result.assembly, picture.result.session.scene
-    headsets = [f"{body_path(name)}/**" for name in assembly.names if "headset" in tags_of(name, scene)]
-    return ["/world/**", *(f"- /{path}" for path in [*headsets, *without])]
-
-
-def _name(result: RunResult) -> str:
-    return result.session.scene.name or "Session"
+def _close_up(picture: Picture, moments: Iterable[Moment]) -> Any:
+    return _spatial("Close-up: the nearest moment", picture.room(PINS), EYE) if [*moments] else None
 
 
 def _height(lanes: int) -> float:
@@ -237,19 +241,18 @@ def _seconds(start: float, end: float) -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
 
 
-def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "/world") -> Any:
+def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "world") -> Any:
     """A room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
-    controls = rrb.EyeControls3D(tracking_entity=f"/{eye}") if isinstance(eye, str) else _orbit(eye)
+    if isinstance(eye, str):
+        controls = rrb.EyeControls3D(tracking_entity=f"/{eye}")
+    else:
+        controls = rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+        )
     return rrb.Spatial3DView(
-        origin=origin, contents=contents, name=drawable(name), eye_controls=controls, background=PLAIN,
+        origin=f"/{origin}", contents=contents, name=drawable(name), eye_controls=controls, background=PLAIN,
         line_grid=rrb.LineGrid3D(visible=False),
     )  # fmt: skip
-
-
-def _orbit(eye: Eye) -> rrb.EyeControls3D:
-    return rrb.EyeControls3D(
-        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
-    )
 
 
 def _text(path: str, name: str) -> Any:
@@ -258,8 +261,8 @@ def _text(path: str, name: str) -> Any:
 
 def _list(paths: Sequence[str], name: str) -> Any:
     """Lines of entities of which a click moves the cursor; of none no view."""
-    times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
-    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
+    times, words = [TimelineColumn(SESSION)], [TextLogColumn("body")]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=words)
     contents, even = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
     view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=even)
     return view if paths else None
@@ -270,7 +273,7 @@ def _plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (),
     contents = [f"/{path}" for path in paths] or "$origin/**"
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
     return rrb.TimeSeriesView(
-        origin=origin, name=drawable(name), axis_x=axis, plot_legend=legend, contents=contents, **more
+        origin=f"/{origin}", name=drawable(name), axis_x=axis, plot_legend=legend, contents=contents, **more
     )
 
 

@@ -13,10 +13,9 @@ from replay.base.shown import shown
 from replay.effects.effect_summary import happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
-from replay.effects.recorded import SCALARS
-from replay.outputs.palette import SERIES
+from replay.outputs.palette import SERIES, WHITE
 from replay.outputs.rerun_log.lanes import in_series, lane_name, log_lane
-from replay.outputs.rerun_log.moment_views import MomentPlace, log_moment_table
+from replay.outputs.rerun_log.moments import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.scene import body_path
 from replay.outputs.words import counted
@@ -33,7 +32,7 @@ MARKERS: Final = 100
 MARKER_M: Final = 0.006
 """Radius of a marker."""
 
-LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
+LEVEL_COLOURS: Final = {"info": WHITE, "warning": SERIES[4], "error": SERIES[1]}
 
 UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
@@ -68,13 +67,6 @@ def effect_lanes(effects: Effects) -> dict[str, Sequence[LaneSpan]]:
                 words = name if name == kind else lane_name(name, kind)
                 lanes[lane_name(f"{len(lanes) + 1}_{words}")] = spans
     return lanes
-
-
-def tab_name(effects: Effects) -> str:
-    """What the tab is called: effects are declared, signals were recorded."""
-    if SCALARS not in effects:
-        return "Effects"
-    return "Effects and signals" if len(effects) > 1 else "Signals"
 
 
 def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> None:
@@ -116,10 +108,8 @@ def log_effects(writer: RecordingWriter, effects: Effects) -> None:
             path, number = _series_path(kind, name), number + 1
             writer.static(path, rr.SeriesLines(names=name, colors=colour, aggregation_policy=policy))
             writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
-        words = rr.TextLog.columns(
-            text=[shown(event.text) for event in run.events], level=[LEVEL_WORDS[event.level] for event in run.events]
-        )
-        writer.session_rows(_events_path(kind), _ns([event.time for event in run.events]), words)
+        lines = [(shown(event.text), event.level.upper(), LEVEL_COLOURS[event.level]) for event in run.events]
+        writer.log_lines(_events_path(kind), _ns([event.time for event in run.events]), lines)
         _log_markers(writer, kind, run.events)
     # Of each vessel that of the effect that ran last, which knows most of it (its colour, what fell out).
     liquids = {body: liquid for run in effects.values() for body, liquid in run.output.liquids.items()}
@@ -131,10 +121,8 @@ def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEven
     """A dot with words from the event on, for every event with a place that somebody should mind."""
     placed = [event for event in events if event.point is not None and event.level != "info"]
     for number, event in enumerate(placed[:MARKERS], start=1):
-        colour = SERIES[1] if event.level == "error" else SERIES[4]
-        columns = rr.Points3D.columns(
-            positions=np.array([event.point]), radii=[MARKER_M], labels=[event.text], colors=packed([colour])
-        )
+        colours, place = packed([LEVEL_COLOURS[event.level]]), np.array([event.point])
+        columns = rr.Points3D.columns(positions=place, radii=[MARKER_M], labels=[event.text], colors=colours)
         writer.session_rows(entity("world", ROOT, kind, str(number)), _ns([event.time]), columns)
 
 

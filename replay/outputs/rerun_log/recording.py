@@ -10,25 +10,26 @@ from uuid import uuid4
 
 import numpy as np
 
+from cdcore.bounding.bounding_sphere import sphere_best
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened
+from replay.effects.output import Vector
 from replay.outputs.camera import ASPECT, Eye, overview
-from replay.outputs.moments import FocusMoment, key_moments, worst_first
-from replay.outputs.rerun_log import lanes, texts
+from replay.outputs.rerun_log import documents, lanes
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
+from replay.outputs.rerun_log.close_up import close_up_colours, close_ups, log_close_ups
 from replay.outputs.rerun_log.effects import log_effects, log_happened
-from replay.outputs.rerun_log.moment_views import ANSWER, close_ups, focus_colours, log_answer, log_details
-from replay.outputs.rerun_log.pipeline import log_pipeline
+from replay.outputs.rerun_log.moments import key_moments, log_moment_lists, log_moment_table, moment_places
+from replay.outputs.rerun_log.pipeline_view import log_pipeline, search_runs
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
 from replay.outputs.rerun_log.scene import log_contacts, log_missed_faces, log_touches, log_world
 from replay.outputs.rerun_log.timing import log_accuracy, log_timing
-from replay.outputs.watched_run import watched_runs
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
 
 ROOM: Final = 0.05
-"""Metres around each point that the overview shows."""
+"""Metres around each point that an overview shows."""
 
 NARROW: Final = 0.8
 """Width of the view of the room over its height, beside an answer."""
@@ -39,26 +40,45 @@ def write_recording(result: RunResult, path: Path) -> None:
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
-    poses, contacts and timings are strided except near misses (see ``RecordingClock``); lanes and misses never
-    are.
+    poses, contacts and timings are strided but for frames with a moment; lanes and misses never are.
     """
     misses = [miss for some in result.misses.values() for miss in some]
-    clock = RecordingClock.of(result.assembly, [(miss.start, miss.end) for miss in misses])
-    order = worst_first(result) if result.comparisons else []
+    order = [rank.label for rank in result.ranking if rank.label in result.comparisons]
     moments = key_moments(result) if order else []
+    balls = [sphere_best(body.mesh) for body in result.assembly.bodies]
     picture = Picture(
         result=result,
-        eye=_eye(result, moments),
-        views=close_ups(result, moments),
+        answer_eye=_eye(result, [(moment.frame, moment.point) for moment in moments], NARROW),
+        effects_eye=_eye(result, _places_of_events(result), ASPECT),
+        balls=balls,
+        views=close_ups(result, moments, balls),
         order=order,
         lanes=lanes.detector_lanes(result, order) if order else [],
-        watched=watched_runs(result),
+        searches=search_runs(result),
     )
+    clock = RecordingClock.of(result.assembly, [moment.frame for moment in moments])
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(picture)) as stream:
         writer = RecordingWriter(stream, clock)
         writer.name(result.session.scene.name or "Session")
         _log_room(writer, picture, misses)
         _log_tabs(writer, picture)
+
+
+def _places_of_events(result: RunResult) -> list[tuple[int, Vector]]:
+    """Frame of each event, and where its bodies stand then."""
+    motion, names = result.assembly.motion, result.assembly.names
+    places = []
+    for _, event in happened(result.effects):
+        frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
+        places += [(frame, motion.translations[frame, names.index(name)]) for name in event.bodies if name in names]
+    return places
+
+
+def _eye(result: RunResult, places: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
+    """An overview of all places, from the user's side at the first; without any, of wherever bodies were."""
+    corners = ROOM * np.array([*product((-1.0, 1.0), repeat=3)])
+    points = (np.reshape([place for _, place in places], (-1, 1, 3)) + corners).reshape(-1, 3)
+    return overview(result.assembly, result.session.scene, points, places[0][0] if places else 0, aspect)
 
 
 def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Miss]) -> None:
@@ -67,47 +87,37 @@ def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Miss])
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
     named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
-    log_world(writer, assembly, scene, named or assembly.names, focus_colours(result, picture.views))
+    log_world(writer, assembly, scene, named or assembly.names, close_up_colours(result, picture.views))
     log_touches(writer, assembly, misses)
     # Contacts of the reference have the colours of the worst detector's misses.
     worst = result.comparisons.get(next(iter(picture.order), ""))
     for label in [result.oracle] if result.oracle else result.detections:
-        log_contacts(writer, label, assembly, result.detections[label], worst)
+        log_contacts(writer, label, result.detections[label], worst)
     if misses:
         log_missed_faces(writer, assembly, result.detections[result.oracle], misses)
 
 
 def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     """What each tab shows beside the room."""
-    result = picture.result
-    log_timing(writer, result.detections, texts.series_names(result))
+    result, moments = picture.result, [*picture.views]
+    log_timing(writer, result.detections, documents.series_names(result))
     if picture.order:
-        writer.markdown(ANSWER, texts.answer_text(result))
+        writer.markdown(documents.ANSWER, documents.answer_text(result))
         lanes.log_detector_lanes(writer, result, picture.order, picture.lanes)
-        log_accuracy(writer, texts.dots_of(result))
-        writer.markdown(texts.ACCURACY, texts.accuracy_text(result))
+        log_accuracy(writer, documents.dots_of(result))
+        writer.markdown(documents.ACCURACY, documents.accuracy_text(result))
     else:
-        writer.markdown(texts.SESSION_TEXT, texts.session_text(result))
-    if picture.views:
-        log_answer(writer, result, picture.views)
-    for run in picture.watched:
-        log_pipeline(writer, run, result)
+        writer.markdown(documents.SESSION_TEXT, documents.session_text(result))
+    if moments:
+        log_close_ups(writer, result, picture.views)
+        log_moment_lists(writer, result, moments)
+        log_moment_table(writer, moment_places(writer, result, moments))
+    for run in picture.searches:
+        log_pipeline(writer, run, result, picture.balls)
     for label in result.detections:
         lanes.log_pair_lanes(writer, result, label)
-        log_details(writer, result, label, picture.views)
+        writer.markdown(documents.details_path(label), documents.detector_text(result, label))
     log_effects(writer, result.effects)
     lanes.log_session_lanes(writer, result)
     if result.effects or picture.doing:
-        log_happened(writer, result.effects, leads=not result.comparisons)
-
-
-def _eye(result: RunResult, moments: Sequence[FocusMoment]) -> Eye:
-    """The overview: of all moments, or of the events where nothing is compared; else of wherever bodies were."""
-    motion, names = result.assembly.motion, result.assembly.names
-    points, frame = [moment.point for moment in moments], moments[0].frame if moments else 0
-    for _, event in happened(result.effects) if not result.detections else ():
-        frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
-        points += [motion.translations[frame, names.index(name)] for name in event.bodies if name in names]
-    corners = ROOM * np.array([*product((-1.0, 1.0), repeat=3)])
-    boxes = (np.reshape(points, (-1, 1, 3)) + corners).reshape(-1, 3)
-    return overview(result.assembly, result.session.scene, boxes, frame, NARROW if moments else ASPECT)
+        log_happened(writer, result.effects, leads=not moments)

@@ -33,12 +33,6 @@ from sessions.whole_files import whole_file
 SESSION: Final = "session"
 """Timeline of the session's own time, a duration in nanoseconds since its first frame."""
 
-FRAME: Final = "frame"
-"""Timeline of frame numbers."""
-
-KEPT_AROUND: Final = 1.0
-"""Seconds before and after a miss in which a strided recording keeps every frame."""
-
 NOT_IN_FONT: Final = re.compile(r"[^\n -\u024f\u02d0\u0370-\u03ff\u0400-\u04ff\u1e00-\u1eff‐-‧′″←-↓−≈≤≥✓]")
 """What is not known to be in Inter, the viewer's only font: Latin, Greek, Cyrillic and some signs are."""
 
@@ -62,26 +56,21 @@ class RecordingClock:
     """Stamps of the frames, and which frames are drawn.
 
     ``ns`` (T,) are nanoseconds since the first frame of the session, ``kept`` (K,) the increasing numbers of the frames
-    that are drawn: all of them up to an hour.
+    that are drawn: all of them up to an hour. ``moments`` are those that are drawn in any case.
     """
 
     ns: NDArray[np.int64]
     kept: NDArray[np.int64]
+    moments: NDArray[np.int64]
 
     @classmethod
-    def of(
-        cls, assembly: Assembly, whole: Iterable[tuple[float, float]] = (), limit: int = HELD_FRAMES
-    ) -> RecordingClock:
-        """The clock of an assembly; around the spans ``whole`` (seconds) every frame is kept."""
-        times = assembly.motion.times
-        ns = assembly.stamp_ns - assembly.stamp_ns[:1] + np.round(1e9 * times[:1]).astype(np.int64)
-        keep = np.arange(len(ns)) % max(1, -(-len(ns) // limit)) == 0
-        for start, end in whole:
-            # With misses everywhere nothing would be strided: the first ones keep their frames, up to two limits.
-            if keep.all() or keep.sum() > 2 * limit:
-                break
-            keep[slice(*np.searchsorted(times, [start - KEPT_AROUND, end + KEPT_AROUND]))] = True
-        return cls(ns, np.flatnonzero(keep))
+    def of(cls, assembly: Assembly, moments: Sequence[int] = (), limit: int = HELD_FRAMES) -> RecordingClock:
+        """The clock of an assembly, with frames at which there is something to see."""
+        stamps, first = assembly.stamp_ns, assembly.motion.times[:1]
+        ns = stamps - stamps[:1] + np.round(1e9 * first).astype(np.int64)
+        shown = np.unique(np.array(moments, dtype=np.int64))
+        stride = max(1, -(-len(ns) // limit))
+        return cls(ns, np.union1d(np.arange(0, len(ns), stride), shown), shown)
 
 
 def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
@@ -135,20 +124,18 @@ class RecordingWriter:
     def rows(
         self, path: str, when: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
     ) -> None:
-        """Send one row per frame on both timelines; with ``counts`` a row holds several values.
+        """Send one row per frame; with ``counts`` a row holds several values.
 
-        ``when``: frames (n,), or (n, 2) with nanoseconds after each on the session timeline.
+        ``when``: frames (n,), or (n, 2) with nanoseconds after each.
         """
         rows = np.asarray(when, dtype=np.int64)
         frames, later = rows.T if rows.ndim == 2 else (rows, 0)
-        index = [rr.TimeColumn(FRAME, sequence=frames)]
-        self.session_rows(path, self.clock.ns[frames] + later, columns, counts, index)
+        self.session_rows(path, self.clock.ns[frames] + later, columns, counts)
 
     def session_rows(
-        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None,
-        index: Sequence[rr.TimeColumn] = (),
-    ) -> None:  # fmt: skip
-        """Send rows at any nanosecond of the session timeline, and on those of ``index``."""
+        self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None
+    ) -> None:
+        """Send rows at any nanosecond of the session."""
         if not len(ns):
             return
         if not len(columns):
@@ -156,8 +143,13 @@ class RecordingWriter:
         rows = columns if counts is None else ragged(columns, counts)
         for column in rows:
             column.component_batch = drawable_texts(column.component_batch)
-        session = rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
-        self.stream.send_columns(path, [session, *index], rows, strict=True)
+        time = rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+        self.stream.send_columns(path, [time], rows, strict=True)
+
+    def log_lines(self, path: str, ns: NDArray[np.int64], lines: Sequence[tuple[str, str, Rgba]]) -> None:
+        """Send lines of a list, each with its level and colour: a click on the time of one moves the cursor there."""
+        texts, levels, colours = zip(*lines, strict=True) if lines else ((), (), ())
+        self.session_rows(path, ns, rr.TextLog.columns(text=texts, level=levels, color=packed(colours)))
 
     def curve(
         self, path: str, values: ArrayLike, name: str, colour: Rgba, width: float = 1.4, *, step: bool = False

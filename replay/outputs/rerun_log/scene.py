@@ -1,4 +1,4 @@
-"""The room: bodies that stand where they stood, points and curves where surfaces meet, and in red the faces of misses.
+"""The room: bodies that stand where they stood, curves in which surfaces meet, and in red the faces of misses.
 
 A mesh is sent once, and a pose only where it changed; a body without a pose is not drawn.
 """
@@ -17,18 +17,17 @@ from cdcore.numerics import FloatArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Comparison, Miss, Outcome
-from replay.outputs.camera import placed
+from replay.outputs.drawn_mesh import face_normals, shaded
 from replay.outputs.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
-from replay.outputs.shapes import face_normals, shaded
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
 DRAWN_CONTACTS: Final = 20_000
 DRAWN_FACES: Final = 400_000
 """Contacts, and face pairs behind them, that one detector draws at most: 10 MB and a second or two. Glass at rest on a
-bench touches it for minutes in hundreds of faces. Beyond this, frames in which nothing begins, ends or is missed are
-strided, and a curve may lag behind its body by the stride."""
+bench touches it for minutes in hundreds of faces. Beyond this, frames without a moment are strided, and a curve may lag
+behind its body by the stride."""
 
 COLOURED: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes with a colour of their own; all other contacts have that of what is found."""
@@ -44,7 +43,7 @@ LARGE_FACE: Final = 0.002
 triangles of a bench top are two hands wide: painted, they drown the contact, and the curve says where on them it is."""
 
 Faces = NDArray[np.int64]
-Moment = tuple[int, int]
+Time = tuple[int, int]
 """A frame, and nanoseconds after it."""
 
 Colours = Mapping[str, Sequence[tuple[int, int, Rgba]]]
@@ -113,82 +112,36 @@ def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Mi
             writer.session_rows(body_path(assembly.names[body]), ns, poses)
 
 
-def contacts_path(label: str) -> str:
-    """Entity of the contacts of one detector."""
-    return entity("world", "contacts", label)
+def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comparison: Comparison | None) -> None:
+    """Send ``world/contacts/<label>``: the curves in which surfaces meet.
 
-
-def log_contacts(
-    writer: RecordingWriter, label: str, assembly: Assembly, detection: Detection, comparison: Comparison | None
-) -> None:
-    """Send ``world/contacts/<label>``: a point per contact, and below it the curves in which the surfaces meet.
-
-    What ``comparison`` calls missed is red, the rest blue. Nothing is sent of a detection without faces.
+    What ``comparison`` calls missed is red, the rest blue. Nothing is sent of a detection without faces or curves.
     """
-    sets, path = detection.face_sets, contacts_path(label)
-    if sets is None:
+    sets, path = detection.face_sets, entity("world", "contacts", label)
+    if sets is None or detection.section_source is None:
         return
-    entries, frames = drawn_contacts(writer.clock, sets, comparison)
-    at = sets.frame[entries], sets.pair[entries]
-    points, curves = [], [np.zeros((0, 2, 3))]
-    for frame, pair in zip(*(some.tolist() for some in at), strict=True):
-        curve = _section(detection, frame, pair)
-        curves.append(curve)
-        points.append(contact_point(curve) if len(curve) else _centre(assembly, detection, frame, pair))
-    outcomes = np.zeros(len(entries), np.uint8) if comparison is None else comparison.outcome[at]
+    contacts, frames = drawn_contacts(writer.clock, sets)
+    at = sets.frame[contacts], sets.pair[contacts]
+    curves = [detection.section(frame, pair) for frame, pair in zip(*(part.tolist() for part in at), strict=True)]
+    curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
+    lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
+    outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
     colours = packed(OUTCOMES[code][1] if code in COLOURED else FOUND for code in outcomes.tolist())
-    lengths = np.array([len(curve) for curve in curves[1:]], dtype=np.int64)
-    dots = rr.Points3D.columns(positions=np.array(points, dtype=np.float32).reshape(-1, 3), colors=colours)
-    strips = np.concatenate(curves).astype(np.float32)
+    strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
-    rows = np.searchsorted(frames, at[0])
-    writer.rows(path, frames, dots, np.bincount(rows, minlength=len(frames)))
-    writer.rows(f"{path}/section", frames, lines, np.bincount(rows, lengths, len(frames)).astype(np.int64))
-    writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.5)))
-    writer.static(f"{path}/section", rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.6)))
+    in_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
+    writer.rows(path, frames, lines, in_frame.astype(np.int64))
+    writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
 
 
-def drawn_contacts(clock: RecordingClock, sets: FaceSets, comparison: Comparison | None) -> tuple[Faces, Faces]:
+def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]:
     """Numbers of the contacts that are drawn, and the frames that get a row; one without contact clears."""
     load = np.zeros(len(clock.ns))
     np.add.at(load, sets.frame, np.maximum(1.0 / DRAWN_CONTACTS, (sets.stop - sets.start) / DRAWN_FACES))
-    wanted = clock.kept
-    if comparison is not None:
-        wrong = np.isin(comparison.outcome[clock.kept], (Outcome.MISSED, Outcome.INVENTED)).any(axis=1)
-        wanted = clock.kept[wrong]
-    frames = np.union1d(_strided(wanted, load), _strided(clock.kept, load))
-    entries = np.flatnonzero(np.isin(sets.frame, frames))
+    stride = max(1, int(np.ceil(load[clock.kept].sum())))
+    frames = np.union1d(clock.kept[::stride], clock.moments)
     busy = np.isin(frames, sets.frame)
-    return entries, frames[busy | np.append(True, busy[:-1])[: len(busy)]]
-
-
-def _strided(frames: Faces, load: FloatArray) -> Faces:
-    """Every k-th of these frames, with the k that brings their load to 1 at most."""
-    return frames[:: max(1, int(np.ceil(load[frames].sum())))]
-
-
-def _section(detection: Detection, frame: int, pair: int) -> FloatArray:
-    """Segments (k, 2, 3) in which the surfaces meet; k = 0 where the detector computes none."""
-    if detection.section_source is None:
-        return np.zeros((0, 2, 3))
-    segments = detection.section(frame, pair)
-    return segments[np.isfinite(segments).all(axis=(1, 2))]
-
-
-def _centre(assembly: Assembly, detection: Detection, frame: int, pair: int) -> FloatArray:
-    """A place near a contact without a curve: the mean centroid of the faces of the body whose faces are smaller."""
-    faces, bodies = detection.faces(frame, pair), assembly.pairs[pair].tolist()
-    corners = [assembly.bodies[body].mesh.triangles[faces[:, side]] for side, body in enumerate(bodies)]
-    side = int(np.argmin([np.ptp(triangles, axis=1).max() for triangles in corners]))
-    return placed(assembly.motion, frame, bodies[side], corners[side].mean(axis=1)).mean(axis=0)
-
-
-def contact_point(segments: FloatArray) -> FloatArray:
-    """The midpoint of a segment that is nearest to the mean of all: on the surfaces even where the curve is a ring."""
-    middles = segments.mean(axis=1)
-    away = middles - middles.mean(axis=0)
-    nearest: FloatArray = middles[int(np.argmin((away * away).sum(axis=1)))]
-    return nearest
+    return np.flatnonzero(np.isin(sets.frame, frames)), frames[busy | np.append(True, busy[:-1])[: len(busy)]]
 
 
 def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]) -> None:
@@ -196,33 +149,33 @@ def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detect
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
-    red: dict[int, dict[Moment, list[Faces]]] = {
+    red: dict[int, dict[Time, list[Faces]]] = {
         body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
     left = dict.fromkeys(red, DRAWN_MISSED_FACES)
     for miss in by_depth(misses):
-        for moment, faces in _moments_with_faces(oracle, miss):
-            for number, painted in _painted(assembly, miss.pair, faces):
-                if 0 < len(painted) <= left[number]:
-                    left[number] -= len(painted)
-                    red[number].setdefault(moment, []).append(painted)
-    for number, faces_at in sorted(red.items()):
-        body = assembly.bodies[number]
-        _log_red_faces(writer, f"{body_path(body.name)}/missed_faces", body.mesh, faces_at)
+        for time, faces in _faces_over_time(oracle, miss):
+            for body, painted in _painted(assembly, miss.pair, faces).items():
+                if 0 < len(painted) <= left[body]:
+                    left[body] -= len(painted)
+                    red[body].setdefault(time, []).append(painted)
+    for body, faces_at in sorted(red.items()):
+        mesh = assembly.bodies[body].mesh
+        _log_red_faces(writer, f"{body_path(assembly.names[body])}/missed_faces", mesh, faces_at)
 
 
-def _moments_with_faces(oracle: Detection, miss: Miss) -> Iterator[tuple[Moment, Faces]]:
+def _faces_over_time(oracle: Detection, miss: Miss) -> Iterator[tuple[Time, Faces]]:
     if oracle.face_sets is not None:
         yield from (((frame, 0), oracle.faces(frame, miss.pair)) for frame in range(miss.first, miss.last + 1))
     elif miss.faces is not None:
         yield miss.shown, miss.faces
 
 
-def _painted(assembly: Assembly, pair: int, faces: Faces) -> Iterator[tuple[int, Faces]]:
-    """Both bodies and their faces to paint: large ones only where nothing smaller shows the place."""
+def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
+    """Faces to paint of both bodies: large ones only where nothing smaller shows the place."""
     whole = {body: np.unique(side) for body, side in zip(assembly.pairs[pair].tolist(), faces.T, strict=True)}
     small = {body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE] for body, side in whole.items()}
-    yield from (small if any(map(len, small.values())) else whole).items()
+    return small if any(map(len, small.values())) else whole
 
 
 def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
@@ -232,15 +185,15 @@ def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
 
 
 def _log_red_faces(
-    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Moment, Sequence[Faces]]
+    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Time, Sequence[Faces]]
 ) -> None:
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
     after = ((frame + 1, 0) for frame, _ in painted if frame + 1 < len(writer.clock.ns))
-    rows = sorted({(0, 0), *painted, *after})
+    times = sorted({(0, 0), *painted, *after})
     none = np.zeros(0, dtype=np.int64)
-    faces = [np.unique(np.concatenate([none, *painted.get(row, ())])) for row in rows]
+    faces = [np.unique(np.concatenate([none, *painted.get(time, ())])) for time in times]
     triangles = mesh.triangles[np.concatenate(faces)]
     corners = (triangles + PUSHED_OUT * face_normals(triangles)[1][:, None]).reshape(-1, 3)
     shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
-    writer.rows(path, rows, shapes, [3 * len(row) for row in faces])
+    writer.rows(path, times, shapes, [3 * len(some) for some in faces])
     writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))

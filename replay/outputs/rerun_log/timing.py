@@ -82,6 +82,11 @@ def total_path(label: str) -> str:
     return entity("timing", label, "total")
 
 
+def stages_path(label: str) -> str:
+    """Entity below which the stages of a detector stand."""
+    return entity("timing", label, "stages")
+
+
 def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], words: Mapping[str, str]) -> None:
     """Send totals, stages added up, counters and the line of the budget; ``words``: what a legend calls a detector."""
     totals = {label: total_ms(detection) for label, detection in detections.items()}
@@ -103,7 +108,7 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], wor
 def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatArray]) -> None:
     """Lines added up, the total drawn first: Rerun has no areas."""
     for rank, (stage, total) in enumerate(zip(stages, accumulate(stages.values()), strict=True)):
-        path = entity("timing", label, "stages", f"{len(stages) - rank}_{stage}")
+        path = f"{stages_path(label)}/{entity(f'{len(stages) - rank}_{stage}')}"
         writer.curve(path, total, f"+ {stage}" if rank else stage, colour_of(rank))
 
 

@@ -25,7 +25,7 @@ from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import OutputError, ReplayError, RunFolderError
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import SESSION, name_layer
 
 LOOPBACK: Final = "127.0.0.1"
@@ -36,9 +36,9 @@ RECORDING: Final = "run.rrd"
 START_SECONDS: Final = 40.0
 """A cold start of the 290 MB binary from a slow disk stays below half of this."""
 
-FORCED: Final = "FORCE_RERUN_ANALYTICS"
-NO_ANALYTICS: Final = {"CI": "1"}
-"""On a build server Rerun sends no statistics; there is no other switch that leaves the user's files alone."""
+QUIET: Final = {**os.environ, "CI": "1"}
+"""Variables for Rerun's program: on a build server it sends no usage statistics. Its own file of settings says that it
+may from its first start, whoever started it; there is no other switch that leaves the user's files alone."""
 
 LOAD_SECONDS: Final = 60.0
 PAUSE_SECONDS: Final = 0.05
@@ -190,9 +190,7 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
     if headless:
         command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
     words = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
-    process = subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, env=quiet_environment()
-    )
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, env=QUIET)
     try:
         return OpenViewer(process, port, _connected(process, port, words), words)
     except BaseException:
@@ -226,14 +224,6 @@ def _ended(words: IO[bytes]) -> str:
     last = lines[-1] if lines else "it said nothing"
     why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
     return f"the viewer ended: {why}; a browser shows the same: `replay share RUN -o DIR`, and open its index.html"
-
-
-def quiet_environment() -> dict[str, str]:
-    """Variables for Rerun's program: it sends no usage statistics unless the user turned them on with ``FORCED``.
-
-    Its own file of settings says that they are on from its first start, whoever started it; so that file is not asked.
-    """
-    return dict(os.environ) if FORCED in os.environ else {**os.environ, **NO_ANALYTICS}
 
 
 def viewer_binary() -> Path:

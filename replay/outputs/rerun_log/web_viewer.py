@@ -14,7 +14,7 @@ from typing import Final
 from urllib.request import urlopen
 
 from replay.outputs.rerun_log import viewer
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import SESSION
 from replay.outputs.words import address
 
@@ -35,7 +35,7 @@ def web_viewer() -> dict[str, bytes]:
     """
     binary, port, other = viewer.viewer_binary(), viewer.free_port(), viewer.free_port()
     words = ["--serve-web", "--bind", viewer.LOOPBACK, "--port", str(other), "--web-viewer-port", str(port)]
-    quiet, env = subprocess.DEVNULL, viewer.quiet_environment()
+    quiet, env = subprocess.DEVNULL, viewer.QUIET
     process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet, env=env)
     try:
         found = {name: _fetched(f"http://{viewer.LOOPBACK}:{port}/{name}", process) for name in (SCRIPT, PROGRAM)}

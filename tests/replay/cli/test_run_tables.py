@@ -15,7 +15,7 @@ from replay.cli.run_tables import audit_table, run_screen, run_tables
 from replay.cli.terminal import terminal
 from replay.detection.detector_spec import parse_detectors
 from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log.texts import answer_text
+from replay.outputs.rerun_log.documents import answer_text
 from replay.pipeline.engine import compute
 from sessions import MeshData, Scene
 from sessions.model.scene import SceneBody

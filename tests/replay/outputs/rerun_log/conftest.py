@@ -1,5 +1,6 @@
 """A run for tests of the picture: a slow detector misses taps on thin walls."""
 
+from bisect import bisect_right
 from functools import cache
 
 import numpy as np
@@ -76,8 +77,10 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
 class Read:
     """What a recording holds, entity by entity, as the file says."""
 
-    def __init__(self, path):
+    def __init__(self, path, result):
         self.path = path
+        stamps, times = result.assembly.stamp_ns, result.assembly.motion.times
+        self.ns = (stamps - stamps[:1] + np.round(1e9 * times[:1]).astype(int)).tolist()
         self.entities = {}
         self._columns = {}
         for chunk in RrdReader(path).stream().to_chunks():
@@ -94,11 +97,11 @@ class Read:
         for batch in self.entities.get("/" + entity, []):
             if component in batch.schema.names:
                 values = batch.column(component).to_pylist()
-                times = [
-                    batch.column(name).cast("int64").to_pylist() if name in batch.schema.names else [None] * len(values)
-                    for name in ("session", "frame")
-                ]
-                found += [row for row in zip(*times, values, strict=True) if row[2] is not None]
+                at = [None] * len(values)
+                if "session" in batch.schema.names:
+                    at = batch.column("session").cast("int64").to_pylist()
+                frames = [None if ns is None else bisect_right(self.ns, ns) - 1 for ns in at]
+                found += [row for row in zip(at, frames, values, strict=True) if row[2] is not None]
         return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
 
     def lane(self, entity):
@@ -107,8 +110,7 @@ class Read:
 
     def at(self, entity, component, frame):
         """What a viewer shows of a component at a frame: its latest row."""
-        rows = [row for row in self.column(entity, component) if row[1] is not None and row[1] <= frame]
-        return list(rows[-1][2]) if rows else []
+        return self.at_ns(entity, component, self.ns[frame])
 
     def at_ns(self, entity, component, ns):
         """What a viewer shows of a component with the cursor at a time of the session."""
@@ -117,9 +119,16 @@ class Read:
 
 
 @pytest.fixture(scope="session")
-def demo():
-    """Three seconds of taps, audited."""
-    return demo_run()
+def drawn(tmp_path_factory):
+    """Draws a run and reads its picture back; each run once."""
+
+    @cache
+    def picture(result):
+        path = tmp_path_factory.mktemp("run") / "run.rrd"
+        write_recording(result, path)
+        return Read(path, result)
+
+    return picture
 
 
 @pytest.fixture(scope="session")
@@ -129,23 +138,27 @@ def taps():
 
 
 @pytest.fixture(scope="session")
-def reader():
-    """Reads a picture back."""
-    return Read
+def demo():
+    """Three seconds of taps, audited."""
+    return demo_run()
 
 
 @pytest.fixture(scope="session")
-def recording(demo, tmp_path_factory):
-    """The picture of the demo."""
-    path = tmp_path_factory.mktemp("run") / "run.rrd"
-    write_recording(demo, path)
-    return path
-
-
-@pytest.fixture(scope="session")
-def read(recording):
+def read(demo, drawn):
     """The picture of the demo, read back."""
-    return Read(recording)
+    return drawn(demo)
+
+
+@pytest.fixture(scope="session")
+def recording(read):
+    """The picture of the demo."""
+    return read.path
+
+
+@pytest.fixture(scope="session")
+def searching():
+    """A run with a search that misses."""
+    return demo_run(135, label="paper", name="hybrid-qaco", variant="corrected", budget=300)
 
 
 @pytest.fixture(scope="session")
@@ -155,27 +168,6 @@ def passed():
 
 
 @pytest.fixture(scope="session")
-def passed_read(passed, tmp_path_factory):
+def passed_read(passed, drawn):
     """The picture of the jump, read back."""
-    path = tmp_path_factory.mktemp("passed") / "run.rrd"
-    write_recording(passed, path)
-    return Read(path)
-
-
-@pytest.fixture(scope="session")
-def hundreds(tmp_path_factory):
-    """Twenty seconds of taps, with more misses than anybody reads one by one, and its picture read back."""
-    result, path = demo_run(1800), tmp_path_factory.mktemp("many") / "run.rrd"
-    write_recording(result, path)
-    return result, Read(path)
-
-
-@pytest.fixture
-def write(tmp_path):
-    """Writes the picture of a run and reads it back."""
-
-    def written(result):
-        write_recording(result, tmp_path / "run.rrd")
-        return Read(tmp_path / "run.rrd")
-
-    return written
+    return drawn(passed)

@@ -8,7 +8,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.outputs.plots import HIGH, LETTER, Axis, Dot, scatter
-from replay.outputs.rerun_log.texts import dots_of
+from replay.outputs.rerun_log.documents import dots_of
 from replay.tradeoffs.sweep import tradeoff
 
 

@@ -8,13 +8,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 from support.shapes import box_mesh
 
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.narrow.mesh_stage import MeshStage
-from replay.comparison.outcome import Outcome
 from replay.errors import RunFolderError
 from replay.outputs.camera import CLOSE_UP
-from replay.outputs.moments import KINDS, key_moments
 from replay.outputs.palette import FREE, INVENTED
-from replay.outputs.rerun_log.moment_views import close_ups, read_moments, sharp_edges
+from replay.outputs.rerun_log.close_up import close_ups, sharp_edges
+from replay.outputs.rerun_log.moments import FALSE, MISS, key_moments, list_path, read_moments
 from replay.outputs.rerun_log.recording_file import packed, recording_file
 from replay.outputs.rerun_log.viewer import _target
 
@@ -27,13 +27,10 @@ def moments(demo):
 
 
 @pytest.fixture(scope="module")
-def hulls(taps, tmp_path_factory, reader):
+def hulls(taps, drawn):
     """A run of hulls, and its picture."""
-    from replay.outputs.rerun_log.recording import write_recording
-
-    run, path = taps(135, HULL, "collider", shape="hull"), tmp_path_factory.mktemp("hulls") / "run.rrd"
-    write_recording(run, path)
-    return run, reader(path)
+    run = taps(135, HULL, "collider", shape="hull")
+    return run, drawn(run)
 
 
 def at(run, moment):
@@ -41,19 +38,19 @@ def at(run, moment):
 
 
 def test_the_moments_are_all_misses_and_false_contacts_and_no_two_share_a_place(demo, moments):
-    faults = {(one.outcome, one.number) for one in moments if one.label}
-    missed = {(Outcome.MISSED, one.number) for one in demo.misses[SUBJECT]}
-    assert faults == missed | {(Outcome.INVENTED, one.number) for one in demo.false[SUBJECT]}
+    faults = {(one.kind, one.number) for one in moments if one.label}
+    missed = {(MISS, one.number) for one in demo.misses[SUBJECT]}
+    assert faults == missed | {(FALSE, one.number) for one in demo.false[SUBJECT]}
     assert len({(one.frame, one.later) for one in moments}) == len(moments)
 
 
 def test_where_the_list_leads_the_eye_looks_at_the_moment_and_words_name_it(demo, moments, read):
-    assert len(read.column("moments/list", "TextLog:text")) == len(moments)
+    assert sum(len(read.column(list_path(by), "TextLog:text")) for by in (SUBJECT, "")) == len(moments)
     for one in moments:
         ns = at(demo, one)
-        (line,) = read.at_ns("moments/list", "TextLog:text", ns)
+        (line,) = read.at_ns(list_path(one.label), "TextLog:text", ns)
         assert line.startswith(one.label) and demo.assembly.pair_name(one.pair) in line
-        if one.outcome == Outcome.MISSED:
+        if one.kind == MISS:
             (place,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
             assert np.linalg.norm(np.subtract(place, one.point)) == pytest.approx(CLOSE_UP, abs=1e-4)
         if one.label:
@@ -65,8 +62,9 @@ def test_where_the_list_leads_the_eye_looks_at_the_moment_and_words_name_it(demo
 
 def test_a_false_contact_shows_the_gap_the_white_body_and_the_cage_and_each_only_while_it_lasts(hulls):
     run, seen = hulls
-    views, names = close_ups(run, key_moments(run)), run.assembly.names
-    false = [one for one in views if one.label == HULL and one.outcome == Outcome.INVENTED]
+    balls = [sphere_best(body.mesh) for body in run.assembly.bodies]
+    views, names = close_ups(run, key_moments(run), balls), run.assembly.names
+    false = [one for one in views if one.label == HULL and one.kind == FALSE]
     meshes = MeshStage(run.assembly.bodies, run.assembly.pairs)
     assert any(views[one].free is not None for one in false)
     for one in false:
@@ -99,15 +97,15 @@ def test_a_box_has_twelve_edges_and_none_across_its_sides():
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(demo, moments, recording):
     there = sorted((one.kind, one.number) for one in read_moments(recording))
-    assert there == sorted((KINDS[one.outcome], one.number) for one in moments)
+    assert there == sorted((one.kind, one.number) for one in moments)
     for one in moments:
-        if one.outcome == Outcome.INVENTED:
+        if one.kind == FALSE:
             assert (
                 _target(recording, None, one.number, "")
                 == _target(recording, None, one.number, SUBJECT)
                 == at(demo, one)
             )
-        elif one.outcome == Outcome.MISSED:
+        elif one.kind == MISS:
             assert _target(recording, one.number, None, SUBJECT) == at(demo, one)
     with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
         _target(recording, None, 999, "")
@@ -132,18 +130,18 @@ def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_with
 def test_a_miss_between_frames_is_listed_at_the_moment_of_the_touch(passed, passed_read):
     (miss,) = passed.misses["exact"]
     moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns
-    ((ns, frame, words),) = passed_read.column("moments/list", "TextLog:text")
+    ((ns, frame, words),) = passed_read.column(list_path("exact"), "TextLog:text")
     assert (ns, frame) == (moment, 1) and words[0].startswith("exact")
     assert passed_read.at_ns("world/focus/words", "Points3D:labels", moment) == ["exact misses this contact"]
 
 
-def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, write):
+def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, drawn):
     scene = replace(demo.session.scene, name="手 at the bench")
     bodies = tuple(replace(one, name="手") if one.name == "rod" else one for one in demo.assembly.bodies)
     run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))
     from support.sentences import recording_text
 
-    seen = write(run)
+    seen = drawn(run)
     assert "/world/u624b" in seen.entities and not [path for path in seen.entities if "手" in path]
     words = recording_text(seen.path)
     assert "u624b at the bench" in words and "手" not in words and "beaker-u624b" in words

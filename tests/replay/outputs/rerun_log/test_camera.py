@@ -15,21 +15,6 @@ def test_a_gap_is_seen_from_aside_on_the_side_of_the_user(turn):
     assert camera.across(np.zeros(3), user) @ user > 0.9
 
 
-def test_what_stands_before_the_eye_is_what_its_line_of_sight_crosses(demo):
-    assembly = demo.assembly
-    obstacles = camera.Obstacles(assembly)
-    rod = assembly.motion.translations[0, assembly.names.index("rod")]
-    names = {assembly.names[body] for body in obstacles.hiding(0, eye_beside(rod, 0.05))}
-    assert "beaker" in names and "bench" not in names
-    assert obstacles.hiding(0, eye_beside(rod, 0.5)) == set()
-
-
-def eye_beside(place, up):
-    """An eye that looks level at a point above a place."""
-    x, y, z = place.tolist()
-    return camera.Eye((x + 0.2, y + up, z), (x, y + up, z))
-
-
 def test_the_overview_holds_every_point_and_wastes_no_room(demo):
     random = np.random.default_rng(1)
     points = random.uniform([-0.5, 0.9, -0.1], [0.5, 1.1, 0.1], (50, 3))

@@ -14,7 +14,7 @@ from replay.outputs.rerun_log.effects import (
     log_happened,
 )
 from replay.outputs.rerun_log.lanes import COLON
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import RecordingWriter
 
 TIMES = np.array([0.0, 0.5, 1.0])

@@ -64,10 +64,10 @@ def test_pairs_are_ranked_by_missed_frames_and_held_ones_come_last():
     assert ranked_pairs(Comparison("s", "o", outcome), held) == [1, 0, 2, 3]
 
 
-def test_the_last_state_lasts_one_frame(demo, write):
+def test_the_last_state_lasts_one_frame(demo, drawn):
     whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
     missed = replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)})
-    seen = write(missed)
+    seen = drawn(missed)
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     lane = seen.lane(lane_of(missed, "beaker-rod"))
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]

@@ -45,8 +45,8 @@ def test_a_miss_between_frames_shows_the_faces_that_touch_first_at_that_moment_a
         )
 
 
-def test_where_the_oracle_lists_no_faces_a_miss_that_frames_show_has_red_ones_at_its_deepest(write):
+def test_where_the_oracle_lists_no_faces_a_miss_that_frames_show_has_red_ones_at_its_deepest(drawn):
     session = jumping([3, 3, 3, 0.9, 3, 3, 3, 3])
-    seen = write(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous"))
+    seen = drawn(compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous"))
     counts = [len(seen.at("world/b/missed_faces", "Mesh3D:vertex_positions", frame)) for frame in range(8)]
     assert max(counts) > 3 and sum(count > 0 for count in counts) == 1

@@ -9,9 +9,8 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import box_best
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.palette import MISSED, SERIES
-from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.pipeline_view import FOUND, LOST, search_runs
 from replay.outputs.rerun_log.recording_file import packed
-from replay.outputs.watched_run import CONTACT, LOST, watched_runs
 
 LABEL = "paper"
 ROOT = f"pipeline/{LABEL}"
@@ -24,15 +23,13 @@ def run(taps):
 
 @pytest.fixture(scope="module")
 def watched(run):
-    (one,) = watched_runs(run)
+    (one,) = search_runs(run)
     return one
 
 
 @pytest.fixture(scope="module")
-def read(run, tmp_path_factory, reader):
-    path = tmp_path_factory.mktemp("pipeline") / "run.rrd"
-    write_recording(run, path)
-    return reader(path)
+def read(run, drawn):
+    return drawn(run)
 
 
 def overlaps(assembly, column):
@@ -66,11 +63,11 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
 
 
 def test_every_moment_of_the_list_has_its_samples_from_its_first_frame_to_its_last(watched, read):
-    assert {CONTACT, LOST} <= {moment.kind for moment in watched.moments}
+    assert {FOUND, LOST} <= {moment.kind for moment in watched.searches}
     listed = read.column(f"{ROOT}/moments", "TextLog:text")
-    assert [row[1] for row in listed] == [moment.frame for moment in watched.moments]
-    starts = {moment.frame for moment in watched.moments} | {moment.first for moment in watched.moments}
-    for moment in watched.moments:
+    assert [row[1] for row in listed] == [moment.frame for moment in watched.searches]
+    starts = {moment.frame for moment in watched.searches} | {moment.first for moment in watched.searches}
+    for moment in watched.searches:
         trace = watched.trace(moment)
         ants = sum(len(np.unique(trace.faces[np.isfinite(trace.pheromone), k])) for k in (0, 1))
         for frame in {moment.frame, moment.last, moment.first} - (starts - {moment.frame}):
@@ -81,7 +78,7 @@ def test_every_moment_of_the_list_has_its_samples_from_its_first_frame_to_its_la
 
 
 def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(run, watched, read):
-    lost = [moment for moment in watched.moments if moment.kind == LOST]
+    lost = [moment for moment in watched.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
         *_, stop, meets = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
@@ -90,14 +87,14 @@ def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_se
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
         words = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert words.startswith("missed") and f"{1e3 * np.linalg.norm(np.subtract(stop, meets)):.0f} mm" in words
-    found = next(moment for moment in watched.moments if moment.kind == CONTACT)
+    found = next(moment for moment in watched.searches if moment.kind == FOUND)
     assert read.at(f"{ROOT}/search/dots", "Points3D:colors", found.frame)[-1] == packed([SERIES[2]])[0]
 
 
 def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its_volumes(run, watched, read):
     worked, frames = watched.worked, range(len(run.assembly.motion))
     assert worked.kind == LOST
-    covered = {frame for one in watched.moments for frame in range(one.first, one.last + 1)}
+    covered = {frame for one in watched.searches for frame in range(one.first, one.last + 1)}
     free = next(frame for frame in frames if frame not in covered)
     for body in run.assembly.pairs[worked.pair].tolist():
         name, mesh = run.assembly.names[body], run.assembly.bodies[body].mesh
@@ -115,7 +112,7 @@ def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its
 def test_the_view_of_the_volumes_holds_both_spheres_whole(run, watched, read):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
-    for moment in watched.moments:
+    for moment in watched.searches:
         (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
         (turn,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
         axes = rotation_from_quaternion(np.array(turn))
@@ -128,4 +125,4 @@ def test_the_view_of_the_volumes_holds_both_spheres_whole(run, watched, read):
 
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):
-    assert watched_runs(demo) == []
+    assert search_runs(demo) == []

@@ -9,7 +9,7 @@ from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError, open_viewer, start_viewer
 
 
@@ -29,13 +29,6 @@ def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
         start_viewer(headless=True)
-
-
-def test_usage_statistics_are_off_unless_the_user_turned_them_on(monkeypatch, tmp_path):
-    monkeypatch.delenv("CI", raising=False)
-    assert module.quiet_environment()["CI"]
-    monkeypatch.setenv("FORCE_RERUN_ANALYTICS", "1")
-    assert "CI" not in module.quiet_environment()
 
 
 @pytest.fixture(scope="module")

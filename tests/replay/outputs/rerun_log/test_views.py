@@ -3,8 +3,9 @@
 import pytest
 from rerun.chunk import RrdReader
 
-import replay
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
+from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import synthetic_session
 
 OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
 """Classes of views that show rows of all times; any other shows what is latest at the cursor."""
@@ -47,13 +48,9 @@ def uuid(number):
 
 
 @pytest.fixture(scope="module")
-def searched(taps, tmp_path_factory, reader):
+def searched(searching, drawn):
     """The picture of a run with a search, read back."""
-    from replay.outputs.rerun_log.recording import write_recording
-
-    path = tmp_path_factory.mktemp("tabs") / "run.rrd"
-    write_recording(taps(135, label="paper", name="hybrid-qaco", variant="corrected", budget=300), path)
-    return reader(path)
+    return drawn(searching)
 
 
 def selected(query, entities):
@@ -105,10 +102,9 @@ def test_no_view_is_empty_at_any_cursor(searched, share):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["titration", "ammonia-calorimetry", "flame-test"])
-def test_no_view_of_a_run_with_effects_opens_empty(scene, tmp_path, reader):
-    session, _ = replay.synthetic_session(scene)
-    result = replay.run(session, detectors="discrete[rate_hz=22.5]", out=tmp_path / "run")
-    read = reader(result.out / "run.rrd")
+def test_no_view_of_a_run_with_effects_opens_empty(scene, drawn):
+    session, _ = synthetic_session(scene, 0, None)
+    read = drawn(compute(session, detectors="discrete[rate_hz=22.5]"))
     assert "Effects" in Layout(read.path).tabs() and empty_views(read, None) == []
 
 

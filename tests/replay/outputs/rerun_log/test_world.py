@@ -5,8 +5,8 @@ import pytest
 from support.shapes import box_mesh
 
 from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.outputs.drawn_mesh import shaded
 from replay.outputs.rerun_log.scene import body_path
-from replay.outputs.shapes import shaded
 
 
 def test_poses_read_back_are_those_of_the_motion_at_every_frame(demo, read):

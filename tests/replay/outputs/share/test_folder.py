@@ -20,7 +20,7 @@ import replay
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
-from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.share.folder import require_consent, write_shared_folder

@@ -1,0 +1,291 @@
+"""The close-up of a moment: where it is seen from, what stands around it, and what points at it.
+
+Rerun runs no code of ours at a click. So what is shown is data over time: a click on a moment moves the cursor, and
+close-up and solids there are those of that moment. The eye is data too: a camera whose pose changes from moment to
+moment; the view tracks it, so wherever the cursor goes it stands before the nearest moment with nothing in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+
+from cdcore import TriangleMesh
+from cdcore.bounding.bounding_sphere import Sphere
+from cdcore.numerics import FloatArray
+from replay.comparison.false_contacts import FalseContact
+from replay.comparison.outcome import Miss
+from replay.outputs.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
+from replay.outputs.drawn_mesh import bends, edges_of, face_normals
+from replay.outputs.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of
+from replay.outputs.rerun_log.moments import COLOURS, MISS, Moment, nearest_moments
+from replay.outputs.rerun_log.recording_file import (
+    RecordingWriter,
+    Steps,
+    entity,
+    packed,
+    pose_columns,
+    steps_of,
+    times_of,
+)
+from replay.outputs.rerun_log.scene import Colours, body_path
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.sentences import length_words
+
+SPACE: Final = "world/focus"
+EYE: Final = f"{SPACE}/eye"
+PINS: Final = f"{SPACE}/pins"
+"""Dots at all faults in the room; a close-up needs none of them."""
+
+IN_FRONT: Final = 0.4
+"""Share of the way from the eye at which words stand: nearer than what they speak of, so that nothing hides them."""
+
+HANGING: Final = 0.05
+"""Height of words, in distances of the eye from what it looks at."""
+
+UNSEEN: Final = 0.01
+LEADER: Final = 0.8
+"""Points on the screen: the size of a dot that carries words, and the width of the line from them."""
+
+
+DISTANCES: Final = (CLOSE_UP, 0.45)
+"""Metres from the eye to a false contact, at least and at most."""
+
+REACHES: Final = 3.3
+"""Distance of the eye in radii of the ball that it shall see whole."""
+
+ROOM: Final = 0.5
+"""Metres: a larger ball or solid holds the room and is left out: all glass stands on the bench."""
+
+HALF_BAR: Final = 0.006
+"""Metres, half the bar at each end of a measure."""
+
+SHARP_COSINE: Final = float(np.cos(np.radians(1.8)))
+"""Edges sharper than this are drawn: the triangles of a flat side are the solver's business."""
+
+DRAWN_EDGES: Final = 40_000
+"""Edges of solids that one detector draws at most, 1 MB; the moments that last longest come first."""
+
+GAP: Final[Rgba] = (120, 235, 170, 255)
+"""The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
+
+
+@dataclass(frozen=True, eq=False)
+class CloseUp:
+    """How one moment is shown. Bodies are columns of the assembly."""
+
+    eye: Eye
+    ends: FloatArray | None = None  # (2, 3) nearest points of both bodies, world metres; ``None`` where not measured
+    free: int | None = None  # the body that touches nothing, inside the solid of another
+    caged: Sequence[int] = ()  # bodies whose solids are drawn
+    hiding: Sequence[int] = ()  # other bodies that may stand between the eye and what it looks at
+
+
+def close_ups(result: RunResult, moments: Sequence[Moment], balls: Sequence[Sphere]) -> dict[Moment, CloseUp]:
+    """How each moment is shown: before the contact that was missed, or so far off that a false one is seen whole.
+
+    ``balls``: around each body of the assembly.
+    """
+    assembly, views = result.assembly, dict[Moment, CloseUp]()
+    with_solids = detectors_with_solids(result)
+    for moment in moments:
+        user = towards_user(assembly, result.session.scene, moment.frame, moment.point)
+        if isinstance(moment.stretch, Miss):
+            away = CLOSE_UP * across(np.asarray(moment.stretch.normal), user)
+            view = CloseUp(eye_before(np.asarray(moment.point), away))
+        else:
+            view = _whole_body(result, moment, user, balls, solid=moment.label in with_solids)
+        views[moment] = replace(view, hiding=_hiding(result, moment, view.eye, balls))
+    return views
+
+
+def _hiding(result: RunResult, moment: Moment, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
+    """Bodies beside the pair whose ball reaches between an eye and what it looks at."""
+    assembly, hiding = result.assembly, []
+    target, away = np.asarray(eye.target), np.subtract(eye.position, eye.target)
+    small = {body for body, ball in enumerate(balls) if ball.radius <= ROOM}
+    for body in small - {*assembly.pairs[moment.pair].tolist()}:
+        centre = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
+        share = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
+        if np.linalg.norm(centre - target - share * away) <= balls[body].radius:
+            hiding.append(body)
+    return hiding
+
+
+def _whole_body(
+    result: RunResult, moment: Moment, user: FloatArray, balls: Sequence[Sphere], *, solid: bool
+) -> CloseUp:
+    """Seen from so far off that a ball around the solid, or around the smaller body, is seen whole."""
+    assembly, false = result.assembly, moment.stretch
+    pair = assembly.pairs[moment.pair].tolist()
+    ends, free, caged, target = None, None, list[int](), np.asarray(moment.point)
+    if isinstance(false, FalseContact):
+        ends = None if false.ends is None else np.array(false.ends)
+        if solid:
+            # The body that lies in the hull of the other has no hull drawn around it.
+            hollow = [body for body in pair if assembly.names[body] == false.hollow]
+            free = next((body for body in pair if hollow and body not in hollow), None)
+            caged = [body for body in hollow or pair if balls[body].radius <= ROOM]
+    body = min(caged or pair, key=lambda body: balls[body].radius)
+    if caged:
+        target = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
+    gap = np.zeros(3) if ends is None else ends[1] - ends[0]
+    distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
+    return CloseUp(eye_before(target, distance * across(gap, user)), ends, free, caged)
+
+
+def log_close_ups(writer: RecordingWriter, result: RunResult, views: Mapping[Moment, CloseUp]) -> None:
+    """Send the eye, what each close-up says and measures, and the dots of the room; ``views``: in order of time."""
+    log_eyes(writer, EYE, nearest_moments([*views]), {moment: view.eye for moment, view in views.items()})
+    # Each fault while it lasts; nothing at other times.
+    faults = [moment for moment in views if moment.label]
+    steps = steps_of(faults, len(writer.clock.ns), None)
+    log_marks(writer, SPACE, steps, {moment: _marks(result, moment, views[moment]) for moment in faults})
+    for label in detectors_with_solids(result):
+        _log_cages(writer, result, label, views, steps)
+    dots = np.array([moment.point for moment in faults], dtype=np.float32).reshape(-1, 3)
+    colours = packed(COLOURS[moment.kind] for moment in faults)
+    writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
+
+
+def _marks(result: RunResult, moment: Moment, view: CloseUp) -> list[Mark]:
+    """What is said in a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
+    about = np.asarray(moment.point)
+    if moment.kind == MISS:
+        return words_beside(view.eye, about, f"{moment.label} misses this contact", MISSED, 0.0, 0.36)
+    if view.ends is None:
+        return words_beside(view.eye, about, f"{moment.label}: false contact", INVENTED, 0.0, 0.36)
+    names, apart = result.assembly.names, length_words(moment.size)
+    words = f"{' and '.join(names[body] for body in result.assembly.pairs[moment.pair])}: {apart} apart"
+    if view.free is not None:
+        words = f"{names[view.free]} touches nothing: {apart}"
+    # From point to point, and a bar across at both ends.
+    bar = np.cross(view.ends[1] - view.ends[0], look_rotation(view.eye)[:, 2])
+    bar *= HALF_BAR / max(float(np.linalg.norm(bar)), 1e-9)
+    lines = [view.ends, *(np.stack([end - bar, end + bar]) for end in view.ends)]
+    measure = [Mark(in_front(view.eye, line), GAP, 1.6) for line in lines]
+    return [*words_beside(view.eye, view.ends.mean(axis=0), words, GAP, 0.22, -0.36), *measure]
+
+
+def detectors_with_solids(result: RunResult) -> list[str]:
+    """Compared detectors with solids other than the meshes."""
+    meshes = {id(body.mesh) for body in result.assembly.bodies}
+    solids = {label: getattr(result.detectors.get(label), "colliders", ()) for label in result.comparisons}
+    return [label for label, bodies in solids.items() if any(id(body.mesh) not in meshes for body in bodies)]
+
+
+def _log_cages(
+    writer: RecordingWriter, result: RunResult, label: str, views: Mapping[Moment, CloseUp], steps: Steps
+) -> None:
+    """Send the edges of the solids of one detector in yellow, below their body, each while a false contact lasts."""
+    detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
+    names, left = result.assembly.names, DRAWN_EDGES
+    edges: dict[int, FloatArray] = {}
+    drawn: dict[int, dict[Moment, Any]] = {}
+    for moment in sorted(views, key=lambda moment: moment.first - moment.last):
+        for body in views[moment].caged if moment.label == label else ():
+            if body not in edges:
+                edges[body] = np.concatenate([sharp_edges(part) for part in detector.parts[names[body]]])
+            left -= len(edges[body])
+            if left >= 0:
+                drawn.setdefault(body, {})[moment] = edges[body]
+    for body, strips in drawn.items():
+        # Wires ignore alpha: a row without lines hides them.
+        path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
+        writer.steps(path, steps, strips, _wires)
+        writer.static(path, rr.LineStrips3D.from_fields(colors=[INVENTED], radii=rr.Radius.ui_points(1.4)))
+
+
+def _wires(edges: list[Any]) -> rr.ComponentColumnList:
+    return rr.LineStrips3D.columns(strips=np.array(edges, dtype=np.float32).reshape(-1, 2, 3))
+
+
+def sharp_edges(mesh: TriangleMesh) -> FloatArray:
+    """Edges (k, 2, 3) at which two faces of a solid meet at an angle."""
+    edges, faces = edges_of(mesh)
+    return edges[bends(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
+
+
+def close_up_colours(result: RunResult, views: Mapping[Moment, CloseUp]) -> Colours:
+    """White for a body that touches nothing, while it is said to; translucent what stands before a moment."""
+    colours: dict[str, list[tuple[int, int, Rgba]]] = {}
+    touched = {body for view in views.values() for body in (view.free, *view.hiding) if body is not None}
+    for body in touched:
+        name = result.assembly.names[body]
+        tags = tags_of(name, result.session.scene)
+        rows = colours.setdefault(name, [])
+        for frame, later, moment in nearest_moments([*views]):
+            colour = see_through(tags) if body in views[moment].hiding else albedo(tags)
+            rows.append((frame, later, FREE if body == views[moment].free else colour))
+    return colours
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A dot or words (1, 3), or a line (2, 3), at places in the world, metres; ``size``: points on the screen."""
+
+    places: FloatArray
+    colour: Rgba
+    size: float
+    text: str = ""
+
+    @property
+    def part(self) -> str:
+        """Entity below that of all marks."""
+        if self.text:
+            return "words"
+        return "lines" if len(self.places) > 1 else "dots"
+
+
+def words_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
+    """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
+    axes = look_rotation(eye)
+    distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
+    place = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    # Words hang below their place: a line from above begins below them.
+    start = place - distance * (HANGING if up > 0 else 0.0) * axes[:, 1]
+    places = in_front(eye, np.stack([place, start, about]))
+    return [Mark(places[:1], colour, UNSEEN, text), Mark(places[1:], colour, LEADER)]
+
+
+def in_front(eye: Eye, points: FloatArray) -> FloatArray:
+    """The same places on the screen (n, 3), so near to the eye that nothing hides them."""
+    nearer: FloatArray = np.asarray(eye.position) + IN_FRONT * (points - eye.position)
+    return nearer
+
+
+def log_marks(writer: RecordingWriter, root: str, steps: Steps, marks: Mapping[Any, Sequence[Mark]]) -> None:
+    """Send ``words``, ``lines`` and ``dots`` below a root: the marks of each moment that is shown, and no other."""
+    for part, columns in (("words", _points), ("lines", _strips), ("dots", _points)):
+        drawn = {moment: [mark for mark in some if mark.part == part] for moment, some in marks.items()}
+        if any(drawn.values()):
+            writer.steps(f"{root}/{part}", steps, drawn, columns)
+    writer.static(f"{root}/words", rr.Points3D.from_fields(show_labels=True))
+
+
+def _points(marks: Sequence[Mark]) -> rr.ComponentColumnList:
+    places = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 3)
+    return rr.Points3D.columns(positions=places, labels=[mark.text for mark in marks], **_looks(marks))
+
+
+def _strips(marks: Sequence[Mark]) -> rr.ComponentColumnList:
+    places = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 2, 3)
+    return rr.LineStrips3D.columns(strips=places, **_looks(marks))
+
+
+def _looks(marks: Sequence[Mark]) -> dict[str, Any]:
+    radii = np.array([rr.Radius.ui_points(mark.size) for mark in marks], dtype=np.float32)
+    return {"colors": packed(mark.colour for mark in marks), "radii": radii}
+
+
+def log_eyes(writer: RecordingWriter, path: str, steps: Steps, eyes: Mapping[Any, Eye]) -> None:
+    """Send a camera that stands elsewhere from each step on. A view that tracks it needs no command to follow."""
+    shown = [eyes[moment] for *_, moment in steps]
+    places, rotations = np.array([eye.position for eye in shown]), np.array([look_rotation(eye) for eye in shown])
+    writer.rows(path, times_of(steps), pose_columns(places, rotations))
+    shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
+    writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))
