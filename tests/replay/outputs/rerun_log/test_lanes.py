@@ -1,6 +1,7 @@
 """Lanes say exactly when, the worst pair first, and no change is lost between neighbours."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -34,6 +35,9 @@ def test_a_lane_says_the_outcome_of_every_frame_and_its_name_has_nothing_to_esca
     for path, column in lanes.items():
         words = [OUTCOMES[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
         assert states_at(read.lane(path), stamps) == words
+        assert all("" in (before, after) for (_, before), (_, after) in pairwise(read.lane(path))), (
+            "else merged to grey"
+        )
 
 
 def test_the_lanes_of_all_detectors_say_what_each_is_and_show_the_worst_of_all_pairs(demo, read):

@@ -105,6 +105,8 @@ def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its
             ((reach, _, _),) = read.at(f"{ROOT}/bodies/{name}/sphere", "Ellipsoids3D:half_sizes", free)
             assert np.allclose(half, box_best(mesh).half, atol=1e-6)
             assert reach == pytest.approx(sphere_best(mesh).radius, rel=1e-6)
+    (ground,) = read.at(f"{ROOT}/bodies/bench/mesh", "Mesh3D:albedo_factor", free)
+    assert ground & 0xFF == 0xFF, "the ground is drawn, and solid"
     (frame,) = read.at(f"{ROOT}/frame", "TextDocument:text", free)
     assert f"| confirmed | {watched.counts['confirmed'][worked.frame]}, missed" in frame
 
