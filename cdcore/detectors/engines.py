@@ -2,16 +2,11 @@
 
 from dataclasses import dataclass
 
-from cdcore.engines import (
-    BulletWorld,
-    EngineDetector,
-    EngineSettings,
-    EngineSolid,
-    MujocoWorld,
-    PhysxWorld,
-    RapierWorld,
-    ShapedSettings,
-)
+from cdcore.engines.bullet_world import BulletWorld
+from cdcore.engines.engine_detector import EngineDetector, EngineSettings, ShapedSettings
+from cdcore.engines.mujoco_world import MujocoWorld
+from cdcore.engines.physx_world import PhysxWorld
+from cdcore.engines.rapier_world import RapierWorld
 from cdcore.protocol.settings import MOST_METRES, number
 
 
@@ -37,14 +32,12 @@ class MujocoDetector(EngineDetector[MujocoSettings]):
 
     name = "mujoco"
     title = "MuJoCo"
+    World = MujocoWorld
     least_thickness = 1e-5
     Settings = MujocoSettings
     sources = ("E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, IROS 2012",)
     choose_when = "you want the answer of a shipped engine, not of its re-creation"
     cannot = "see hollows, list faces, or tell distances below a micrometre"
-
-    def _make_world(self, solids: list[EngineSolid]) -> MujocoWorld:
-        return MujocoWorld(solids, self._columns, self.settings.margin_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,14 +62,12 @@ class RapierDetector(EngineDetector[RapierSettings]):
 
     name = "rapier"
     title = "Rapier"
+    World = RapierWorld
     meshes_meet = True
     Settings = RapierSettings
     sources = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
     choose_when = "your engine is Rapier (Bevy, the web)"
     cannot = "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
-
-    def _make_world(self, solids: list[EngineSolid]) -> RapierWorld:
-        return RapierWorld(solids, self.settings.prediction_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,13 +94,11 @@ class BulletDetector(EngineDetector[BulletSettings]):
 
     name = "bullet"
     title = "Bullet"
+    World = BulletWorld
     Settings = BulletSettings
     sources = ("E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation, http://pybullet.org, 2016-2021",)
     choose_when = "your engine is Bullet (PyBullet, Godot 3, Panda3D)"
     cannot = "test two triangle meshes, list faces, or tell a gap from a touch within its margins"
-
-    def _make_world(self, solids: list[EngineSolid]) -> BulletWorld:
-        return BulletWorld(solids, self.settings.margin_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,10 +125,8 @@ class PhysxDetector(EngineDetector[PhysxSettings]):
 
     name = "physx"
     title = "PhysX"
+    World = PhysxWorld
     Settings = PhysxSettings
     sources = ("NVIDIA, PhysX 5 by way of ovphysx 0.7, https://nvidia-omniverse.github.io/PhysX/ovphysx/latest",)
     choose_when = "your engine is Unity, Unreal 4 or Omniverse, which have PhysX inside"
     cannot = "test two triangle meshes, list faces, or be timed: handing over poses takes most of it"
-
-    def _make_world(self, solids: list[EngineSolid]) -> PhysxWorld:
-        return PhysxWorld(solids, self.settings.contact_offset_m)

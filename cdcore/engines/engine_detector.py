@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -50,8 +49,14 @@ class ShapedSettings(EngineSettings):
 class EngineWorld(Protocol):
     """An engine with the solids of a scene in it."""
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> BoolArray:
-        """Which two solids are in the engine's list of contacts, (N, N).
+    def __init__(self, solids: list[EngineSolid], pairs: IntArray, settings: Any) -> None:
+        """The engine with these solids, asked about ``pairs`` (P, 2).
+
+        MissingEngineError where it is not installed, InvalidMeshError where it refuses a mesh.
+        """
+
+    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> Any:
+        """Numbers of two solids for every contact in the engine's list, (k, 2).
 
         ``places`` (N, 3) metres, ``turns`` (N, 4) quaternions x, y, z, w; rows that are not ``valid`` (N,) have no
         pose and touch nothing.
@@ -73,6 +78,7 @@ class EngineDetector(PairDetector[SettingsT]):
     online = True
     title: ClassVar[str]
     """The engine's name in sentences."""
+    World: ClassVar[type[EngineWorld]]
     meshes_meet = False
     """Whether the engine tests one triangle mesh against another."""
     least_thickness = 1e-4
@@ -88,11 +94,7 @@ class EngineDetector(PairDetector[SettingsT]):
         self._refused: BoolArray = np.zeros(len(pairs), dtype=np.bool_)
         if not self.meshes_meet:
             self._refused |= meshes[self._columns].all(axis=1)
-        self._world = self._make_world(self._solids)
-
-    @abstractmethod
-    def _make_world(self, solids: list[EngineSolid]) -> EngineWorld:
-        """The engine with these solids; MissingEngineError where it is not installed."""
+        self._world = self.World(self._solids, self._columns, settings)
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the engine lists the pair there; ``None``: not supported."""
@@ -109,9 +111,11 @@ class EngineDetector(PairDetector[SettingsT]):
         # A pose that is not valid may hold anything.
         turns = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))
         places = np.where(valid[:, None], motion.translations[frame, self._order], 0.0)
-        hits = self._world.touching(*engine_poses(self._solids, turns, places), valid)
-        first, second = self._columns.T
-        return hits[first, second] | hits[second, first]
+        touching = self._world.touching(*engine_poses(self._solids, turns, places), valid)
+        hits = np.zeros((len(valid), len(valid)), dtype=np.bool_)
+        low, high = np.sort(np.reshape(touching, (-1, 2)).astype(np.int64), axis=1).T
+        hits[low, high] = True
+        return hits[tuple(self._columns.T)]
 
     def _run(self, motion: Motion, memory: HeldVerdicts, _faces: bool) -> Detection:
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)

@@ -87,9 +87,10 @@ def engine_poses(
     return places, Rotation.from_matrix(rotations).as_quat()
 
 
-def places_apart(solids: list[EngineSolid]) -> FloatArray:
-    """Coordinates along one axis, (N,), at which no two solids are near each other."""
-    return np.cumsum([2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
+def places_apart(solids: list[EngineSolid]) -> tuple[FloatArray, FloatArray]:
+    """Places (N, 3) along one axis at which no two solids are near each other, and quaternions (N, 4) of no turn."""
+    along = np.cumsum([2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
+    return np.column_stack([along, np.zeros((len(solids), 2))]), np.tile([0.0, 0.0, 0.0, 1.0], (len(solids), 1))
 
 
 def _volume(mesh: TriangleMesh) -> float:

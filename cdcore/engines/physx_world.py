@@ -12,9 +12,9 @@ from weakref import finalize
 import numpy as np
 
 from cdcore.engines.engine_solids import EngineSolid, places_apart
-from cdcore.engines.quiet import quiet
-from cdcore.errors import InvalidMeshError, MissingEngineError
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.engines.refusals import needs_engine, quiet
+from cdcore.errors import InvalidMeshError
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 STEP: Final = 1 / 60
 """Seconds: the step from which PhysX computes its contact offset where none is given; nothing falls."""
@@ -32,39 +32,30 @@ class PhysxWorld:
     PhysX updates the contacts of a pair that stays close, so before each look one step with all bodies apart drops
     what was found. A scene comes in as a USD file.
 
-    Raises
-    ------
-    MissingEngineError
-        ovphysx or its schemas are not installed.
-    InvalidMeshError
-        PhysX has no collider for a mesh.
+    InvalidMeshError where PhysX has no collider for a mesh.
     """
 
-    def __init__(self, solids: list[EngineSolid], contact_offset: float | None) -> None:
-        try:
-            with quiet():
-                import ovphysx.types
-                import ovstage
-                from ovphysx.samples.python_samples.schema_support import physx_schema_paths
+    def __init__(self, solids: list[EngineSolid], _pairs: IntArray, settings: Any) -> None:
+        with needs_engine("ovphysx", "physx"):
+            import ovphysx.types
+            import ovstage
+            from ovphysx.samples.python_samples.schema_support import physx_schema_paths
 
-                schemas = [*map(str, physx_schema_paths()), str(ovphysx.newton_schema_root())]
-        except (ImportError, FileNotFoundError) as error:
-            raise MissingEngineError('ovphysx is not installed; pip install "vrlab-replay[physx]"') from error
+            schemas = [*map(str, physx_schema_paths()), str(ovphysx.newton_schema_root())]
         self._engine, self._count = ovphysx, len(solids)
-        self._away = np.column_stack([places_apart(solids), np.zeros((len(solids), 2))])
-        self._unturned = np.tile([0.0, 0.0, 0.0, 1.0], (len(solids), 1))
+        self._away, self._unturned = places_apart(solids)
         with quiet(), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if not ovphysx.PhysX.get_cpu_mode():  # it is asked once a process
                 ovphysx.PhysX.set_cpu_mode(True)
             self._physx = ovphysx.PhysX()
-            self._stage = _attached(ovphysx, ovstage, self._physx, schemas, _scene(solids, contact_offset))
+            self._stage = _attached(ovphysx, ovstage, self._physx, schemas, _scene(solids, settings.contact_offset_m))
             self._paths = ovstage.PathDictionary(self._stage)
             self._names = [f"/World/{_name(k)}" for k in range(len(solids))]
             self._put(self._away, self._unturned)
         finalize(self, _close, self._physx, self._stage, self._paths)
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> BoolArray:
+    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> IntArray:
         """As ``EngineWorld.touching``: pairs of bodies for which PhysX reports a point of contact."""
         self._put(self._away, self._unturned)
         self._physx.step_sync(STEP)
@@ -84,7 +75,7 @@ class PhysxWorld:
                     tensor.assign(rows[tensor.numpy().shape[-1]][self._numbers(group)])
                     session.commit_sync(group)
 
-    def _reported(self) -> BoolArray:
+    def _reported(self) -> IntArray:
         chosen = self._engine.types.ContactSelection("/World/b*", self._names)
         kind = self._engine.types.SimObjectType.CONTACT_SENSOR
         with self._physx.read_sync(kind, ["filteredContactCount"], contacts=[chosen]) as result:
@@ -92,7 +83,7 @@ class PhysxWorld:
             for group in result.groups:
                 counts: Any = group.tensors[0]
                 hits[self._numbers(group)] = counts.numpy() > 0
-        return hits
+        return np.argwhere(hits)
 
     def _numbers(self, group: Any) -> list[int]:
         """The body of each row of a group: PhysX has them in an order of its own."""

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from cdcore.engines.engine_solids import EngineSolid
-from cdcore.errors import InvalidMeshError, MissingEngineError
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.engines.refusals import mesh_may_be_refused, needs_engine
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 
 class RapierWorld:
@@ -16,28 +16,16 @@ class RapierWorld:
 
     A contact that Rapier found is updated and not computed again while bodies move little. So each look gets a new
     world; the shapes, which cost the time, are shared.
-
-    Raises
-    ------
-    MissingEngineError
-        rapier3d is not installed.
-    InvalidMeshError
-        Rapier refuses a mesh; its own words say why.
     """
 
-    def __init__(self, solids: list[EngineSolid], prediction: float) -> None:
-        try:
+    def __init__(self, solids: list[EngineSolid], _pairs: IntArray, settings: Any) -> None:
+        with needs_engine("rapier3d", "engines"):
             import rapier3d
-        except ImportError as error:
-            raise MissingEngineError('rapier3d is not installed; pip install "vrlab-replay[engines]"') from error
-        self._engine, self._prediction = rapier3d, prediction
-        try:
+        self._engine, self._prediction = rapier3d, settings.prediction_m
+        with mesh_may_be_refused("Rapier", rapier3d.RapierError):
             self._shapes = [_shape(rapier3d, solid) for solid in solids]
-        except rapier3d.RapierError as error:
-            words = " ".join(str(error).split())
-            raise InvalidMeshError(f"Rapier refuses a mesh, repair it or leave it out: {words}") from error
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> BoolArray:
+    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
         """As ``EngineWorld.touching``: pairs with an active contact, which Rapier would push apart."""
         engine, world = self._engine, self._engine.PhysicsWorld()
         world.integration_parameters.normalized_prediction_distance = self._prediction
@@ -50,11 +38,11 @@ class RapierWorld:
             handle = world.add_collider(collider.active_collision_types(engine.ActiveCollisionTypes.all()), body)
             body_of[handle.index] = k
         world.detect_collisions()
-        hits = np.zeros((len(valid), len(valid)), dtype=np.bool_)
-        for pair in world.narrow_phase.contact_pairs():
-            if pair.has_any_active_contact:
-                hits[body_of[pair.collider1.index], body_of[pair.collider2.index]] = True
-        return hits
+        return [
+            (body_of[pair.collider1.index], body_of[pair.collider2.index])
+            for pair in world.narrow_phase.contact_pairs()
+            if pair.has_any_active_contact
+        ]
 
 
 def _shape(engine: Any, solid: EngineSolid) -> Any:
