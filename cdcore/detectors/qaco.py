@@ -3,7 +3,7 @@ spheres, ``hybrid-qaco`` after spheres and boxes, with a mesh query for what it 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -14,8 +14,8 @@ from cdcore.detectors import COLONY, FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import sections_of
-from cdcore.numerics import Int32Array, IntArray
-from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
+from cdcore.numerics import IntArray
+from cdcore.protocol import Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
 from cdcore.protocol.settings import choice, flag, number
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.live_search import LiveSearch
@@ -49,15 +49,16 @@ class QacoDetector(PairDetector[Any]):
         self._broad = BroadPhase(bodies, pairs, boxes="boxes" in self.stages)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
-        self._words = (CONTAINMENT_REFUSED,) * len(pairs)
+        self._meshes: MeshStage | None = None
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """Say whether the volumes met, and whether ten times the budget finds the contact."""
-        near = self._volumes_meet(motion, frame, pair)
+        """Say whether the volumes met, and whether ten times the budget finds the contact; with ``decide="mesh"``
+        volumes alone can lose one.
+        """
+        near = pair in self._broad.candidates(motion.frames(frame, frame + 1)).columns
+        if self._meshes is not None:
+            return Explanation(spheres_meet=near)
         return self._explainer.explain(motion, frame, pair, faces, volumes_meet=near)
-
-    def _volumes_meet(self, motion: Motion, frame: int, pair: int) -> bool:
-        return pair in self._broad.candidates(motion.frames(frame, frame + 1)).columns
 
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""
@@ -65,9 +66,10 @@ class QacoDetector(PairDetector[Any]):
         stage = NotingStage(self.bodies, self.pairs, self.settings, self._search.empty)
         found = stage.decide(motion, boxes, stage.fresh_memory(), faces=True)
         searched = np.zeros_like(spheres)
-        for frame, column in stage.noted:
-            searched[frame, column] = True
-        return Watched(spheres, boxes, searched, stage, self.settings, found.face_sets())
+        for place in stage.noted:
+            searched[place] = True
+        sets = found.face_sets() if self._meshes is None else None
+        return Watched(spheres, boxes, searched, stage, self.settings, sets)
 
     def _fresh_memory(self) -> list[PairMemory]:
         return self._search.fresh_memory()
@@ -84,18 +86,21 @@ class QacoDetector(PairDetector[Any]):
         return self._detection(
             motion,
             broad.verdict,
-            face_sets=sets,
-            containment=self._words,
+            face_sets=sets if faces else None,
+            containment=self._containment_words(),
             work=broad.work | found.work | work,
             seconds=self._seconds(broad.clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
+    def _containment_words(self) -> Sequence[str]:
+        return (CONTAINMENT_REFUSED,) * len(self.pairs)
+
     def _complete(
-        self, _motion: Motion, _broad: BroadAnswer, found: SearchAnswer, faces: bool
-    ) -> tuple[FaceSets | None, dict[str, int]]:
-        """Decide what the search left open; the faces of all contacts if asked for, and counters."""
-        return found.face_sets() if faces else None, {}
+        self, _motion: Motion, _broad: BroadAnswer, found: SearchAnswer, _faces: bool
+    ) -> tuple[FaceSets, dict[str, int]]:
+        """Decide what the search left open; the faces of all contacts, and counters."""
+        return found.face_sets(), {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,59 +137,42 @@ class HybridQacoDetector(QacoDetector):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridQacoSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self._meshes = MeshStage(bodies, pairs) if settings.decide == "mesh" else None
-        self._containment = ContainmentStage(bodies, pairs, asked=self._meshes is not None and settings.containment)
-        if self._meshes is not None:
-            self._words = self._containment.words
-
-    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """As ``qaco`` with ``decide="search"``; with "mesh" volumes alone can lose a contact."""
-        if self._meshes is None:
-            return super().explain(motion, frame, pair, faces)
-        return Explanation(spheres_meet=self._volumes_meet(motion, frame, pair))
-
-    def watch(self, motion: Motion) -> Watched:
-        """Search the whole motion again and keep what each stage did."""
-        seen = super().watch(motion)
-        return seen if self._meshes is None else replace(seen, face_sets=None)
+        if settings.decide == "mesh":
+            self._meshes = MeshStage(bodies, pairs)
+            self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         return LiveSearch(self._broad, self._search) if self._meshes is None else super().live()
 
+    def _containment_words(self) -> Sequence[str]:
+        return super()._containment_words() if self._meshes is None else self._containment.words
+
     def _complete(
         self, motion: Motion, broad: BroadAnswer, found: SearchAnswer, faces: bool
-    ) -> tuple[FaceSets | None, dict[str, int]]:
-        """Ask meshes, and whether one body is inside the other."""
-        sets, work = super()._complete(motion, broad, found, faces)
-        frames, columns, queries, contained = broad.frames, broad.columns, 0, 0
-        if self._meshes is not None:
-            if not faces:
-                left = ~found.hits[frames, columns]
-                frames, columns = frames[left], columns[left]
-            answer = self._meshes.decide(motion, frames, columns, faces=faces)
-            queries, hits = answer.queries, answer.hits | found.hits[frames, columns]
-            broad.verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
-            sets = _joined_faces(found, answer, frames, columns) if faces else None
+    ) -> tuple[FaceSets, dict[str, int]]:
+        """With ``decide="mesh"`` ask meshes, and whether one body is inside the other."""
+        if self._meshes is None:
+            broad.clock.extend(2 * broad.clock[-1:])
+            return found.face_sets(), {"mesh_queries": 0, "containment_tests": 0}
+        frames, columns = broad.frames, broad.columns
+        if not faces:
+            left = ~found.hits[frames, columns]
+            frames, columns = frames[left], columns[left]
+        meshes = self._meshes.decide(motion, frames, columns, faces=faces)
+        hits = meshes.hits | found.hits[frames, columns]
+        broad.verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
+        sets = _joined_faces(found, meshes, frames, columns) if faces else found.face_sets()
         broad.clock.append(perf_counter())
-        if self._meshes is not None:
-            contained = self._containment.mark(motion, frames[~hits], columns[~hits], broad.verdict)
+        contained = self._containment.mark(motion, frames[~hits], columns[~hits], broad.verdict)
         broad.clock.append(perf_counter())
-        return sets, work | {"mesh_queries": queries, "containment_tests": contained}
+        return sets, {"mesh_queries": meshes.queries, "containment_tests": contained}
 
 
 def _joined_faces(found: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:
-    """Faces of the meshes and those the search confirmed, which FCL may leave out where faces are degenerate."""
-    searched = {(frame, column): number for frame, column, number in found.entries}
-    joined: dict[tuple[int, int], int] = {}
-    sets: list[Int32Array] = []
-    which = np.zeros(len(frames), dtype=np.int64)
-    for row, place in enumerate(zip(frames.tolist(), columns.tolist(), strict=True)):
-        key = (int(meshes.which[row]), searched.get(place, -1))
-        if key not in joined:
-            joined[key] = len(sets)
-            extra = found.sets[key[1]] if key[1] >= 0 else NO_FACES
-            both = np.concatenate([meshes.sets[key[0]], extra])
-            sets.append(np.unique(both, axis=0).astype(np.int32) if len(extra) else meshes.sets[key[0]])
-        which[row] = joined[key]
-    return FaceSets.from_shared(frames, columns, which, sets)
+    """Faces of the meshes; those the search confirmed where FCL, which may leave out degenerate faces, lists none."""
+    searched = np.zeros(found.hits.shape, dtype=np.int64)
+    for frame, column, which_set in found.entries:
+        searched[frame, column] = len(meshes.sets) + which_set
+    which = np.where(meshes.hits | ~found.hits[frames, columns], meshes.which, searched[frames, columns])
+    return FaceSets.from_shared(frames, columns, which, [*meshes.sets, *found.sets])

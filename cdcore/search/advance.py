@@ -1,11 +1,13 @@
 """The search as one compiled call: until it has found a pair, spent its budget, or needs something from outside."""
 
+import numpy as np
+
+from cdcore.kernels.box_axes import pose_seen_from
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.numerics import EPS, UNDERFLOW_PAD, IntArray
+from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray
 from cdcore.search.evaluation import evaluate
 from cdcore.search.local_descent import descend, drawn_pair, is_over, local_round
-from cdcore.search.rng import seed_stream
-from cdcore.search.state import DRAW, FOUND, FULL, KEYLESS, SPENT, START, UNSURE, Faces, State, States, Swarm
+from cdcore.search.state import DONE, DRAW, FULL, START, UNSURE, Faces, State, States, Swarm
 from cdcore.search.swarm import iterate, populate
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
@@ -18,12 +20,18 @@ PLACE_PAD = 1024.0 * EPS
 size; a pad a hundred times too wide costs a triangle test now and then, one too narrow a contact."""
 
 
-@hot_kernel
-def outcome(state: State) -> int:
-    """Why a search stopped."""
-    if state.hit_a >= 0:
-        return FOUND
-    return UNSURE if state.open > 0 else SPENT
+@kernel
+def take_poses(turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray, states: States) -> None:
+    """Write poses of both bodies, and of A as B sees it, to the record that the next search begins as."""
+    state, turn, move = states[1], np.empty((3, 3)), np.empty(3)
+    pose_seen_from(turn_b, move_b, turn_a, move_a, turn, move)
+    state.relative[12] = 0.0
+    for i in range(3):  # assigned as slices, arrays took 2.5 s to compile, not 0.3 (2026-11)
+        for j in range(3):
+            state.world_a[3 * i + j], state.world_b[3 * i + j] = turn_a[i, j], turn_b[i, j]
+            state.relative[3 * i + j] = turn[i, j]
+        state.world_a[9 + i], state.world_b[9 + i], state.relative[9 + i] = move_a[i], move_b[i], move[i]
+        state.relative[12] = max(state.relative[12], abs(move_a[i]), abs(move_b[i]))
 
 
 @hot_kernel
@@ -40,19 +48,14 @@ def place_in(pick: IntArray, face: int) -> int:
 
 
 @hot_kernel
-def largest_coordinate(pose: State) -> float:
-    """Of the place of a pose (12,)."""
-    return max(abs(pose[9]), abs(pose[10]), abs(pose[11]))
-
-
-@hot_kernel
-def follow_start(i: int, j: int, faces: Faces, state: State) -> None:
-    """Warm start: look at a pair and, if the strategy has local search, go down from it."""
+def follow_start(i: int, j: int, faces: Faces, state: State) -> float:
+    """Warm start: look at a pair and, if the strategy has local search, go down from it; distance of the pair."""
     stay_one_function()
     state.asked_by = START
-    distance = evaluate(i, j, faces, state)
+    distance: float = evaluate(i, j, faces, state)
     if state.walk != 0:
         descend(i, j, distance, faces, state)
+    return distance
 
 
 @hot_kernel
@@ -73,40 +76,33 @@ def step(swarm: Swarm, faces: Faces, state: State) -> None:
 
 @kernel
 def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, states: States) -> int:
-    """Do a task within ``budget`` evaluations: FOUND, SPENT, KEYLESS (give the key of this restart), FULL (grow the
-    table) or UNSURE (ask about the pairs left open).
+    """Do a task within ``budget`` evaluations: DONE, FULL (grow the table) or UNSURE (ask about the pairs left open).
 
     A search begins as ``states[1]``, which has its poses, at the pair (i, j); i below 0: at none.
     """
     state = states[0]
-    if task != SEARCH_ON:
+    if task == SEARCH:
         generation = state.generation + 1
         states[0] = states[1]
         state.generation = generation
-        size = state.size + (largest_coordinate(state.world_a) + largest_coordinate(state.world_b))
-        state.pad = PLACE_PAD * size + UNDERFLOW_PAD
+        state.pad = PLACE_PAD * (state.size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
     state.budget = budget
-    if task != SEARCH_ON and i >= 0:
+    if task == SEARCH and i >= 0:
         follow_start(i, j, faces, state)
         state.start_a, state.start_b = place_in(faces.pick_a, state.best_a), place_in(faces.pick_b, state.best_b)
-    if task == SEARCH and state.open > 0:
-        return UNSURE
+        if state.open > 0:
+            return UNSURE
     while not is_over(state):
         if state.who == COLONY and state.quiet >= state.restart_after:
-            state.fresh, state.quiet, state.keyed, state.seeded = 1, 0, 0, 0
+            state.fresh, state.quiet = 1, 0
             state.restarts += 1
         if 2 * state.entries >= faces.table.shape[0]:
             return FULL
-        if state.keyed == 0:
-            return KEYLESS
-        if state.seeded == 0:
-            seed_stream(state)
-            state.seeded = 1
         step(swarm, faces, state)
-    return outcome(state)
+    return UNSURE if state.hit_a < 0 and state.open > 0 else DONE
 
 
 @kernel
-def follow(i: int, j: int, faces: Faces, states: States) -> None:
-    """Look at a pair, and go down from it if the strategy has local search."""
-    follow_start(i, j, faces, states[0])
+def follow(i: int, j: int, faces: Faces, states: States) -> float:
+    """Look at a pair, and go down from it if the strategy has local search; distance of the pair."""
+    return follow_start(i, j, faces, states[0])

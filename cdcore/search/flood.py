@@ -12,12 +12,12 @@ from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import IntArray
 from cdcore.search.evaluation import faces_meet, is_new, leave_open
 from cdcore.search.features import NEIGHBOURS
-from cdcore.search.state import FULL, OPEN_KEPT, SPENT, STALE, UNSURE, Faces, State, States
+from cdcore.search.state import DONE, FULL, OPEN_KEPT, STALE, UNSURE, Faces, State, States
 
 
 @hot_kernel
 def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
-    """Test a pair that is new and add it to those found; SPENT, FULL, UNSURE, or STALE: corners count from here on."""
+    """Test a pair that is new and add it to those found; DONE, FULL, UNSURE, or STALE: corners count from here on."""
     stay_one_function()
     if state.found_count >= found.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
         return FULL
@@ -25,7 +25,7 @@ def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
         return UNSURE
     key = i * faces.rows_b.shape[0] + j
     if not is_new(faces.table, state, key):
-        return SPENT
+        return DONE
     state.flood_tests += 1
     answer = faces_meet(i, j, faces, state)
     if answer == 1:
@@ -37,7 +37,7 @@ def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
         if state.by_corners == 0:
             state.by_corners = 1
             return STALE
-    return SPENT
+    return DONE
 
 
 @hot_kernel
@@ -52,16 +52,16 @@ def spread(second: bool, i: int, j: int, links: IntArray, found: IntArray, faces
             other = near[face, k] if edges else links[k]
             a, b = (i, other) if second else (other, j)
             outcome = enter(a, b, found, faces, state)
-            if outcome != SPENT:
+            if outcome != DONE:
                 return outcome
-    return SPENT
+    return DONE
 
 
 @kernel
 def flood(seeds: IntArray, found: IntArray, links: tuple[IntArray, IntArray], faces: Faces, states: States) -> int:
     """Test ``seeds`` (n, 2), pairs of another time, and look around every pair ``found`` (n, 2).
 
-    SPENT: done; FULL: grow ``found`` and table; UNSURE: ask about open ones. May be called again after either: pairs
+    DONE: done; FULL: grow ``found`` and table; UNSURE: ask about open ones. May be called again after either: pairs
     tested before are not tested again.
     """
     state = states[0]
@@ -69,17 +69,17 @@ def flood(seeds: IntArray, found: IntArray, links: tuple[IntArray, IntArray], fa
         outcome = enter(seeds[row, 0], seeds[row, 1], found, faces, state)
         if outcome == STALE:
             state.head = 0
-        elif outcome != SPENT:
+        elif outcome != DONE:
             return outcome
     while state.head < state.found_count:
         i, j = found[state.head, 0], found[state.head, 1]
         outcome = spread(False, i, j, links[0], found, faces, state)
-        if outcome == SPENT:
+        if outcome == DONE:
             outcome = spread(True, i, j, links[1], found, faces, state)
-        if outcome == SPENT:
+        if outcome == DONE:
             state.head += 1
         elif outcome == STALE:
             state.head = 0
         else:
             return outcome
-    return UNSURE if state.open > 0 else SPENT
+    return UNSURE if state.open > 0 else DONE

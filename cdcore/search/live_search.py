@@ -1,40 +1,33 @@
 """A search asked one frame after the other: volumes of all pairs in one call, then the pairs that may meet."""
 
 from collections import Counter
-from time import perf_counter
 
-import numpy as np
-
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.numerics import ByteArray
 from cdcore.protocol import Motion, Verdict
-from cdcore.search.stage import COUNTERS, SearchAnswer, SearchStage
-
-CONTACT, NOT_FOUND, NO_POSE = (np.uint8(word) for word in (Verdict.CONTACT, Verdict.NOT_FOUND, Verdict.NO_POSE))
+from cdcore.search.stage import SearchAnswer, SearchStage
 
 
-class LiveSearch:
+class LiveSearch(LivePairs):
     """Looks of ``search`` at the pairs that ``volumes`` leave: CONTACT where it confirms one, else NOT_FOUND."""
 
     def __init__(self, volumes: BroadPhase, search: SearchStage) -> None:
-        self._volumes, self._search, self._memory = BroadLooks(volumes), search, search.fresh_memory()
-        self.seconds: dict[str, float] = {}
-        self.work: Counter[str] = Counter(dict.fromkeys((*COUNTERS, "mesh_queries"), 0))
+        memory = search.fresh_memory()
+        self._answer = SearchAnswer((1, len(memory)), faces=False)
 
-    def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
-        start, verdict = perf_counter(), self._volumes.verdict
-        # A pair that stands is searched again too: what rests got less than the whole budget before.
-        verdict.fill(NO_POSE)
-        columns = self._volumes.near(now)
-        found = perf_counter()
-        if columns:
-            answer = SearchAnswer((1, len(verdict)), faces=False)
-            self._search.decide_frame(now, 0, columns, self._memory, answer)
-            verdict[columns] = NOT_FOUND
-            verdict[answer.hits[0]] = CONTACT
-            for name, count in answer.work.items():
-                self.work[name] += count
-        self.seconds = {"volumes": found - start, "search": perf_counter() - found}
-        return verdict.copy()
+        def decide(now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+            meets = search.decide_one(now, 0, column, memory[column], self._answer)
+            return int(Verdict.CONTACT if meets else Verdict.NOT_FOUND), False
+
+        super().__init__(volumes, decide, None)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """As ``Live.seconds``."""
+        seconds = super().seconds
+        return {"volumes": seconds["volumes"], "search": seconds["surfaces"]}
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return Counter(self._answer.work | {"mesh_queries": 0})

@@ -9,16 +9,16 @@ import numpy as np
 
 from cdcore.kernels.memory import address_of
 from cdcore.numerics import FloatArray, IntArray
-from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow
+from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow, take_poses
 from cdcore.search.evaluation import grow_table, meeting_pairs
 from cdcore.search.features import Features
 from cdcore.search.flood import flood
-from cdcore.search.printed import search_as_printed
+from cdcore.search.printed import SearchOverError, iterations_as_printed
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import key_of, stream_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.search_settings import SearchSettings
-from cdcore.search.state import ANT, FULL, KEYLESS, SPENT, STATE, TRACED, UNSURE, Faces
+from cdcore.search.state import ANT, DONE, FULL, STATE, TRACED, UNSURE, Faces
 
 TABLE: Final = 1024
 """First size of the table of tested pairs; it doubles when half full."""
@@ -49,15 +49,15 @@ class PairSearch:
         self.first, self.second, self.names, self.settings = first, second, names, settings
         self._states = np.zeros(2, dtype=STATE)
         self._state, self._fresh = self._states
+        self._key = np.uint64(key_of(settings.seed, "qaco", *sorted(names)) % 2**64)
         # Views of the record: to ask it for a field takes longer than to write one.
-        self._key = memoryview(self._state["key"]).cast("B")
-        poses = [self._fresh[name] for name in ("world_a", "world_b", "relative")]
-        self._turns, self._moves = [pose[:9].reshape(3, 3) for pose in poses], [pose[9:] for pose in poses]
+        self.relative: FloatArray = self._fresh["relative"]
+        """(13,) pose of the first body as the second sees it: rotation by rows, translation, largest coordinate."""
+        self._placed = self._fresh["world_a"], self._fresh["world_b"]
         self._result = self._states[list(ANSWER)][:1]
         self._swarm = np.zeros(settings.ants, dtype=ANT)
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
-        self._stamp = 0.0
         self._set_constants()
         self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
 
@@ -81,14 +81,28 @@ class PairSearch:
         Poses are rotation (3, 3) and translation (3,); ``stamp``, the time of the frame, is part of the key of the
         random stream; ``start``: places of a pair to begin at, such as the closest of the frame before.
         """
-        self._take_poses(pose_a, pose_b, stamp)
-        return self._search(start or NO_PAIR, self.settings.budget if budget is None else budget)
+        self.place(pose_a, pose_b)
+        return self.look_here(stamp, start, self.settings.budget if budget is None else budget)
+
+    def place(self, pose_a: Pose, pose_b: Pose) -> None:
+        """Take new poses, for the search that begins next."""
+        take_poses(*pose_a, *pose_b, self._states)
+
+    def pose_bits(self) -> bytes:
+        """The poses taken last, every bit of them."""
+        return self._placed[0].tobytes() + self._placed[1].tobytes()
+
+    def look_here(self, stamp: float, start: Pair | None, budget: int) -> SearchResult:
+        """As ``look``, at the poses taken last."""
+        self._stamp = stamp
+        self._fresh["stream"] = self._key ^ np.float64(stamp).view(np.uint64)
+        return self._search(SEARCH, start or NO_PAIR, budget)
 
     def look_on(self) -> SearchResult:
         """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
         self._state["hit_a"] = -1
         self._state["quiet"] = 0
-        return self._search(None, int(self._state["budget"]))
+        return self._search(SEARCH_ON, NO_PAIR, int(self._state["budget"]))
 
     def curve(self, seeds: IntArray) -> IntArray:
         """Every pair that meets and hangs together with the hit or with a seed that still meets, (k, 2) places, sorted.
@@ -105,7 +119,7 @@ class PairSearch:
         while True:
             faces = self._faces._replace(near_a=near_a, near_b=near_b)
             outcome = flood(seeds, self._found, links, faces, self._states)
-            if outcome == SPENT:
+            if outcome == DONE:
                 break
             if outcome == FULL:
                 self._grow()
@@ -132,58 +146,44 @@ class PairSearch:
         fresh["scale"] = self.first.mean_radius + self.second.mean_radius or 1.0
         fresh["closest"], fresh["size"] = np.inf, self.first.size + self.second.size
 
-    def _take_poses(self, pose_a: Pose, pose_b: Pose, stamp: float) -> None:
-        """Take new poses, for the search that begins next."""
-        (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
-        self._turns[0][:], self._moves[0][:] = turn_a, move_a
-        self._turns[1][:], self._moves[1][:] = turn_b, move_b
-        np.matmul(turn_b.T, turn_a, out=self._turns[2])
-        np.matmul(turn_b.T, move_a - move_b, out=self._moves[2])
-        self._stamp = stamp
-
-    def _search(self, start: Pair | None, budget: int) -> SearchResult:
-        """Begin at a pair or at ``NO_PAIR``; ``None``: go on with a search."""
+    def _search(self, task: int, start: Pair, budget: int) -> SearchResult:
         if self.settings.variant == "printed":
-            return self._search_as_printed(start, budget)
-        self._run(start, budget)
-        return self._answer()
+            broken = self._search_as_printed(task, budget)
+        else:
+            broken = False
+            self._run(task, start, budget)
+        hit_a, hit_b, best_a, best_b, distance, evaluations, tests, restarts, iterations = self._result[0].item()
+        hit = (hit_a, hit_b) if hit_a >= 0 else None
+        reason = "hit" if hit else "broken" if broken else "budget"
+        return SearchResult(hit, (best_a, best_b), distance, evaluations, tests, restarts, iterations, reason)
 
-    def _search_as_printed(self, start: Pair | None, budget: int) -> SearchResult:
-        """The equations as printed, one pair at a time; their closest pair is kept here, not by them."""
-        state, picks = self._state, [sample.pick for sample in self.samples]
-        if start is not None:
-            self._run(NO_PAIR, 0)
-        closest, pair = float(state["closest"]), (int(state["best_a"]), int(state["best_b"]))
+    def _search_as_printed(self, task: int, budget: int) -> bool:
+        """The equations as printed, one pair at a time; whether they broke."""
+        if task == SEARCH_ON:
+            return False
+        self._run(task, NO_PAIR, 0)
+        state, (first, second) = self._state, (sample.pick for sample in self.samples)
 
         def evaluate(i: int, j: int) -> float:
-            nonlocal closest, pair
-            state["closest"] = np.inf
-            pair_now = int(picks[0][i]), int(picks[1][j])
-            follow(*pair_now, self._faces, self._states)
-            self._resolve()
-            distance = float(state["closest"])
-            if distance < closest:
-                closest, pair = distance, pair_now
+            distance = follow(int(first[i]), int(second[j]), self._faces, self._states)
+            if self._resolve() or state["evaluations"] >= budget:
+                raise SearchOverError
             return distance
 
-        def is_over() -> bool:
-            return bool(state["hit_a"] >= 0 or state["evaluations"] >= budget)
+        stream = stream_of(self.settings.seed, "qaco", *self.names, self._stamp)
+        iterations = iterations_as_printed(evaluate, (len(first), len(second)), self.settings, stream)
+        try:
+            for number in iterations:
+                state["iterations"] = number
+        except SearchOverError:
+            return False
+        return True
 
-        stream = stream_of(self.settings.seed, *self.names, self._stamp, 0)
-        sizes = (len(picks[0]), len(picks[1]))
-        state["iterations"], broken = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
-        state["closest"], (state["best_a"], state["best_b"]) = closest, pair
-        return self._answer(broken=broken)
-
-    def _run(self, start: Pair | None, budget: int) -> None:
+    def _run(self, task: int, start: Pair, budget: int) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
-        start, task = (NO_PAIR, SEARCH_ON) if start is None else (start, SEARCH)
         while True:
             outcome = advance(task, *start, budget, self._swarm, self._faces, self._states)
-            if outcome == KEYLESS:
-                self._key[:] = key_of(self.settings.seed, *self.names, self._stamp, int(self._state["restarts"]))
-                self._state["keyed"] = 1
-            elif outcome == FULL:
+            if outcome == FULL:
                 self._grow()
             elif outcome != UNSURE or self._resolve():
                 return
@@ -221,9 +221,3 @@ class PairSearch:
         larger = np.zeros((2 * len(self._table), 2), dtype=np.int64)
         grow_table(self._table, larger, self._states)
         self._table, self._faces = larger, self._faces._replace(table=larger)
-
-    def _answer(self, *, broken: bool = False) -> SearchResult:
-        hit_a, hit_b, best_a, best_b, distance, evaluations, tests, restarts, iterations = self._result[0].item()
-        hit = (hit_a, hit_b) if hit_a >= 0 else None
-        reason = "hit" if hit else "broken" if broken else "budget"
-        return SearchResult(hit, (best_a, best_b), distance, evaluations, tests, restarts, iterations, reason)

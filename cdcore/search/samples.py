@@ -35,7 +35,7 @@ def sample_of(features: Features, size: int | None, seed: int, name: str) -> Sam
     """
     if size is None or size >= len(features):
         return Sample(readonly(np.arange(len(features))), features.near)
-    stream = stream_of(seed, name, name, 0.0, 0, purpose="samples")
+    stream = stream_of(seed, "samples", name, name, 0.0)
     with np.errstate(divide="ignore"):
         # the S largest u^(1/area): a draw by weight without repeats (Efraimidis and Spirakis 2006)
         rank = np.log(stream.random(len(features))) / _areas(features)

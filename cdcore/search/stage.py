@@ -5,7 +5,6 @@ whole budget found nothing, it gets less (``rest``).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonl
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import features_of
 from cdcore.search.pair_search import PairSearch, Pose
-from cdcore.search.resting_contact import RestingContact, relative_pose
+from cdcore.search.resting_contact import budget_at_rest, lengths_at_rest
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.samples import sample_of
 from cdcore.search.search_settings import SearchSettings
@@ -22,6 +21,7 @@ SEEDS = 64
 """Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
 
 NO_SEEDS: IntArray = readonly(np.zeros((0, 2), dtype=np.int64))
+NO_RELATIVE: FloatArray = np.full(13, np.nan)
 
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
@@ -36,21 +36,19 @@ LookKey = tuple[int, float, int, Pair | None, int]
 """Column, stamp, hash of the poses, start and budget: with the settings all that a look depends on."""
 
 
-@dataclass(eq=False)
 class PairMemory:
     """What is known of a pair from its last look: its poses, whether it met and in which faces, the closest pair."""
 
-    poses: bytes = b""
-    hit: bool = False
-    start: Pair | None = None
-    seeds: IntArray = field(default_factory=lambda: NO_SEEDS)
-    faces: Int32Array = field(default_factory=lambda: NO_FACES)
-    searched: FloatArray | None = None
-    """Relative pose (13,) at which the whole budget found nothing; ``None``: there is none since the last hit."""
-    seen: FloatArray | None = None
-    """Relative pose (13,) of the look before."""
-    number: int = -1
-    """Of the face set, in this block; -1: none yet."""
+    def __init__(self) -> None:
+        self.poses = b""
+        self.hit = False
+        self.start: Pair | None = None
+        self.seeds = NO_SEEDS
+        self.faces = NO_FACES
+        # Relative poses (13,): at which the whole budget found nothing since the last hit, and of the look before.
+        self.searched = self.seen = NO_RELATIVE
+        # Of the face set, in this block; -1: none yet.
+        self.number = -1
 
 
 class SearchAnswer:
@@ -94,13 +92,13 @@ class SearchStage:
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
         features = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
-        self._searches = [
-            PairSearch(features[a], features[b], (bodies[a].name, bodies[b].name), settings) for a, b in self._ends
-        ]
-        self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         samples = {k: sample_of(some, settings.samples, settings.seed, bodies[k].name) for k, some in features.items()}
-        for (a, b), search in zip(self._ends, self._searches, strict=True):
+        self._searches: list[PairSearch] = []
+        for a, b in self._ends:
+            search = PairSearch(features[a], features[b], (bodies[a].name, bodies[b].name), settings)
             search.use(samples[a], samples[b])
+            self._searches.append(search)
+        self._lengths = [lengths_at_rest(features[a], features[b], settings.rest) for a, b in self._ends]
         # A pair that rests is searched in brief only if it starts from where it was closest.
         self._rested = settings.rest > 0.0 and settings.warm_start
         # What looks gave that found nothing: who asks the same again need not search.
@@ -110,32 +108,37 @@ class SearchStage:
         """What is known of each pair before the first frame: nothing; it passes from block to block."""
         return [PairMemory() for _ in self._ends]
 
+    def samples_meet(self, column: int, faces: IntArray) -> bool:
+        """Whether one of the face pairs (k, 2), in the order of the pair, has both its faces in the samples."""
+        search = self._searches[column]
+        first, second = faces.T[::-1] if self._turned[column] else faces.T
+        picked_first, picked_second = (sample.pick for sample in search.samples)
+        drawn = np.isin(first, search.first.face[picked_first]) & np.isin(second, search.second.face[picked_second])
+        return bool(drawn.any())
+
     def decide(self, motion: Motion, near: BoolArray, memory: list[PairMemory], *, faces: bool = False) -> SearchAnswer:
         """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""
-        found = SearchAnswer(near.shape, faces)
+        answer = SearchAnswer(near.shape, faces)
         for known in memory:
             known.number = -1
-        for frame in np.flatnonzero(near.any(axis=1)).tolist():
-            self.decide_frame(motion, frame, np.flatnonzero(near[frame]).tolist(), memory, found)
-        return found
+        for frame, column in np.argwhere(near).tolist():
+            self.decide_one(motion, frame, column, memory[column], answer)
+        return answer
 
-    def decide_frame(
-        self, motion: Motion, frame: int, columns: list[int], memory: list[PairMemory], found: SearchAnswer
-    ) -> None:
-        """Search some pairs in one frame."""
-        for column in columns:
-            known = memory[column]
-            look = self._look(motion, frame, column, known, found.work)
-            if look is not None:
-                known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
-                look = self._collect(column, look, known) if found.faces else look
-                found.count(look, self._searches[column].flood_tests)
-            found.hits[frame, column] = known.hit
-            if found.faces and known.hit:
-                if known.number < 0:
-                    known.number = len(found.sets)
-                    found.sets.append(known.faces)
-                found.entries.append((frame, column, known.number))
+    def decide_one(self, motion: Motion, frame: int, column: int, known: PairMemory, answer: SearchAnswer) -> bool:
+        """Search one pair in one frame, and write down what came of it; whether it meets."""
+        look = self._look(motion, frame, column, known, answer.work)
+        if look is not None:
+            known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
+            look = self._collect(column, look, known) if answer.faces else look
+            answer.count(look, self._searches[column].flood_tests)
+        answer.hits[frame, column] = known.hit
+        if answer.faces and known.hit:
+            if known.number < 0:
+                known.number = len(answer.sets)
+                answer.sets.append(known.faces)
+            answer.entries.append((frame, column, known.number))
+        return known.hit
 
     def _look(
         self, motion: Motion, frame: int, column: int, known: PairMemory, work: dict[str, int]
@@ -145,32 +148,30 @@ class SearchStage:
         It stands where both poses are bit for bit those of that look, or where the pair rests at a pose at which the
         whole budget found nothing. Where it nearly rests there, less of the budget is spent.
         """
-        budget, pose = self._settings.budget, None
+        search, budget = self._searches[column], self._settings.budget
+        search.place(*self._poses(motion, frame, column))
         if self._rested:
-            pose = np.empty(13)
-            relative_pose(frame, *self._ends[column], motion.rotations, motion.translations, pose)
-            budget = self._rests[column].budget(pose, known.searched, known.seen, budget)
-        if budget:
-            pose_a, pose_b = self._poses(motion, frame, column)
-            bits = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
+            budget = budget_at_rest(search.relative, known.searched, known.seen, self._lengths[column], budget)
+        bits = search.pose_bits()
         if not budget or bits == known.poses:
             work["reused"] += 1
             return None
         work["looks"] += 1
-        known.poses, known.seen = bits, pose
+        known.poses, known.seen = bits, search.relative.copy()
         start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
-        look = self._search(frame, (column, stamp, hash(bits), start, budget), pose_a, pose_b)
+        look = self._search(frame, (column, stamp, hash(bits), start, budget))
         if look.hit is not None:
-            known.searched = None
+            known.searched = NO_RELATIVE
         elif budget == self._settings.budget:
-            known.searched = pose
+            known.searched = known.seen
         else:
             work["short"] += 1
         return look
 
-    def _search(self, _frame: int, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+    def _search(self, _frame: int, key: LookKey) -> SearchResult:
+        """Search a pair where it has been placed."""
         column, stamp, _, start, budget = key
-        look = self._searches[column].look(pose_a, pose_b, stamp, start=start, budget=budget)
+        look = self._searches[column].look_here(stamp, start, budget)
         if look.hit is None and len(self.empty) < NOTED_LOOKS:
             self.empty[key] = look
         return look
@@ -193,7 +194,12 @@ class SearchStage:
             if look.hit is not None:
                 pairs = search.curve(NO_SEEDS)
         known.seeds = pairs[np.linspace(0, len(pairs) - 1, min(SEEDS, len(pairs))).astype(np.int64)]
-        faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)
-        faces = faces[:, ::-1] if self._turned[column] else faces
+        faces = self._numbered(column, pairs)
         known.faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
         return look
+
+    def _numbered(self, column: int, places: IntArray) -> IntArray:
+        """The face pairs, in the order of the pair, at places (k, 2) in the order of the search."""
+        search = self._searches[column]
+        faces = np.stack([search.first.face[places[:, 0]], search.second.face[places[:, 1]]], axis=1)
+        return faces[:, ::-1] if self._turned[column] else faces

@@ -24,8 +24,6 @@ COUNTS = (
     # Limits and choices: who searches, whether a start is walked down from, whether the best ant is improved by local
     # search, the equation left out (0: none), whether the population is still to be drawn.
     "budget", "restart_after", "ants", "who", "walk", "daemon", "without", "fresh",
-    # Of the random numbers: whether ``key`` is that of this restart, and whether its stream has begun.
-    "keyed", "seeded",
     # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
     "head", "found_count", "by_corners", "flood_tests",
     # Who evaluates, a place in ``ASKED_BY``; address of the trace (0: nobody watches) and its rows.
@@ -43,16 +41,14 @@ STATE = np.dtype(
         *((name, np.int64) for name in COUNTS),
         *((name, np.float64) for name in NUMBERS),
         ("open_keys", np.int64, OPEN_KEPT),
-        # Poses, rotation by rows, then translation: A and B to world, A to B; and the corners of two placed faces.
+        # Poses, rotation by rows, then translation: A and B to world, A to B; after A to B, the largest coordinate of
+        # both places in the world.
         ("world_a", np.float64, 12),
         ("world_b", np.float64, 12),
-        ("relative", np.float64, 12),
+        ("relative", np.float64, 13),
+        # Corners of two placed faces; where the stream of random numbers is.
         ("pair", np.float64, 18),
-        # Key of the stream of random numbers, words that it is mixed from, and where it is: a number of 128 bits, and
-        # its step.
-        ("key", np.uint32, 8),
-        ("pool", np.int64, 4),
-        ("stream", np.uint64, 4),
+        ("stream", np.uint64),
     ]
 )
 """The record of a search."""
@@ -86,9 +82,8 @@ class Faces(NamedTuple):
     table: IntArray
 
 
-SPENT, FOUND, KEYLESS, STALE, FULL, UNSURE = range(6)
-"""What a kernel returns: finished without a hit; a pair meets; wants the key of the restart; begins again over corners;
-an array is full; pairs are left open."""
+DONE, STALE, FULL, UNSURE = range(4)
+"""What a kernel returns: finished; begins again over corners; an array is full; pairs are left open."""
 
 ASKED_BY = ("start", "ant", "walk", "draw")
 """Who evaluates: the pair to start at, an ant, local search, a random draw."""

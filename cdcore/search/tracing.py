@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion
-from cdcore.search.pair_search import PairSearch, Pose
+from cdcore.search.pair_search import PairSearch
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import LookKey, SearchStage
@@ -73,9 +73,7 @@ class NotingStage(SearchStage):
         poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
         result = search.look(*poses, stamp, start=noted.start, budget=noted.budget)
         i, j, iteration, by = rows[:, [0, 1, 3, 4]].astype(np.int64).T
-        faces = np.stack([search.first.face[i], search.second.face[j]], axis=1)
-        if self._turned[column]:
-            faces = faces[:, ::-1]
+        faces = self._numbered(column, np.stack([i, j], axis=1))
         return LookTrace(faces, rows[:, 2], iteration, np.array(ASKED_BY)[by], rows[:, 5], result)
 
     def places(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:
@@ -84,9 +82,9 @@ class NotingStage(SearchStage):
         sides = zip((search.first, search.second), pair, poses, strict=True)
         return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
 
-    def _search(self, frame: int, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+    def _search(self, frame: int, key: LookKey) -> SearchResult:
         column, _, _, start, budget = key
-        look = self._known.get(key) or super()._search(frame, key, pose_a, pose_b)
+        look = self._known.get(key) or super()._search(frame, key)
         self.noted[frame, column] = NotedLook(start, budget, look)
         return look
 

@@ -8,7 +8,7 @@ from support.shapes import box_mesh, random_rotations
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.advance import follow
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.resting_contact import PROBE, RestingContact, distance_moved
+from cdcore.search.resting_contact import PROBE, budget_at_rest, distance_moved, lengths_at_rest
 
 HERE = (I3, np.zeros(3))
 
@@ -31,7 +31,7 @@ def ways_beside_each_other(ways=150):
 
 
 def distances(search, firsts, seconds):
-    turn, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:]
+    turn, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:12]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
     return np.linalg.norm((a[firsts] @ turn.T + move)[:, None] - b[seconds][None], axis=2)
 
@@ -78,20 +78,20 @@ def test_no_point_of_the_body_moves_farther_than_the_bound_says():
 
 def test_the_budget_is_whole_for_news_short_for_little_and_none_where_nothing_has_moved():
     features = features_of(BALL)
-    rest = RestingContact(features, features, 0.25)
+    lengths, never = lengths_at_rest(features, features, 0.25), np.full(13, np.nan)
     face = 2 * features.mean_radius
     before = np.array([*np.eye(3).ravel(), 2.1, 0.0, 0.0, 2.1])
 
     def after(distance):
         return before + distance * np.eye(13)[9]
 
-    assert rest.budget(before, None, None, 2000) == 2000
-    assert rest.budget(after(0.26 * face), before, before, 2000) == 2000
-    assert rest.budget(after(0.24 * face), before, before, 2000) == PROBE
-    assert rest.budget(after(0.24 * face), before, after(0.24 * face), 2000) == 2000
-    assert rest.budget(after(0.24 * face), before, before, 50) == 50
-    assert rest.budget(after(1e-14), before, before, 2000) == 0
-    assert rest.budget(after(np.nan), before, before, 2000) == 2000
+    assert budget_at_rest(before, never, never, lengths, 2000) == 2000
+    assert budget_at_rest(after(0.26 * face), before, before, lengths, 2000) == 2000
+    assert budget_at_rest(after(0.24 * face), before, before, lengths, 2000) == PROBE
+    assert budget_at_rest(after(0.24 * face), before, after(0.24 * face), lengths, 2000) == 2000
+    assert budget_at_rest(after(0.24 * face), before, before, lengths, 50) == 50
+    assert budget_at_rest(after(1e-14), before, before, lengths, 2000) == 0
+    assert budget_at_rest(after(np.nan), before, before, lengths, 2000) == 2000
 
 
 def test_the_finer_mesh_says_what_is_news_in_either_order():
@@ -100,8 +100,9 @@ def test_the_finer_mesh_says_what_is_news_in_either_order():
     assert plate.mean_radius > 5 * ball.mean_radius
     before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
     for bodies in ((ball, plate), (plate, ball)):
-        rest = RestingContact(*bodies, 0.25)
-        budgets = [rest.budget(before + share * face * np.eye(13)[10], before, before, 2000) for share in (0.24, 0.26)]
+        lengths = lengths_at_rest(*bodies, 0.25)
+        poses = [before + share * face * np.eye(13)[10] for share in (0.24, 0.26)]
+        budgets = [budget_at_rest(pose, before, before, lengths, 2000) for pose in poses]
         assert budgets == [PROBE, 2000]
 
 

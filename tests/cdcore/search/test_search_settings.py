@@ -5,28 +5,28 @@ import pytest
 from support.search_scenes import I3, ball_of, search_of
 from support.shapes import box_mesh
 
-from cdcore.search.printed import printed_gate, probabilities
+from cdcore.search.printed import printed_16, printed_17
 
 
 def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():
     qubit = np.array([[1.0, 0.0]])
     for _ in range(100):
-        qubit = printed_gate(np.array([0.05 * np.pi]), qubit)
+        qubit = printed_17(np.array([0.05 * np.pi]), qubit)
     assert np.linalg.norm(qubit) == pytest.approx(0.081, abs=0.0005)
 
 
 def test_the_printed_gate_fails_the_invariant_of_a_rotation_and_is_a_reflection_only_at_zero():
     theta, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0, 6, 25))
-    norm = (printed_gate(theta, np.stack([np.cos(t), np.sin(t)], axis=-1)) ** 2).sum(axis=-1)
+    norm = (printed_17(theta, np.stack([np.cos(t), np.sin(t)], axis=-1)) ** 2).sum(axis=-1)
     assert np.allclose(norm, 1 - np.sin(2 * theta) * np.sin(2 * t))
     assert np.abs(norm - 1).max() > 0.9
     assert np.allclose(norm[:, 10], 1.0)
 
 
 def test_probabilities_of_a_negative_pheromone_are_none():
-    assert not (probabilities(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
-    assert not np.isfinite(probabilities(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
-    assert probabilities(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
+    assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
+    assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
+    assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
 
 
 @pytest.mark.parametrize("alpha", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])

@@ -50,8 +50,8 @@ def test_a_traced_look_counts_the_same_and_ends_as_the_run_did(settings):
 def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search(name, settings, monkeypatch):
     detector, motion, alone = watch(name, **settings)
     detect_live(detector, motion)
-    searched, look = [], PairSearch.look
-    monkeypatch.setattr(PairSearch, "look", lambda *asked, **more: searched.append(1) or look(*asked, **more))
+    searched, look = [], PairSearch.look_here
+    monkeypatch.setattr(PairSearch, "look_here", lambda *asked, **more: searched.append(1) or look(*asked, **more))
     again = detector.watch(motion)
     notes = [
         {place: (look.result, look.start, look.budget) for place, look in noted.items()}
