@@ -6,7 +6,7 @@ from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import above, dot, least3, load8, most3, moved, store
 from cdcore.narrow.bvh.bounds import EDGE_SLACK
-from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
+from cdcore.narrow.bvh.face_lanes import certain_lanes
 from cdcore.narrow.bvh.tree_memory import Pair, Scratch
 
 
@@ -68,7 +68,7 @@ def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scrat
     """
     become_part_of_caller()
     tree_a, tree_b, placed, span = pair.tree_a, pair.tree_b, scratch.moved, scratch.span
-    edges, found = scratch.edges, scratch.found
+    found = scratch.found
     enter_box_frame(tree_b.boxes, b, scratch.relative, scratch.turned)
     row_a, row_b = 4 * runtime_int(tree_a.links[2 * a + 1]), 4 * runtime_int(tree_b.links[2 * b + 1])
     leaves_a, leaves_b = tree_a.leaves, tree_b.leaves
@@ -85,15 +85,11 @@ def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scrat
         inside = lanes_in_box(placed, p, q, r, tree_b.boxes, b, pad, mask, span)
         if inside == 0:
             continue
-        edges_are_moved = False
         for face_b in range(first_b, stop_b):
             left = lanes_in_span(span, tree_b.spans, face_b, pad, inside)
             if left == 0:
                 continue
-            if not edges_are_moved:
-                move_edges(placed, p, q, r, edges)
-                edges_are_moved = True
-            certain = certain_lanes(placed, p, q, r, tree_b.boxed, face_b, edges, size, pad, left)
+            certain = certain_lanes(placed, p, q, r, tree_b.boxed, face_b, size, pad, left)
             left &= ~(certain >> 8)
             found[4 * count], found[4 * count + 1] = face_a, face_b
             found[4 * count + 2], found[4 * count + 3] = left & ~certain, left & certain

@@ -100,7 +100,6 @@ class Scratch(NamedTuple):
     turned: Doubles
     moved: Doubles
     span: Doubles
-    edges: Doubles
     stack: Words
     found: Words
     state: Words
@@ -128,9 +127,7 @@ COUNTERS: Final = (
 ) = range(len(COUNTERS))  # fmt: skip
 MOST_LEAF_CORNERS: Final = 24
 """Three for each of at most eight faces of a leaf."""
-EDGE_ROOM: Final = 198
-"""Doubles of the edges of two faces, as ``face_lanes`` lays them out."""
-DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 48, EDGE_ROOM)
+DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 48)
 """Of each array of doubles, in the order of ``Scratch``."""
 
 

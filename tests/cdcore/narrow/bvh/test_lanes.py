@@ -10,9 +10,9 @@ from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
-from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
+from cdcore.narrow.bvh.face_lanes import certain_lanes
 from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
-from cdcore.narrow.bvh.tree_memory import EDGE_ROOM, pair_at
+from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
@@ -103,12 +103,10 @@ def test_a_pad_is_kept_however_large_and_nothing_is_certain_that_it_could_change
 
 @kernel
 def certain(placed, boxed, size, pad):
-    edges, zero = np.empty(EDGE_ROOM), runtime_int(0)
-    move_edges(doubles_of(placed), zero, runtime_int(24), runtime_int(48), doubles_of(edges))
+    zero = runtime_int(0)
     return certain_lanes(
-        doubles_of(placed), zero, runtime_int(24), runtime_int(48), doubles_of(boxed), zero, doubles_of(edges), size,
-        pad, runtime_int(255),
-    )  # fmt: skip
+        doubles_of(placed), zero, runtime_int(24), runtime_int(48), doubles_of(boxed), zero, size, pad, runtime_int(255)
+    )
 
 
 @pytest.mark.parametrize("pad", [1e-15, 1e-3])
