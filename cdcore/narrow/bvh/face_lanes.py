@@ -56,19 +56,17 @@ def turns(way: Point, e: Point, f: Vector, bound: float) -> Signs:
 
 
 @hot_kernel
-def certain_lanes(
-    placed: Memory, p: int, q: int, r: int, boxed: Memory, face: int, size: float, pad: float, mask: int
-) -> int:  # fmt: skip
+def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: float, mask: int) -> int:
     """Of ``mask`` the lanes in which two faces certainly meet, plus 256 times those in which they certainly do not.
 
-    ``size``: no corner of either is further from the origin, in the lanes of ``mask``.
+    ``placed`` (72,): the moved face. ``size``: no corner of either is further from the origin in the lanes of ``mask``.
     """
     stay_one_function()
     reach = 2.0 * size + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
     fixed = vector_at(boxed, 9 * face), vector_at(boxed, 9 * face + 3), vector_at(boxed, 9 * face + 6)
     f = between(fixed[0], fixed[1]), between(fixed[1], fixed[2]), between(fixed[2], fixed[0])
-    corners = corner_at(placed, p), corner_at(placed, q), corner_at(placed, r)
+    corners = corner_at(placed, 0), corner_at(placed, 24), corner_at(placed, 48)
     normal = cross(f[0], f[1])
     a0, b0 = side(normal, less(corners[0], fixed[0]), bound)
     a1, b1 = side(normal, less(corners[1], fixed[0]), bound)

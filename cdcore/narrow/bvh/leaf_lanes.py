@@ -23,26 +23,24 @@ def enter_box_frame(box: Memory, b: int, relative: Memory, turned: Memory) -> No
 
 
 @hot_kernel
-def move_corners(corners: Memory, first: int, count: int, turned: Memory, offset: Memory, placed: Memory) -> None:
-    """Corners of A's leaf in the box frame, (24 count,)."""
+def move_face(corners: Memory, face: int, turned: Memory, offset: Memory, placed: Memory) -> None:
+    """Corners of a face of A's leaf in the box frame, (72,)."""
     become_part_of_caller()
-    for c in range(count):
-        row = 3 * (first + c)
-        x, y, z = corners[row], corners[row + 1], corners[row + 2]
+    for c in range(3):
+        at = 9 * face + 3 * c
+        x, y, z = corners[at], corners[at + 1], corners[at + 2]
         for k in range(3):
             p, q, r = load8(turned, 24 * k), load8(turned, 24 * k + 8), load8(turned, 24 * k + 16)
             store(placed, 24 * c + 8 * k, moved(load8(offset, 8 * k), x, y, z, p, q, r))
 
 
 @hot_kernel
-def lanes_in_box(
-    placed: Memory, p: int, q: int, r: int, box: Memory, b: int, pad: float, mask: int, span: Memory
-) -> int:
+def lanes_in_box(placed: Memory, box: Memory, b: int, pad: float, mask: int, span: Memory) -> int:
     """Lanes in which the moved face is not certainly outside one of the box's slabs; its own go to ``span`` (48,)."""
     become_part_of_caller()
     for k in range(3):
         half = box[16 * b + 12 + k] + pad
-        x, y, z = load8(placed, p + 8 * k), load8(placed, q + 8 * k), load8(placed, r + 8 * k)
+        x, y, z = load8(placed, 8 * k), load8(placed, 24 + 8 * k), load8(placed, 48 + 8 * k)
         low, high = least3(x, y, z), most3(x, y, z)
         mask &= ~(above(low, half) | above(-half, high))
         store(span, 16 * k, low)
@@ -70,26 +68,21 @@ def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scrat
     tree_a, tree_b, placed, span = pair.tree_a, pair.tree_b, scratch.moved, scratch.span
     found = scratch.found
     enter_box_frame(tree_b.boxes, b, scratch.relative, scratch.turned)
-    row_a, row_b = 4 * runtime_int(tree_a.links[2 * a + 1]), 4 * runtime_int(tree_b.links[2 * b + 1])
-    leaves_a, leaves_b = tree_a.leaves, tree_b.leaves
-    first, corners = runtime_int(leaves_a[row_a + 2]), runtime_int(leaves_a[row_a + 3])
-    move_corners(tree_a.corners, first, corners, scratch.turned, scratch.offset, placed)
-    first_a, first_b = runtime_int(leaves_a[row_a]), runtime_int(leaves_b[row_b])
-    stop_a, stop_b = first_a + runtime_int(leaves_a[row_a + 1]), first_b + runtime_int(leaves_b[row_b + 1])
+    row_a, row_b = 2 * runtime_int(tree_a.links[2 * a + 1]), 2 * runtime_int(tree_b.links[2 * b + 1])
+    first_a, first_b = runtime_int(tree_a.leaves[row_a]), runtime_int(tree_b.leaves[row_b])
+    stop_a, stop_b = first_a + runtime_int(tree_a.leaves[row_a + 1]), first_b + runtime_int(tree_b.leaves[row_b + 1])
     # a face of A that overlaps the box in every slab has no corner further out than by the size of its own box
     size, count = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.boxes[16 * a + 15] * EDGE_SLACK + 2.0 * pad), 0
     for face_a in range(first_a, stop_a):
-        pick = 3 * face_a
-        p, q = 24 * runtime_int(tree_a.picks[pick]), 24 * runtime_int(tree_a.picks[pick + 1])
-        r = 24 * runtime_int(tree_a.picks[pick + 2])
-        inside = lanes_in_box(placed, p, q, r, tree_b.boxes, b, pad, mask, span)
+        move_face(tree_a.corners, face_a, scratch.turned, scratch.offset, placed)
+        inside = lanes_in_box(placed, tree_b.boxes, b, pad, mask, span)
         if inside == 0:
             continue
         for face_b in range(first_b, stop_b):
             left = lanes_in_span(span, tree_b.spans, face_b, pad, inside)
             if left == 0:
                 continue
-            certain = certain_lanes(placed, p, q, r, tree_b.boxed, face_b, size, pad, left)
+            certain = certain_lanes(placed, tree_b.boxed, face_b, size, pad, left)
             left &= ~(certain >> 8)
             found[4 * count], found[4 * count + 1] = face_a, face_b
             found[4 * count + 2], found[4 * count + 3] = left & ~certain, left & certain

@@ -34,7 +34,6 @@ class TreeMemory(NamedTuple):
     leaves: Integers
     faces: Integers
     placed: Doubles
-    picks: Integers
     corners: Doubles
     boxed: Doubles
     spans: Doubles
@@ -125,9 +124,7 @@ COUNTERS: Final = (
 (
     NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED, GAP_TESTS, REUSED,
 ) = range(len(COUNTERS))  # fmt: skip
-MOST_LEAF_CORNERS: Final = 24
-"""Three for each of at most eight faces of a leaf."""
-DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 48)
+DOUBLES: Final = (96, 16, 24, 72, 72, 48)
 """Of each array of doubles, in the order of ``Scratch``."""
 
 

@@ -45,25 +45,15 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
     tree = build_box_tree(triangles)
     leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
     for node in leaf_nodes:
-        first, count, corner, corners = tree.leaves[tree.links[node, 1]]
+        first, count = tree.leaves[tree.links[node, 1]]
         axes = tree.boxes[node, 3:12].reshape(3, 3).T
         for row in range(first, first + count):
             face = triangles[tree.faces[row]]
             assert np.array_equal(tree.placed[row].reshape(3, 4).T, face[[0, 1, 2, 0]])
-            local = tree.corners[corner + tree.picks[row]]
+            local, boxed = tree.corners[row].reshape(3, 3), tree.boxed[row].reshape(3, 3)
             assert np.array_equal(local, face - tree.boxes[node, :3])
-            assert tree.picks[row].max() < corners
-            boxed = tree.boxed[row].reshape(3, 3)
             assert np.allclose(boxed, local @ axes.T, atol=1e-14 * (1 + np.abs(local).max()))
             assert np.array_equal(tree.spans[row].reshape(3, 2), np.stack([boxed.min(0), boxed.max(0)], axis=1))
-
-
-def test_two_triangles_of_a_square_share_two_of_their_corners():
-    tree = build_box_tree(grid_plate(1))
-    assert tree.leaves.tolist() == [[0, 2, 0, 4]]
-    assert len(tree.corners) == 4
-    shared = set(tree.picks[0].tolist()) & set(tree.picks[1].tolist())
-    assert len(shared) == 2
 
 
 def fitted(triangles):
