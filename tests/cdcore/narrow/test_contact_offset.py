@@ -30,3 +30,12 @@ def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_
         near = ContactOffset(trees, np.array(pairs), reach).near(motion, frames, columns)
         assert near.tolist() == (apart[frames] <= reach).tolist()
     assert 2 < near.sum() < len(frames) > 30
+
+
+def test_two_faces_of_one_plane_are_apart_where_only_the_way_between_them_tells():
+    """Halves of a square a little apart: the normals of both planes lead out of it, and the boxes overlap."""
+    half = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    trees = [build_box_tree(half), build_box_tree(np.array([1.1, 1.1, 0]) - half)]
+    motion, frame = Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1))), np.zeros(1, dtype=np.int64)
+    for reach, near in ((0.14, False), (0.15, True)):
+        assert ContactOffset(trees, np.array([[0, 1]]), reach).near(motion, frame, frame).tolist() == [near]
