@@ -106,6 +106,7 @@ def test_no_view_of_a_run_with_effects_opens_empty(scene, drawn):
     session, _ = synthetic_session(scene, 0, None)
     read = drawn(compute(session, detectors="discrete[rate_hz=22.5]"))
     assert "Effects" in Layout(read.path).tabs() and empty_views(read, None) == []
+    assert sum(one.leads for one in read_moments(read.path)) == 1, "a moment of the audit, or the result"
 
 
 def test_the_tabs_of_an_audit_are_questions(searched, recording):
