@@ -9,8 +9,8 @@ from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
-from cdcore.narrow.bvh.tree_memory import DOUBLES, Scratch, TreeMemory, layout, pair_at, words_of_rows
-from cdcore.narrow.bvh.whole_motion import rows_of_pairs
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, layout, pair_at
+from cdcore.narrow.bvh.whole_motion import PairRows
 
 ROOM = 4096
 
@@ -24,14 +24,15 @@ def relative_of(row, relative, middle, squares):
 
 def row_of_pair(trees, turn, move):
     """Trees and poses of two bodies, as given, as the kernels take them, and what must be kept while they do."""
-    tracks = Tracks(trees, np.arange(2), len(turn), np.zeros(2, dtype=bool))
-    marks = np.zeros((1, 3, len(turn)), dtype=np.uint8)
-    tracks.fill(turn, move, np.ones((len(turn), 2), dtype=bool))
-    rows = rows_of_pairs(trees, np.array([[0, 1]]), tracks, marks, every=True)
+    tracks, marks = Tracks(trees, np.arange(2), len(turn)), np.zeros((1, 3, len(turn)), dtype=np.uint8)
+    tracks.lay_out(np.ones((len(turn), 2), dtype=bool))
+    tracks.fill(turn, move)
+    words = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(turn))
+    pair = words.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
-        rows[f"tree_{side}"] = trees[body].words.view(layout(TreeMemory))
-        rows[f"pose_{side}"] = tracks.rows[body]
-    return words_of_rows(rows)[0], (tracks, marks)
+        pair[f"tree_{side}"] = trees[body].words.view(layout(TreeMemory))
+        pair[f"pose_{side}"] = tracks.rows[body]
+    return words[0], (tracks, marks)
 
 
 class EightFrames:

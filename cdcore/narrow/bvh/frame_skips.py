@@ -106,7 +106,7 @@ def frames_left_out(pair: Pair, frame: int, pad: float, work: Memory) -> int:
     Bodies are certainly apart in the others that it passes. ``pad``: as a share of the size.
     """
     stay_one_function()
-    if frame > pair.start and poses_repeat(pair, frame):
+    if frame > 0 and poses_repeat(pair, frame):
         pair.repeats[frame] = 1
         work[REUSED] += 1
         return frame + 1

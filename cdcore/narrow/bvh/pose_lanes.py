@@ -139,32 +139,41 @@ def fill_tracks(
 
 
 class Tracks:
-    """The poses of some bodies at all frames of a motion, laid out by one call in one block of memory.
+    """The poses of some bodies in a stretch of frames, laid out by one call in one block of memory that is used again.
 
     ``bodies`` (n,) ascending numbers; ``rows`` (n,): each body's ``PoseMemory``.
     """
 
-    def __init__(self, trees: Sequence[BoxTree], bodies: IntArray, frames: int, still: BoolArray) -> None:
-        """Make room for so many frames of these of all bodies, each with a tree; ``still`` (N,) keep one pose."""
+    def __init__(self, trees: Sequence[BoxTree], bodies: IntArray, frames: int) -> None:
+        """Make room for at most so many frames of these of all bodies, each with a tree."""
         self.bodies, self.rows = bodies, np.zeros(len(bodies), dtype=layout(PoseMemory))
         self._ends = np.array([[*trees[body].boxes[0], trees[body].reach] for body in bodies.tolist()])
-        counts = np.where(still[bodies], 1, frames)
-        stride = row_length(counts)
-        self.rows["frames"], self.rows["step"], self.rows["stride"] = counts, counts > 1, stride
-        lengths = np.stack([ROWS * stride, CENTRES * stride, stride, stride, np.full(len(bodies), 2)])
-        stops = np.cumsum(lengths)
-        self._room, self._changed = np.empty(stops[-1]), np.ones((len(bodies), frames), dtype=np.uint8)
-        places = address_of(self._room) + 8 * (stops.reshape(lengths.shape) - lengths)
-        for name, place in zip(("entries", "centres", "away", "path", "facts"), places, strict=True):
+        stride = row_length(frames)
+        lengths = {"entries": ROWS * stride, "centres": CENTRES * stride, "away": stride, "path": stride, "facts": 2}
+        self._room = np.empty((len(bodies), sum(lengths.values())))
+        place = address_of(self._room) + self._room.strides[0] * np.arange(len(bodies))
+        for name, length in lengths.items():
             self.rows[name] = place
+            place = place + 8 * length
+        self._changed = np.empty((len(bodies), frames), dtype=np.uint8)
         self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
         self._words, self._lanes = words_of_rows(self.rows), np.empty(LANES)
 
-    def fill(self, rotations: FloatArray, translations: FloatArray, changed: BoolArray) -> None:
-        """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies; ``changed`` (T, N) as of ``Motion``."""
-        if len(changed) > 1:
-            self._changed[:] = changed[:, self.bodies].T
-            self._changed[:, 0] = self.rows["step"]
+    def lay_out(self, changed: BoolArray) -> None:
+        """Say where each of all N bodies changes in a stretch of T frames, (T, N); its first frame counts as changed.
+
+        A body that rests keeps one pose for all of them.
+        """
+        frames = len(changed)
+        self._changed[:, :frames] = changed[:, self.bodies].T
+        # row by row each stops at its first change
+        moving = np.array([row[1:frames].any() for row in self._changed], dtype=np.bool_)
+        self._changed[:, 0] = moving
+        counts = np.where(moving, frames, 1)
+        self.rows["frames"], self.rows["step"], self.rows["stride"] = counts, moving, row_length(counts)
+
+    def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
+        """Lay out the poses (T, N, 3, 3), (T, N, 3) of all N bodies in that stretch."""
         # read-only like those of a motion: else the kernel would be compiled for both kinds
         turns, places = readonly(np.ascontiguousarray(rotations)[:]), readonly(np.ascontiguousarray(translations)[:])
         fill_tracks(turns, places, self.bodies, self._words, self._ends, self._lanes)

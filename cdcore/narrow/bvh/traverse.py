@@ -60,7 +60,7 @@ def append(rows: Memory, key: int) -> None:
 def key_of(pair: Pair, frame: int, face_a: int, face_b: int) -> int:
     """A face pair of a frame as one number."""
     become_part_of_caller()
-    return (((frame - pair.start) << pair.bits_a | face_a) << pair.bits_b) | face_b
+    return ((frame << pair.bits_a | face_a) << pair.bits_b) | face_b
 
 
 @hot_kernel
@@ -290,7 +290,6 @@ def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
         if number > first:
             for k in range(STATES):
                 scratch.state[k] = 0
-            scratch.state[AT_FRAME] = pair.start
         done = search_frames(pair, scratch)
         if not done or scratch.keys[0] + scratch.later[0] > 0:
             return number

@@ -62,12 +62,11 @@ class PoseMemory(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two bodies, A moved into the frame of B, the larger one; and what is asked of frames ``start`` to ``stop``.
+    """Two bodies, A moved into the frame of B, the larger one; and what is asked of the first ``stop`` frames.
 
-    ``every``: each face pair that meets, or else whether any does. ``hits``, ``volumes``, ``repeats`` (T,): frames with
-    contact; what volumes say, ``NEAR`` or ``BEYOND``; frames that repeat the poses, and so the answer, of the one
-    before. ``bits_a``, ``bits_b``: of the number of a face; frame from ``start``, face of A and face of B make one
-    number. ``turned``: A is the second body of the pair as it was asked about.
+    ``hits``, ``volumes``, ``repeats`` (stop,): frames with contact; what volumes say, ``NEAR`` or ``BEYOND``; frames
+    that repeat the poses, and so the answer, of the one before. ``every``: each face pair that meets, or else whether
+    any does. ``bits_a``, ``bits_b``: of the number of a face; frame, face of A and face of B make one number.
     """
 
     tree_a: TreeMemory
@@ -77,12 +76,10 @@ class Pair(NamedTuple):
     hits: Bytes
     volumes: Bytes
     repeats: Bytes
-    start: int
     stop: int
     every: int
     bits_a: int
     bits_b: int
-    turned: int
 
 
 class Scratch(NamedTuple):

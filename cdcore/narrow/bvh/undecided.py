@@ -44,7 +44,7 @@ def answer_faces(
     """
     pair, sums, asked = pair_at(words_of(row)), words_of(digits), 0
     for k in range(len(later)):
-        frame = pair.start + (later[k] >> (pair.bits_a + pair.bits_b))
+        frame = later[k] >> (pair.bits_a + pair.bits_b)
         face_a, face_b = (later[k] >> pair.bits_b) & ((1 << pair.bits_a) - 1), later[k] & ((1 << pair.bits_b) - 1)
         keys[k] = key_of(pair, frame, runtime_int(pair.tree_a.faces[face_a]), runtime_int(pair.tree_b.faces[face_b]))
         if answers[k] == UNASKED:

@@ -6,7 +6,7 @@ not change are asked once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import local
@@ -30,8 +30,8 @@ from cdcore.narrow.bvh.tree_memory import (
     STATES,
     Pair,
     PoseMemory,
-    Rows,
     Scratch,
+    TreeMemory,
     layout,
     row_of,
     words_of_rows,
@@ -42,11 +42,11 @@ from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
 STAGES: Final = ("poses", "search", "faces")
 """Reading poses; spheres, trees, and what only exact arithmetic decides; sorting and collecting."""
-FRAMES_AT_ONCE: Final = 16384
-"""Frames that one task answers: face pairs are sorted as one number each, which leaves 24 bits for each face."""
+STRETCH: Final = 3072
+"""Frames that are laid out at once: short enough to stay in the processor's cache, in memory that is used again, long
+enough for skips along the path. All 5,400 frames of a bench at once took 1.2 of the time (2026-11)."""
 KEY_BITS: Final = 62
-FRAMES_PER_TASK: Final = 4096
-"""With threads: short enough to share the work, long enough for skips along the path."""
+"""Of a face pair and its frame as one number."""
 LIST: Final = 4096
 """Face pairs that a list holds before it is emptied."""
 FEW: Final = 16
@@ -54,7 +54,9 @@ FEW: Final = 16
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 Faces = NDArray[np.int32]
-POSE_WORDS: Final = len(PoseMemory._fields)
+TREE_WORDS, POSE_WORDS = len(TreeMemory._fields), len(PoseMemory._fields)
+STOP: Final = 2 * (TREE_WORDS + POSE_WORDS) + 3
+"""Of a pair's words: the two bodies, where hits, volumes and repeats lie, then how many frames it asks about."""
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -90,26 +92,53 @@ def decide_motion(
 
     ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it.
     """
-    clock = [perf_counter()]
+    began = perf_counter()
     marks = np.zeros((len(pairs), 3, len(motion.valid)), dtype=np.uint8)
-    work, found = np.zeros(len(COUNTERS), dtype=np.int64), list[Found]()
-    known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
+    searches, found = list[StretchSearch](), list[Found]()
     if marks.size:
-        turns, places = _without_gaps(motion)
-        tracks = Tracks(trees, np.unique(pairs), len(turns), motion.still)
-        tracks.fill(turns, places, motion.changed)
-        rows = rows_of_pairs(trees, pairs, tracks, marks, every=faces)
-        clock.append(perf_counter())
-        found = _searched(trees, rows, work, threads)
-        found += _beyond(trees, pairs, (turns, places), marks)
-    clock += [perf_counter()] * (3 - len(clock))
+        poses = Poses(*_without_gaps(motion), motion.changed)
+        starts = _starts(trees, pairs, marks.shape[2])
+        here = local()
+
+        def answer(start: int, stop: int) -> list[Found]:
+            if not hasattr(here, "search"):
+                here.search = StretchSearch(trees, pairs, int(np.diff(starts).max()), every=faces)
+                searches.append(here.search)
+            return here.search.decide(poses, start, stop, marks)
+
+        found = [meeting for part in _in_turn(answer, starts, threads) for meeting in part]
+        found += _beyond(trees, pairs, poses, marks)
+    searched = perf_counter()
+    known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
     sets = _face_sets(marks, found, known, faces)
     hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
     column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
-    clock.append(perf_counter())
-    seconds = dict(zip(STAGES, np.diff(clock).tolist(), strict=True))
-    counters = dict(zip(COUNTERS, work.tolist(), strict=True))
-    return MotionAnswer(np.ascontiguousarray(hits.T), sets, (frame, column), counters, seconds)
+    laid_out = sum(search.laid_out for search in searches)
+    seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
+    work = np.sum([search.work for search in searches], axis=0, dtype=np.int64) + np.zeros(len(COUNTERS), np.int64)
+    return MotionAnswer(
+        hits=np.ascontiguousarray(hits.T),
+        sets=sets,
+        near=(frame, column),
+        work=dict(zip(COUNTERS, work.tolist(), strict=True)),
+        seconds=dict(zip(STAGES, seconds, strict=True)),
+    )
+
+
+def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]:
+    """Where stretches of about equal length begin, and the number of all frames; two numbers at least."""
+    bits = face_bits(trees)[pairs].sum(axis=1).max()
+    longest = min(STRETCH, 1 << max(0, KEY_BITS - int(bits)))
+    count = -(-frames // longest)
+    return [frames * k // count for k in range(count)] + [frames]
+
+
+def _in_turn(answer: Callable[[int, int], list[Found]], starts: list[int], threads: int) -> Iterable[list[Found]]:
+    """The answers of all stretches, in order."""
+    if threads <= 1:
+        return list(map(answer, starts[:-1], starts[1:]))
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(answer, starts[:-1], starts[1:]))
 
 
 class FrameLooks:
@@ -118,41 +147,97 @@ class FrameLooks:
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         self._trees, self._pairs = trees, pairs
         self._workspace = Workspace(trees, every=False)
-        self._tracks = Tracks(trees, np.arange(len(trees)), 1, np.ones(len(trees), dtype=np.bool_))
+        self._tracks = Tracks(trees, np.arange(len(trees)), 1)
+        self._tracks.lay_out(np.ones((1, len(trees)), dtype=np.bool_))
         self._ready: Motion | None = None
         self._marks = np.zeros((len(pairs), 3, 1), dtype=np.uint8)
-        rows = rows_of_pairs(trees, pairs, self._tracks, self._marks, every=False)
-        self._rows = list(words_of_rows(rows)[:, None])
+        rows = PairRows(trees, pairs, every=False).about(self._tracks, self._marks, 0, 1)
+        self._rows = list(rows[:, None])
 
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         if self._ready is not now:
-            self._tracks.fill(now.rotations, now.translations, now.valid)
+            self._tracks.fill(now.rotations, now.translations)
             self._ready = now
             self._marks[:] = 0
-        self._workspace.search(self._rows[column], 0, 1)
+        self._workspace.search(self._rows[column])
         hit, volumes, _ = self._marks[column, :, 0].tolist()
         if volumes == BEYOND:
             hit = decide_motion(self._trees, self._pairs[[column]], now).hits[0, 0]
         return (CONTACT if hit else CLEAR), False
 
 
-def rows_of_pairs(trees: Sequence[BoxTree], pairs: IntArray, tracks: Tracks, marks: ByteArray, *, every: bool) -> Rows:
-    """The ``Pair`` of each of P pairs, (P,), about all T frames; ``marks`` (P, 3, T), zeros."""
-    count, frames = len(pairs), marks.shape[2]
-    radius = np.array([tree.boxes[0, 15] for tree in trees])
-    bits = np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
-    turned = radius[pairs[:, 0]] > radius[pairs[:, 1]]
-    a, b = np.where(turned[:, None], pairs[:, ::-1], pairs).T
-    of_tree, of_body = np.array([tree.words for tree in trees]), np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
-    of_body[tracks.bodies] = words_of_rows(tracks.rows)
-    of_marks = address_of(marks) + frames * np.arange(3 * count).reshape(count, 3)
-    numbers = np.zeros((count, 6), dtype=np.int64)
-    numbers[:, 1], numbers[:, 2], numbers[:, 5] = frames, every, turned
-    numbers[:, 3], numbers[:, 4] = bits[a], bits[b]
-    # words side by side, in the order of a Pair's names: filling a row name by name takes twice as long
-    words = np.concatenate([of_tree[a], of_body[a], of_tree[b], of_body[b], of_marks, numbers], axis=1)
-    return words.view(layout(Pair))[:, 0]
+def face_bits(trees: Sequence[BoxTree]) -> IntArray:
+    """Bits of the largest number of a face of each tree."""
+    return np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
+
+
+class PairRows:
+    """The ``Pair`` of each of P pairs (P, 2) of bodies with a tree each, as kernels read them: rows of words."""
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, every: bool) -> None:
+        radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
+        self.turned = radius[pairs[:, 0]] > radius[pairs[:, 1]]
+        self._a, self._b = np.where(self.turned[:, None], pairs[:, ::-1], pairs).T
+        self.bits_a, self.bits_b = bits[self._a], bits[self._b]
+        tree_words = np.array([tree.words for tree in trees])
+        self._of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
+        self._words = np.zeros((len(pairs), layout(Pair).itemsize // 8), dtype=np.int64)
+        rows = self._words.view(layout(Pair))[:, 0]
+        rows["every"], rows["bits_a"], rows["bits_b"] = every, self.bits_a, self.bits_b
+        self._words[:, :TREE_WORDS] = tree_words[self._a]
+        self._words[:, TREE_WORDS + POSE_WORDS :][:, :TREE_WORDS] = tree_words[self._b]
+
+    def about(self, tracks: Tracks, marks: ByteArray, start: int, stop: int) -> IntArray:
+        """The words (P, w) that ask about what is laid out in the tracks, frames ``start`` to ``stop`` of ``marks``
+        (P, 3, T).
+        """
+        words, at_b = self._words, TREE_WORDS + POSE_WORDS
+        self._of_body[tracks.bodies] = words_of_rows(tracks.rows)
+        words[:, TREE_WORDS:at_b] = self._of_body[self._a]
+        words[:, at_b + TREE_WORDS : 2 * at_b] = self._of_body[self._b]
+        mark_rows = np.arange(marks.shape[0] * 3).reshape(-1, 3)
+        words[:, STOP - 3 : STOP] = address_of(marks) + start + marks.shape[2] * mark_rows
+        words[:, STOP] = stop - start
+        return words
+
+
+class Poses(NamedTuple):
+    """Poses (T, N, 3, 3), (T, N, 3) without gaps, and ``changed`` (T, N) as of ``Motion``."""
+
+    turns: FloatArray
+    places: FloatArray
+    changed: BoolArray
+
+
+class StretchSearch:
+    """Answers one stretch of frames after another, at most ``frames`` long, in memory of its own; one a thread."""
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
+        self._tracks = Tracks(trees, np.unique(pairs), frames)
+        self._rows, self._workspace = PairRows(trees, pairs, every=every), Workspace(trees, every=every)
+        self.work, self.laid_out = self._workspace.work, 0.0
+
+    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> list[Found]:
+        """Mark the contacts of frames ``start`` to ``stop``; returns the faces that meet, if these are asked for."""
+        began = perf_counter()
+        self._tracks.lay_out(poses.changed[start:stop])
+        self._tracks.fill(poses.turns[start:stop], poses.places[start:stop])
+        rows = self._rows.about(self._tracks, marks, start, stop)
+        self.laid_out += perf_counter() - began
+        return [self._unpacked(column, keys, start) for column, keys in self._workspace.search(rows)]
+
+    def _unpacked(self, column: int, keys: IntArray, start: int) -> Found:
+        """Frames and face pairs of a pair, sorted, faces in the order in which it was asked about."""
+        bits_a, bits_b = int(self._rows.bits_a[column]), int(self._rows.bits_b[column])
+        faces = np.empty((len(keys), 2), dtype=np.int32)
+        if self._rows.turned[column]:
+            low = keys & ((1 << bits_b) - 1)
+            keys = (keys >> (bits_a + bits_b) << bits_b | low) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
+            bits_a, bits_b = bits_b, bits_a
+        keys = np.sort(keys)
+        faces[:, 0], faces[:, 1] = (keys >> bits_b) & ((1 << bits_a) - 1), keys & ((1 << bits_b) - 1)
+        return Found(column, (keys >> (bits_a + bits_b)) + start, faces)
 
 
 def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -180,8 +265,8 @@ class Workspace:
         row = row_of(Scratch, **lists, **self._kept[1], **ends, work=self.work)
         self._room = row.reshape(1).view(np.int64)
 
-    def search(self, rows: IntArray, start: int, stop: int) -> list[tuple[int, IntArray]]:
-        """Decide frames ``start`` to ``stop`` of each ``Pair`` of the rows (P, words), which is what these ask.
+    def search(self, rows: IntArray) -> list[tuple[int, IntArray]]:
+        """Decide all frames that each ``Pair`` of the rows (P, words) asks about.
 
         Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
         """
@@ -190,7 +275,6 @@ class Workspace:
         while row < len(rows):
             if done:
                 self._state[:] = 0
-                self._state[AT_FRAME] = start
             # a row that ends with nothing in the lists is followed by the next one, inside the kernel
             row = int(search_pairs(rows, self._room, row))
             if row == len(rows):
@@ -201,56 +285,14 @@ class Workspace:
             if self._every:
                 parts.setdefault(row, []).extend(meeting)
             self._keys[0] = self._later[0] = 0
-            done = bool(self._state[AT_FRAME] == stop)
+            done = bool(self._state[AT_FRAME] == rows[row, STOP])
             row += done
         return [(row, np.concatenate(some)) for row, some in parts.items()]
 
 
-def _searched(trees: Sequence[BoxTree], rows: Rows, work: IntArray, threads: int) -> list[Found]:
-    """Search all frames of all pairs, stretch by stretch; ``work`` is added to."""
-    frames, every = int(rows["stop"][0]), bool(rows["every"][0])
-    room = KEY_BITS - int((rows["bits_a"] + rows["bits_b"]).max())
-    step = min(FRAMES_PER_TASK if threads > 1 else FRAMES_AT_ONCE, 1 << max(0, room))
-    here, spent = local(), list[IntArray]()
-
-    def stretch(first: int, last: int, start: int) -> list[Found]:
-        if not hasattr(here, "workspace"):
-            here.workspace = Workspace(trees, every=every)
-            spent.append(here.workspace.work)
-        part, stop = rows[first:last].copy(), min(start + step, frames)
-        part["start"], part["stop"] = start, stop
-        return [
-            _unpacked(first + k, keys, part[k]) for k, keys in here.workspace.search(words_of_rows(part), start, stop)
-        ]
-
-    starts = range(0, frames, step)
-    if threads <= 1:
-        parts = [stretch(0, len(rows), start) for start in starts]
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            tasks = [pool.submit(stretch, k, k + 1, start) for k in range(len(rows)) for start in starts]
-            parts = [task.result() for task in tasks]
-    work += np.sum(spent, axis=0)
-    return [found for part in parts for found in part]
-
-
-def _unpacked(column: int, keys: IntArray, row: np.void) -> Found:
-    """Frames and face pairs of a ``Pair``, sorted, faces in the order in which it was asked about."""
-    bits_a, bits_b, faces = int(row["bits_a"]), int(row["bits_b"]), np.empty((len(keys), 2), dtype=np.int32)
-    if row["turned"]:
-        low = keys & ((1 << bits_b) - 1)
-        keys = (keys >> (bits_a + bits_b) << bits_b | low) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
-        bits_a, bits_b = bits_b, bits_a
-    keys = np.sort(keys)
-    faces[:, 0], faces[:, 1] = (keys >> bits_b) & ((1 << bits_a) - 1), keys & ((1 << bits_b) - 1)
-    return Found(column, (keys >> (bits_a + bits_b)) + int(row["start"]), faces)
-
-
-def _beyond(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: tuple[FloatArray, FloatArray], marks: ByteArray
-) -> list[Found]:
+def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[Found]:
     """Every face against every face in frames beyond the bounds of the kernels, which are noted as ``NEAR``."""
-    found, (turns, places) = list[Found](), poses
+    found, (turns, places, _) = list[Found](), poses
     if marks[:, 1].max() < BEYOND:
         return found
     beyond = marks[:, 1] == BEYOND
