@@ -65,7 +65,7 @@ class FalseContact:
     gap : metres between the meshes there; nan: not measured.
     point : the middle between their nearest points there, or between the bodies' origins; world metres.
     ends : those nearest points; ``None``: not measured.
-    cause : why it was reported.
+    cause : why it was reported, in a word or two; ``why``: the sentence about it.
     hollow : name of the body whose convex hull fills a hollow, where that is the cause; else ``""``.
     """
 
@@ -84,16 +84,12 @@ class FalseContact:
     cause: str
     hollow: str = ""
     ends: tuple[Vector, Vector] | None = None
+    why: str = ""
 
     @property
     def frames(self) -> int:
         """How many frames are false."""
         return self.last - self.first + 1
-
-    @property
-    def unconfirmed(self) -> bool:
-        """Whether the detector only calls it a candidate."""
-        return self.cause == VOLUMES
 
 
 @dataclass(frozen=True, eq=False)

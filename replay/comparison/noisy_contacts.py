@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -45,8 +44,15 @@ BLOCK: Final = 1024
 """Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
 
 
-@dataclass(frozen=True)
-class NoisySpan:
+class Stretch(NamedTuple):
+    """Frames ``first`` to ``last`` of a pair (column)."""
+
+    pair: int
+    first: int
+    last: int
+
+
+class NoisySpan(NamedTuple):
     """Frames ``first`` to ``last`` of a pair (column), and the share of the copies with contact there."""
 
     pair: int
@@ -69,9 +75,8 @@ class NoiseResult:
     words: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
     near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
     # stretches of a second and more in which copies disagree: bodies at rest on each other
-    resting: tuple[NoisySpan, ...]
+    resting: tuple[Stretch, ...]
     asked: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
-    digest: str  # of all answers
     sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
 
     def count(self, word: str) -> int:
@@ -122,19 +127,18 @@ def in_noise(
 def _result(
     times: FloatArray, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
 ) -> NoiseResult:
-    near, resting, digest = list[NoisySpan](), list[NoisySpan](), hashlib.sha256()
+    near, resting = list[NoisySpan](), list[Stretch]()
     windows = [_widened(contact, times) for contact in contacts]
     for pair in pairs:
-        frames, said, certain = pair.answer
+        frames, said = pair.answer
         counts = np.bitwise_count(said).sum(axis=1, dtype=np.int64)
         wavering = frames[(counts > 0) & (counts < drawn.copies)]
         for first, last in _spans(wavering, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
-                resting.append(NoisySpan(pair.column, first, last, pair.mean_share(first, last)))
+                resting.append(Stretch(pair.column, first, last))
         taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
         passes = [pair.span(*span) for span in _between(frames, taken, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
-        digest.update(np.concatenate([frames, certain]).astype("<i8").tobytes() + said.tobytes())
     found = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
     return NoiseResult(
         copies=drawn.copies,
@@ -142,8 +146,7 @@ def _result(
         words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found),
         near=tuple(near),
         resting=tuple(resting),
-        asked=sum(len(pair.answer[0]) for pair in pairs),
-        digest=digest.hexdigest(),
+        asked=sum(pair.asked for pair in pairs),
         sizes={
             root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
             for root, size in drawn.noise.noise.items()
@@ -173,7 +176,7 @@ def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int,
     return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
 
 
-def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
+def _at_rest(span: NoisySpan, resting: Sequence[Stretch]) -> bool:
     """Whether most of a span lies in stretches at rest of its pair."""
     alike = [rest for rest in resting if rest.pair == span.pair]
     frames = sum(max(0, min(span.last, rest.last) - max(span.first, rest.first) + 1) for rest in alike)
@@ -186,8 +189,8 @@ class NoisyPair:
     def __init__(self, column: int, assembly: Assembly, offset: ContactOffset | None, oracle: Run, seed: int) -> None:
         self.column, self._ends = column, assembly.pairs[column].tolist()
         self._assembly, self._offset, self._oracle, self._seed = assembly, offset, oracle, seed
-        self._copies = 1
-        self._parts: list[tuple[IntArray, ByteArray, IntArray]] = []
+        self._copies, self.asked = 1, 0
+        self._parts: list[tuple[IntArray, ByteArray]] = []
 
     @cached_property
     def _detector(self) -> Detector:
@@ -201,15 +204,18 @@ class NoisyPair:
         self._copies = drawn.copies
         touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
         near = self._near(block, touching)
-        said = np.zeros((0, drawn.copies), dtype=np.bool_)
+        told = near | touching
+        # What no noise reaches all copies say alike.
+        said = np.ones((int(told.sum()), drawn.copies), dtype=np.bool_)
         if near.any():
             turn, place = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
             count = drawn.copies * int(near.sum())
             valid, times = np.ones((count, 2), dtype=np.bool_), np.arange(count) / HEADSET_HZ
             motion = Motion.of_rigid(times, np.stack(place, axis=1), np.stack(turn, axis=1), valid, valid)
-            said = counts_as_contact(self._detector.detect(motion).verdict[:, 0]).reshape(drawn.copies, -1).T
-        frames, certain = np.flatnonzero(near) + start, np.flatnonzero(touching & ~near) + start
-        self._parts.append((frames, np.packbits(said, axis=1), certain))
+            answers = counts_as_contact(self._detector.detect(motion).verdict[:, 0])
+            said[near[told]] = answers.reshape(drawn.copies, -1).T
+            self.asked += int(near.sum())
+        self._parts.append((np.flatnonzero(told) + start, np.packbits(said, axis=1)))
 
     def _near(self, block: Motion, touching: BoolArray) -> BoolArray:
         """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
@@ -221,26 +227,15 @@ class NoisyPair:
         return near
 
     @cached_property
-    def answer(self) -> tuple[IntArray, ByteArray, IntArray]:
-        """Frames (k,) in reach of the noise, the copies with contact there as bits (k, ceil(C / 8)), and frames (n,)
-        with a contact that no noise changes; after the last block."""
-        frames, said, certain = (np.concatenate(some) for some in zip(*self._parts, strict=True))
-        return frames, said, certain
+    def answer(self) -> tuple[IntArray, ByteArray]:
+        """Frames (k,) with contact or in reach of the noise, and the copies with contact there as bits (k, C / 8), the
+        last byte filled up with none; after the last block."""
+        frames, said = (np.concatenate(some) for some in zip(*self._parts, strict=True))
+        return frames, said
 
     def span(self, first: int, last: int) -> NoisySpan:
         """Which share of the copies has a contact anywhere in a span of frames."""
-        said, sure = self._within(first, last)
-        found = np.bitwise_count(np.bitwise_or.reduce(said, axis=0)).sum()
-        return NoisySpan(self.column, first, last, 1.0 if sure else float(found / self._copies))
-
-    def mean_share(self, first: int, last: int) -> float:
-        """Share of the copies with contact, in the mean over a span of frames."""
-        said, sure = self._within(first, last)
-        return float((np.bitwise_count(said).sum() / self._copies + sure) / (last + 1 - first))
-
-    def _within(self, first: int, last: int) -> tuple[ByteArray, int]:
-        """What the copies say in a span, and in how many frames of it there is contact anyhow."""
-        frames, said, certain = self.answer
+        frames, said = self.answer
         rows = slice(*np.searchsorted(frames, [first, last + 1]))
-        low, high = np.searchsorted(certain, [first, last + 1]).tolist()
-        return said[rows], high - low
+        found = np.bitwise_count(np.bitwise_or.reduce(said[rows], axis=0)).sum()
+        return NoisySpan(self.column, first, last, float(found / self._copies))

@@ -137,7 +137,7 @@ class Miss:
     deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
     face_pairs : number of face pairs there.
     cut_length : length of the intersection curve there, metres.
-    cause : the stage that lost it, in the words of ``replay.comparison.causes``.
+    cause : the stage that lost it, in the words of ``replay.comparison.causes``; ``why``: the sentence about it.
     touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
         ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
     faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
@@ -159,6 +159,7 @@ class Miss:
     face_pairs: int
     cut_length: float
     cause: str = "not examined"
+    why: str = ""
     touch: FirstTouch | None = None
     faces: IntArray | None = field(default=None, compare=False, repr=False)
 

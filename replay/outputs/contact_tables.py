@@ -1,40 +1,15 @@
 """Contacts, misses and false contacts as tables: what each column holds is said here, once."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from replay.comparison.holding import within
-from replay.comparison.matching import EpisodeMatch
 from replay.comparison.outcome import Episode, Miss
 from replay.outputs.tables import Column, Table
-from replay.pipeline.diagnosis import why
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Entry:
-    """A contact, a miss or a false contact of a detector, with what the run says of it elsewhere."""
-
-    label: str
-    number: int
-    thing: Any  # an ``Episode``, a ``Miss`` or a ``FalseContact``
-    bodies: tuple[str, str]
-    held: bool
-    noise: tuple[str | None, float | None] = (None, None)
-    missed_by: str = ""
-    flag: str | None = None
-    status: str = ""
-    match: EpisodeMatch | None = None
-    why: str = ""
-
-    @property
-    def hollow(self) -> str | None:
-        """The body whose convex hull fills a hollow."""
-        return self.thing.hollow or None
 
 
 def axes(name: str, meaning: str, unit: str = "") -> tuple[Column, ...]:
@@ -62,7 +37,7 @@ NOISE: Final = (
     Column("noise_share", float, "share of noisy copies that have the contact", "noise.1"),
 )
 
-WHY: Final = Column("why", str, "the sentence about it")
+WHY: Final = Column("why", str, "the sentence about it", "thing.why")
 
 EPISODES: Final = (
     *HEADS,
@@ -109,7 +84,7 @@ FALSE_CONTACTS: Final = (
     Column("cause", str, "why it was reported", "thing.cause"),
     *axes("point", "the middle between the nearest points there, in the world", "m"),
     Column("gap", float, "between the surfaces there; null: not measured", "thing.gap", "m"),
-    Column("hollow", str, "body whose convex hull fills a hollow"),
+    Column("hollow", str, "body whose convex hull fills a hollow", lambda row: row["thing"].hollow or None),
     WHY,
 )
 
@@ -138,34 +113,32 @@ def episode_rows(result: RunResult) -> Table:
 def miss_rows(result: RunResult) -> Table:
     """Every numbered miss of every audited detector."""
 
-    def more(label: str, _: int, miss: Miss) -> dict[str, Any]:
-        return {"noise": _in_noise(result, miss.episode), "why": _why(result, label, miss)}
+    def more(_: str, __: int, miss: Miss) -> dict[str, Any]:
+        return {"noise": _in_noise(result, miss.episode)}
 
     return Table.of(MISSES, _entries(result, result.misses, more))
 
 
 def false_rows(result: RunResult) -> Table:
     """Every numbered false contact of every audited detector."""
-    return Table.of(
-        FALSE_CONTACTS, _entries(result, result.false, lambda label, _, false: {"why": _why(result, label, false)})
-    )
+    return Table.of(FALSE_CONTACTS, _entries(result, result.false, lambda *_: {}))
 
 
 def _entries(
     result: RunResult, found: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
-) -> Iterator[Entry]:
-    """What was found of each detector, numbered in order of time; ``more`` of each."""
+) -> Iterator[dict[str, Any]]:
+    """What was found of each detector, numbered in order of time, and what the run says ``more`` of each elsewhere.
+
+    ``thing`` is an ``Episode``, a ``Miss`` or a ``FalseContact``.
+    """
     for label, things in found.items():
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
         held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
         for number, (thing, is_held) in enumerate(zip(things, held.tolist(), strict=True), 1):
             first, second = result.assembly.pairs[thing.pair].tolist()
             bodies = result.assembly.names[first], result.assembly.names[second]
-            yield Entry(label, number, thing, bodies, is_held, **more(label, number, thing))
-
-
-def _why(result: RunResult, label: str, thing: Any) -> str:
-    return why(result, label, result.summary["detectors"][label], thing)
+            row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_held}
+            yield row | more(label, number, thing)
 
 
 def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:

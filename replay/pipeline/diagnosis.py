@@ -16,7 +16,7 @@ from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, millise
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import Rank, Share, counts_over_offsets, fault_words, lost_words, part_of
 from replay.pipeline.run_result import Measured
-from replay.pipeline.sentences import detector_words, plural, sentence_of, why_false, why_missed
+from replay.pipeline.sentences import detector_words, plural, sentence_of
 
 
 def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -28,16 +28,8 @@ def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank])
         if fault is None:
             found.append(Answer(label, sentence, "", None, None))
             continue
-        reason = why(result, label, summary["detectors"][label], fault)
-        found.append(Answer(label, sentence, reason, _fix(result, summary, rank, fault), _moment(result, fault)))
+        found.append(Answer(label, sentence, fault.why, _fix(result, summary, rank, fault), _moment(result, fault)))
     return tuple(found)
-
-
-def why(result: Measured, label: str, figures: Mapping[str, Any], fault: Miss | FalseContact) -> str:
-    """Why a detector is wrong there, in one sentence; ``figures`` are the detector's in the summary."""
-    if isinstance(fault, Miss):
-        return why_missed(fault, label, figures, result.episodes[result.oracle][fault.episode - 1])
-    return why_false(fault, label, figures, float(result.assembly.motion.times[fault.widest]))
 
 
 def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: bool) -> str:

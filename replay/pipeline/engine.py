@@ -31,7 +31,7 @@ from replay.pipeline.diagnosis import answers
 from replay.pipeline.faces import face_source
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Measured, RunResult
-from replay.pipeline.sentences import plural
+from replay.pipeline.sentences import plural, why_false, why_missed
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import Pairs, assemble
@@ -191,7 +191,15 @@ def _audited(
         false = {}
         for label, comparison in comparisons.items():
             reporter = FalseReporter(audited[label].detector, audited[label].detection, reference.truth)
-            false[label] = false_contacts(assembly, comparison, reporter)
+            found_false = false_contacts(assembly, comparison, reporter)
+            figures = {"name": audited[label].spec.name, "settings": audited[label].settings}
+            misses[label] = tuple(
+                replace(miss, why=why_missed(miss, label, figures, truth[miss.episode - 1])) for miss in misses[label]
+            )
+            false[label] = tuple(
+                replace(one, why=why_false(one, label, figures, float(assembly.motion.times[one.widest])))
+                for one in found_false
+            )
             advance(EXAMINING)
     return replace(
         measured, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,

@@ -101,7 +101,7 @@ def test_the_screen_fits_and_ends_in_why_fix_cost_and_the_next_command(demo, wid
 
 
 COMPUTED = {"ranking", "answers", "score", "pair_figures", "count_contacts", "examine", "false_contacts", "episodes",
-            "over_phases", "look_figures"}  # fmt: skip
+            "over_phases", "look_figures", "why_missed", "why_false"}  # fmt: skip
 
 
 def calls(doing):
