@@ -36,7 +36,8 @@ def demo(tmp_path_factory):
 
 def screen(demo, width):
     there = replace(demo, out=Path("runs/demo"))
-    return printed(run_screen(there, where_to_look(there), recording="runs/demo/session.mcap"), width)
+    where = [text.replace(str(demo.out), "runs/demo") for text in where_to_look(demo)]
+    return printed(run_screen(there, where, recording="runs/demo/session.mcap"), width)
 
 
 def printed(shown, width):
