@@ -1,10 +1,12 @@
 import json
+from dataclasses import replace
 
 import pytest
 from support.small_worlds import cubes
 
 from replay import run
 from replay.cli.main import main
+from replay.studies.diff.diff_words import diff_table
 from replay.studies.diff.runs import diff_runs
 
 BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
@@ -30,6 +32,8 @@ def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
     (shift,) = found.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
     assert found.same_verdicts is False
+    kinds = {"gained", "lost", "shifted"}
+    assert all(replace(found, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
 
 
 def test_the_ratio_is_that_of_the_seconds_in_the_summaries(folders):
@@ -79,6 +83,8 @@ def test_shares_missed_and_invented_are_those_of_the_audits(audited):
     mine = found.detectors["mine"]
     assert mine.missed == tuple(one["missed"]["share"] for one in told) and mine.missed[0] > mine.missed[1] == 0
     assert mine.invented == tuple(one["invented"]["share"] for one in told)
+    shown = {row[0]: row[5] for row in diff_table(found).cells()}
+    assert shown["mine"].endswith(" -> 0 %") and shown["hybrid"] == "0 %" and not shown["exact"]
     assert found.detectors["exact"].missed == (None, None) and mine.changed and not found.detectors["hybrid"].changed
 
 

@@ -7,10 +7,12 @@ import runpy
 import numpy as np
 from support.small_worlds import along_x, cube
 
-from cdcore import Motion, Verdict, create_detector
+from cdcore import Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from replay import run
 from replay.cli.main import main
+from replay.comparison.tolerance import TAU
+from replay.studies.shrink.well_posed import thin_faces
 from sessions import MeshData, Session, write_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
@@ -71,3 +73,9 @@ def test_what_cannot_be_well_posed_is_said(tmp_path, capsys):
     assert any("without an area" in words for words in case["doubts"])
     assert "without an area" in " ".join(capsys.readouterr().out.split())
     assert "without an area" in (tmp_path / "case" / "README.md").read_text()
+
+
+def test_a_face_is_thin_where_it_is_at_most_the_tolerance_high_wherever_it_stands():
+    for height in (0.5 * TAU, 1.5 * TAU):
+        face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
+        assert thin_faces(face).tolist() == [height < TAU]

@@ -33,8 +33,9 @@ def test_a_refused_pair_stands_alone_and_the_others_are_answered(monkeypatch):
     assert verdicts_of("exact", pairs).tolist() == expected
 
 
-def test_the_cheaper_settings_change_no_verdict(monkeypatch):
+@pytest.mark.parametrize("detector", ["discrete", "sphere"])
+def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
     pairs = FAMILIES[0].pairs(60)
-    cheap = verdicts_of("discrete", pairs)
+    cheap = verdicts_of(detector, pairs)
     monkeypatch.setattr(triangle_pairs, "CHEAPER", {})
-    assert np.array_equal(verdicts_of("discrete", pairs), cheap)
+    assert np.array_equal(verdicts_of(detector, pairs), cheap)
