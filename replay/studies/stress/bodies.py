@@ -1,5 +1,6 @@
 """A detector on the scenes of a case of whole bodies, and whether its answers repeat."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, Final
@@ -32,18 +33,18 @@ def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed:
     }  # fmt: skip
     if number == REPEATED:
         return _ask_again(where)
-    answers = [_ask_scene(detector, scene, tau) for scene in scenes]
-    counts: dict[str, Any] = {word: sum(count[word] for count, _, _ in answers) for word in answers[0][0]}
-    promised = all(promised for _, _, promised in answers)
-    reasons = [
-        reason
-        for count, reason, _ in answers
-        if reason and any(count[word] for word in ("missed", "invented", "refused"))
-    ]
+    counts: Counter[Any] = Counter()
+    reasons, promised = list[str](), True
+    for scene in scenes:
+        words, reason, within_promise = _ask_scene(detector, scene, tau)
+        counts.update(words)
+        promised &= within_promise
+        if reason and (words["missed"] or words["invented"] or words["refused"]):
+            reasons.append(reason)
     if not promised and counts["missed"]:
         reasons.append(AT_FRAMES)
     asked = sum(len(scene.truth) for scene in scenes)
-    return Tally(**where, asked=asked, **counts, reason=next(iter(reasons), ""), promised=promised)
+    return Tally(**where, **dict[str, Any](counts), asked=asked, reason=next(iter(reasons), ""), promised=promised)
 
 
 def _ask_again(where: dict[str, Any]) -> Tally:
