@@ -73,7 +73,7 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
     for _ in range(ATTEMPTS):
         way = _Way(rng, bodies)
-        motion = _with_faces(bodies, way, target)
+        motion = _with_faces(way, target)
         if motion is not None:
             # Every pose has a stamp, hence a random stream, of its own.
             motion = Motion([number / HEADSET_HZ], motion.translations, motion.rotations)
@@ -93,6 +93,7 @@ class _Way:
     """Two random rotations, a random direction: bodies that part along it."""
 
     def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body]) -> None:
+        self._bodies = bodies
         self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
         direction = rng.normal(size=3)
         self.direction = direction / np.linalg.norm(direction)
@@ -107,21 +108,20 @@ class _Way:
         moves[:, 1] += distances[:, None] * self.direction
         return Motion(np.arange(len(distances)) / HEADSET_HZ, moves, np.tile(self.turns, (len(distances), 1, 1, 1)))
 
+    def faces(self, distances: FloatArray) -> NDArray[np.int64]:
+        """How many faces meet at each distance."""
+        detection = _exact(self._bodies).detect(self.motion(distances), faces=True)
+        return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(distances))])
 
-def _with_faces(bodies: tuple[Body, Body], way: _Way, target: int) -> Motion | None:
+
+def _with_faces(way: _Way, target: int) -> Motion | None:
     """The frame in which the number of faces is nearest to the target, if near enough."""
     distances = np.linspace(0.0, way.reach, LOOKS, endpoint=False)
-    detector = _exact(bodies)
-
-    def counted(some: FloatArray) -> NDArray[np.int64]:
-        detection = detector.detect(way.motion(some), faces=True)
-        return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(some))])
-
-    counts = counted(distances)
+    counts = way.faces(distances)
     crossing = np.flatnonzero((counts[1:] > target) != (counts[:-1] > target))[:BRACKETS]
     if len(crossing):
         between = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
-        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, counted(between)])
+        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, way.faces(between)])
     best = int(np.argmin(np.abs(counts - target)))
     if abs(int(counts[best]) - target) > TOLERANCE * target:
         return None
@@ -144,12 +144,8 @@ def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
 def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     """The largest number of faces along some random ways, three quarters of their median."""
     rng = random_stream(seed, "table-1/tessellation", family)
-    detector = _exact(bodies)
-    most = []
-    for _ in range(PROBES):
-        way = _Way(rng, bodies)
-        detection = detector.detect(way.motion(np.linspace(0.0, way.reach, 12, endpoint=False)), faces=True)
-        most.append(max(faces_of_pairs(detection.faces(frame, 0)) for frame in range(12)))
+    ways = [_Way(rng, bodies) for _ in range(PROBES)]
+    most = [way.faces(np.linspace(0.0, way.reach, 12, endpoint=False)).max() for way in ways]
     return 0.75 * float(np.median(most))
 
 
