@@ -7,7 +7,7 @@
     │   ├── WrongInputError      (TypeError)   what was given is of another kind
     │   ├── UnknownLabelError    (KeyError)    a run has no such detector
     │   ├── DetectorSpecError, PolicyError, NoiseError, PlanError, StudyError, ...   (ValueError)
-    │   └── OutputError   (OSError)
+    │   └── OutputError, PlaceError   (OSError)
     ├── SessionError         recordings: sessions.errors
     └── CollisionCoreError   detectors: cdcore.errors
 """
@@ -75,6 +75,10 @@ class NoiseError(ReplayError, ValueError):
 
 class OutputError(ReplayError, OSError):
     """A result cannot be written where it was asked for."""
+
+
+class PlaceError(ReplayError, OSError):
+    """A file or folder at a URL cannot be reached."""
 
 
 class RunFolderError(ReplayError, ValueError):

@@ -46,7 +46,7 @@ def audit(
 
     Parameters
     ----------
-    sessions : a session or the file of one, or several.
+    sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
     max_missed, max_invented : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.pipeline.gates.Gates``.
     asked : as ``replay.run``; an oracle is needed.
@@ -59,6 +59,7 @@ def audit(
     >>> from replay import audit
     >>> audit("session.mcap", detectors="hybrid-qaco", max_missed=0.01).broken  # doctest: +SKIP
     """
+    from replay.api.remote_files import located, reaching
     from replay.api.runner import run
     from replay.outputs.results.run_folder import check_target
     from replay.prepare.session_input import require_session
@@ -71,9 +72,10 @@ def audit(
         raise AuditError("there is no session to audit; name at least one")
     if asked.get("oracle") == "none":
         raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
-    folders = _folders(several, None if out is None else Path(out))
+    folders = _folders(several, None if out is None else located(out))
     for folder in filter(None, folders):
-        check_target(folder, force=asked.get("force", False))
+        with reaching(folder):
+            check_target(folder, force=asked.get("force", False))
     results = [run(session, out=folder, **asked) for session, folder in zip(several, folders, strict=True)]
     summary = pool(result.summary["audit"] for result in results)
     broken = limits.broken(summary, [result.summary for result in results])

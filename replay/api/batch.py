@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from replay.api.remote_files import delivered, fetched, is_remote, located, reaching
 from replay.api.runner import run
 from replay.base.file_hash import file_hash
 from replay.base.machine import versions
@@ -61,8 +62,8 @@ def run_batch(
 
     Parameters
     ----------
-    sessions : session files with different names.
-    out : folder of the batch; a batch with the same settings that was begun there is continued.
+    sessions : session files with different names: paths, or URLs of fsspec.
+    out : folder of the batch, or the URL of one; a batch with the same settings that was begun there is continued.
     jobs : workers of Dask on this machine; 1: this process.
     scheduler : address of a scheduler of Dask whose workers do the work; they see paths as this process does, in a
         folder that all share.
@@ -72,10 +73,11 @@ def run_batch(
     on_died : called with a session and the address of the worker that ended while it replayed it.
 
     Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings;
-    ``WorkerError``: workers that cannot be used.
+    ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
     """
     # A path that means the same in every process.
-    named, folder, chosen = _named([Path(path).absolute() for path in sessions]), Path(out).absolute(), {**settings}
+    named, folder = _named([located(path).absolute() for path in sessions]), located(out).absolute()
+    chosen = dict(settings)
     # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
     asked = {name: value for name, value in chosen.items() if name != "picture"}
     if chosen.get("scene"):
@@ -83,7 +85,8 @@ def run_batch(
         asked["scene"] = file_hash(chosen["scene"])
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
     request = json.loads(json.dumps({"schema": SCHEMA, "settings": asked, "versions": versions()}))
-    there, kept = _begin(folder, request, force=force), set[str]()
+    with reaching(folder):
+        there, kept = _begin(folder, request, force=force), set[str]()
 
     def tell(name: str, became: str) -> None:
         if became == KEPT and name in there:
@@ -95,7 +98,8 @@ def run_batch(
     failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
-    write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
+    if not is_remote(folder):
+        write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
@@ -139,7 +143,7 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     if out.is_file():
         raise OutputError(f"{out} is a file; name a folder for the runs")
     out.mkdir(parents=True, exist_ok=True)
-    there = {entry.name for entry in out.iterdir()}
+    there = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()  # a store has no empty folders
     if BATCH in there:
         try:
             before = json.loads((out / BATCH).read_text(encoding="utf-8"))
@@ -150,8 +154,12 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
     elif any(not name.startswith(".") for name in there):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
+    text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
+    if is_remote(out):  # a store shows an object when it is whole
+        (out / BATCH).write_bytes(text)
+        return there
     with whole_file(out / BATCH, OutputError) as file:
-        file.write((json.dumps(request, indent=1, sort_keys=True) + "\n").encode())
+        file.write(text)
     return there
 
 
@@ -166,11 +174,13 @@ def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
 def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
     """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
     try:
-        # Over all that is asked of the recording, and its contents; its run folder keeps it.
-        mark = hashlib.sha256(json.dumps([request, file_hash(path)], sort_keys=True).encode()).hexdigest()
-        if _is_whole(out, mark, picture=settings.get("picture", True)):
-            return KEPT
-        run(path, out=out, force=True, request=mark, **settings)
+        with fetched(path) as file:
+            # Over all that is asked of the recording, and its contents; its run folder keeps it.
+            mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
+            if _is_whole(out, mark, picture=settings.get("picture", True)):
+                return KEPT
+            with delivered(out) as folder:  # one begun in a store by a process that was killed is no run folder yet
+                run(file, out=folder, force=True, request=mark, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""

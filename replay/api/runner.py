@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from replay.api.remote_files import delivered, fetched, located, reaching
 from replay.api.run_result import RunResult
 from replay.base.progress import Advance, Progress, Silent, ignored
 from replay.pipeline import run_result
@@ -29,7 +30,7 @@ def run(
 
     Parameters
     ----------
-    session_or_path : a session, or the file of one.
+    session_or_path : a session, or the file of one; the file, and ``out``, may be URLs of fsspec.
     settings : what is asked; ``None``: the usual detectors about the whole recording.
     scene : file of a scene that stands in place of the session's own; ``None``: that one.
     out : run folder to write; ``None``: nothing is written.
@@ -47,17 +48,20 @@ def run(
     >>> result = replay.run("session.mcap", detectors="slow=discrete[rate_hz=22.5],exact")  # doctest: +SKIP
     """
     progress = progress or Silent()
-    target = None if out is None else Path(out)
+    target = None if out is None else located(out)
     if target is not None:
         from replay.outputs.results.run_folder import check_target
 
-        check_target(target, force=force)
-    result = compute(opened(session_or_path, scene), settings, progress=progress, **changes)
+        with reaching(target):
+            check_target(target, force=force)
+    with fetched(session_or_path) as here:
+        result = compute(opened(here, scene), settings, progress=progress, **changes)
     if request:
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
         result = replace(result, out=target)
-        write_watched(result, target, progress, force=force, picture=picture)
+        with delivered(target) as folder:
+            write_watched(result, folder, progress, force=force, picture=picture)
     return RunResult.of(result)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import SESSION_FILE, reporting, scene
+from replay.cli.options import SESSION_ANYWHERE, reporting, scene
 from replay.outputs.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 
 
 @click.command()
-@click.argument("files", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", type=SESSION_ANYWHERE, nargs=-1, required=True, metavar="FILE...")
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
 @scene
 @reporting
@@ -34,12 +34,16 @@ def command(
     replay doctor session.mcap
     replay doctor *.mcap --format json --fail-on warning
     """
+    from replay.api.remote_files import fetched
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults
     from replay.outputs.words import counted
     from sessions import examine
 
-    found = {file: examine(file, scene=scene, planned=plan_faults) for file in files}
+    found = {}
+    for file in files:
+        with fetched(file) as here:
+            found[file] = examine(here, scene=scene, planned=plan_faults)
     plain = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
     shown = (part for file, some in found.items() for part in _shown(file, some, people.verbose))
     answer(as_json, plain, lambda: terminal(*shown))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import SESSION_FILE, reporting, scene
+from replay.cli.options import SESSION_ANYWHERE, reporting, scene
 from replay.outputs.tables import Cell, Table, table
 from replay.outputs.words import counted
 
@@ -16,16 +16,18 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
+@click.argument("session", type=SESSION_ANYWHERE, metavar="FILE.mcap")
 @scene
 @reporting
 def command(session: Path, scene: Path | None, as_json: bool, people: People) -> int:
-    """Say what FILE.mcap, holds: bodies with rates and gaps, duration, tasks, stages, events."""
+    """Say what FILE.mcap, here or at a URL, holds: bodies with rates and gaps, duration, tasks, stages, events."""
+    from replay.api.remote_files import fetched
     from replay.cli.terminal import terminal
     from replay.session_info import session_info
     from sessions import read_session
 
-    info = session_info(read_session(session, scene=scene))
+    with fetched(session) as file:
+        info = session_info(read_session(file, scene=scene))
     answer(as_json, info, lambda: terminal(*_shown(info, session, people.verbose)))
     return 0
 

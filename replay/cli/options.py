@@ -30,10 +30,14 @@ def together(*options: Option) -> Option:
 
 
 class FilePath(click.Path):
-    """A path whose name every table and page can repeat; where it must exist, an error says what to give instead."""
+    """A path whose name every table and page can repeat; where it must exist, an error says what to give instead.
 
-    def __init__(self, **kind: bool) -> None:
+    With ``url`` a URL of fsspec does as well.
+    """
+
+    def __init__(self, *, url: bool = False, **kind: bool) -> None:
         super().__init__(path_type=Path, **kind)
+        self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """As ``click.Path``, for names in UTF-8."""
@@ -43,6 +47,10 @@ class FilePath(click.Path):
             str(path).encode()
         except UnicodeEncodeError:
             self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
+        if self.url and "://" in str(value):
+            from replay.api.remote_files import located
+
+            return located(value)
         if not self.exists:
             return super().convert(value, param, ctx)
         if path.is_dir() and not self.dir_okay:
@@ -78,6 +86,9 @@ ANY_PATH = FilePath()
 SESSION_FILE = FilePath(exists=True, dir_okay=False)
 RUN_FOLDER = FilePath(exists=True, file_okay=False)
 FILE_OR_FOLDER = FilePath(exists=True)
+SESSION_ANYWHERE = FilePath(exists=True, dir_okay=False, url=True)
+SESSIONS_ANYWHERE = FilePath(exists=True, url=True)
+OUT_ANYWHERE = FilePath(url=True)
 
 
 def common(command: Callable[..., int]) -> Callable[..., int]:

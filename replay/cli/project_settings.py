@@ -47,7 +47,9 @@ def settings_file(given: Sequence[Path]) -> Path | None:
 
     Raises ``click.UsageError``: sessions of folders with different files.
     """
-    folders = dict.fromkeys(path if path.is_dir() else path.parent for path in given)
+    from replay.api.remote_files import is_remote
+
+    folders = dict.fromkeys(path if path.is_dir() else path.parent for path in given if not is_remote(path))
     files = [folder / NAME for folder in folders if (folder / NAME).exists()]
     if len(files) > 1:
         raise click.UsageError(f"{files[0]} and {files[1]} ask for different things; replay these folders one by one")

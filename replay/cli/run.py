@@ -6,7 +6,17 @@ from typing import Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, MARKDOWN, SHARE, Number, answering, jobs, lineup, replaying
+from replay.cli.options import (
+    MARKDOWN,
+    OUT_ANYWHERE,
+    SESSIONS_ANYWHERE,
+    SHARE,
+    Number,
+    answering,
+    jobs,
+    lineup,
+    replaying,
+)
 from replay.cli.project_settings import ProjectCommand
 from replay.cli.session_files import session_files, several
 
@@ -18,8 +28,8 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
 @click.command(cls=ProjectCommand)
-@click.argument("sessions", type=FILE_OR_FOLDER, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions, one each in it.")
+@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
+@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
 @lineup
 @click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_WORDS)

@@ -11,10 +11,14 @@ LIST = ".txt"
 
 def session_files(given: Iterable[Path]) -> list[Path]:
     """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
+    from replay.api.remote_files import reaching
+
     files: list[Path] = []
     for path in given:
-        if path.is_dir():
-            found, what = sorted(path.glob("*.mcap")), "session files (*.mcap)"
+        with reaching(path):
+            in_folder = sorted(path.glob("*.mcap")) if path.is_dir() else None
+        if in_folder is not None:
+            found, what = in_folder, "session files (*.mcap)"
         elif path.suffix == LIST:
             found, what = listed(path), "line with a session file"
         else:
@@ -31,17 +35,20 @@ def several(given: Iterable[Path]) -> bool:
 
 
 def listed(path: Path) -> list[Path]:
-    """The sessions that a text file names, one a line: paths from its folder on; ``#`` begins a remark.
+    """The sessions that a text file names, one a line: paths from its folder on, or URLs; ``#`` begins a remark.
 
     Raises ``click.UsageError``: a line names no file, and it says which line.
     """
+    from replay.api.remote_files import is_remote, located, reaching
+
     try:
-        lines = path.read_text("utf-8").splitlines()
+        with reaching(path):
+            lines = path.read_text("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
     names = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
-    files = {number: path.parent / name for number, name in names.items() if name}
+    files = {number: located(name if "://" in name else path.parent / name) for number, name in names.items() if name}
     for number, file in files.items():
-        if not file.is_file():
+        if not is_remote(file) and not file.is_file():
             raise click.UsageError(f"{path}, line {number}: {file} is no file; mend the line or begin it with #")
     return [*files.values()]

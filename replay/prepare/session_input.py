@@ -31,4 +31,5 @@ def require_folder(given: Any) -> Path:
 
 
 def _is_path(given: object) -> bool:
-    return isinstance(given, str | PathLike)
+    # A path of another file system (universal-pathlib) is no PathLike.
+    return isinstance(given, str | PathLike) or hasattr(given, "joinpath")

@@ -4,6 +4,7 @@ import click
 import pytest
 
 from replay.cli.session_files import session_files, several
+from replay.errors import PlaceError
 
 
 @pytest.fixture
@@ -20,6 +21,18 @@ def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(fold
     assert session_files([listed]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
     assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
     assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
+
+
+def test_a_url_in_a_list_is_one_and_a_store_that_does_not_answer_is_a_sentence(folder, monkeypatch):
+    pytest.importorskip("upath")
+    (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
+    (file,) = session_files([folder / "list.txt"])
+    assert str(file) == "memory://class/one.mcap"
+    monkeypatch.setattr(file.fs, "isdir", lambda path: 1 / 0, raising=True)
+    for unreachable in (file, file.parent / "list.txt"):
+        with pytest.raises(PlaceError, match=f"{unreachable} cannot be reached"):
+            session_files([unreachable])
+        monkeypatch.undo()
 
 
 @pytest.mark.parametrize(

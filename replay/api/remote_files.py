@@ -1,0 +1,78 @@
+"""Sessions and run folders at a URL of fsspec: fetched to this machine before the work, put in their place after it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from replay.errors import PlaceError, ReplayError
+
+
+def located(name: Any) -> Path:
+    """A path; for a URL like ``s3://bucket/runs`` what acts like one. ``PlaceError``: nothing here reads such URLs."""
+    if is_remote(name) or "://" not in str(name):
+        return name if is_remote(name) else Path(name)
+    todo = "install what fsspec needs for it, or name a folder"
+    try:
+        from upath import UPath
+
+        remote: Any = UPath(name, use_listings_cache=False)  # others write there too
+        _ = remote.fs
+    except (ImportError, ValueError) as error:
+        if isinstance(error, ImportError) and error.name in ("upath", "fsspec"):
+            todo = 'pip install "vrlab-replay[cluster]"'
+        raise PlaceError(f"{name} cannot be reached ({error}); {todo}") from error
+    return remote
+
+
+def is_remote(given: Any) -> bool:
+    """Whether this is what ``located`` makes of a URL."""
+    return hasattr(given, "fs")
+
+
+@contextmanager
+def reaching(where: Any) -> Iterator[None]:
+    """What goes wrong at a URL in the block as ``PlaceError``: each kind of store has errors of its own."""
+    try:
+        yield
+    except Exception as error:
+        if not is_remote(where) or isinstance(error, ReplayError):
+            raise
+        todo = "check the address, the network and who may read and write there"
+        raise PlaceError(f"{where} cannot be reached ({type(error).__name__}: {error}); {todo}") from error
+
+
+@contextmanager
+def fetched(given: Any) -> Iterator[Any]:
+    """What is given; of what lies at a URL a copy on this machine, until the block ends."""
+    remote: Any = located(given) if isinstance(given, str) else given
+    if not is_remote(remote):
+        yield given
+        return
+    with TemporaryDirectory(prefix="replay-") as folder:
+        copy = Path(folder) / remote.name
+        with reaching(remote):
+            remote.fs.get_file(remote.path, str(copy))
+        yield copy
+
+
+@contextmanager
+def delivered(out: Any) -> Iterator[Any]:
+    """The run folder to write; of one at a URL a folder on this machine, put there when the block ends well.
+
+    Its summary is put last: a folder without one was begun by a process that was killed, and is made anew.
+    """
+    if not is_remote(out):
+        yield out
+        return
+    from replay.outputs.results.run_folder import SUMMARY
+
+    with TemporaryDirectory(prefix="replay-") as folder:
+        made = Path(folder) / out.name
+        yield made
+        with reaching(out):
+            (out / SUMMARY).unlink(missing_ok=True)
+            out.fs.makedirs(out.path, exist_ok=True)
+            for file in sorted(made.iterdir(), key=lambda file: file.name == SUMMARY):
+                out.fs.put_file(str(file), (out / file.name).path)
