@@ -36,7 +36,8 @@ MESHES = {
     "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
 TAGS = {
-    "bench": ("furniture",), "beaker": ("glass",), "rod": ("glass", "rod"), "hand": ("hand",), "headset": ("headset",),
+    "bench": ("furniture",), "beaker": ("plastic",), "rod": ("glass", "rod"), "hand": ("hand",),
+    "headset": ("headset",),
 }  # fmt: skip
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 

@@ -1,8 +1,14 @@
 """Five tabs at most; none opens empty, wherever the cursor stands, and the layout names only what is recorded."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
+from replay.effects.effects_runner import EffectRun
+from replay.effects.output import EffectEvent, EffectOutput
+from replay.effects.protocol import EffectSpec
 from replay.outputs.rerun_log.moments import read_moments
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
@@ -107,6 +113,21 @@ def test_no_view_of_a_run_with_effects_opens_empty(scene, drawn):
     read = drawn(compute(session, detectors="discrete[rate_hz=22.5]"))
     assert "Effects" in Layout(read.path).tabs() and empty_views(read, None) == []
     assert sum(one.leads for one in read_moments(read.path)) == 1, "a moment of the audit, or the result"
+
+
+def test_effects_are_seen_from_where_their_events_are_with_their_marks_and_open_on_what_happened(demo, drawn):
+    event = EffectEvent(1.0, "spill", ("beaker",), message="3 mL beside", level="warning", point=(0.0, 0.1, 0.0))
+    output = EffectOutput(events=(event,))
+    spill = EffectRun(EffectSpec("pour", "x", lambda _: output), ("declared",), output, 0.1, {}, 3, 2)
+    read = drawn(replace(demo, effects={"pour": spill}))
+    layout = Layout(read.path)
+    assert empty_views(read, None) == [] and "/happened" in read.entities
+    assert "Effects" in layout.tabs()
+    (query,) = (query for name, kind, query in layout.views() if "/world/effects/**" in query)
+    assert "/world/effects/pour/1" in selected(query, read.entities)
+    eyes = [values for values in layout.values.values() if "EyeControls3D:position" in values]
+    seen = [np.subtract(values["EyeControls3D:look_target"][0], (0.0, 0.02, 0.0)) for values in eyes]
+    assert min(np.linalg.norm(away) for away in seen) < 0.02, "the beaker, where the event is"
 
 
 def test_the_tabs_of_an_audit_are_questions(searched, recording):

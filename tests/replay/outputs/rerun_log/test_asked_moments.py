@@ -1,0 +1,56 @@
+"""A number leads to its moment; a wrong one, a file that is none and letters without a glyph are said plainly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+from support.sentences import recording_text
+from support.shapes import box_mesh
+
+from replay.errors import RunFolderError
+from replay.outputs.rerun_log.close_up import sharp_edges
+from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.recording_file import recording_file
+from replay.outputs.rerun_log.viewer import _target
+
+
+def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(recording):
+    for place in read_moments(recording):
+        asked = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
+        for by in ("", place.label) if asked else ():
+            assert _target(recording, *asked, by) == place.session_ns
+    with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
+        _target(recording, None, 999, "")
+    with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
+        _target(recording, 1, None, "nobody")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a recording"])
+def test_a_file_that_is_no_recording_is_one_sentence(tmp_path, content):
+    (tmp_path / "run.rrd").write_bytes(content)
+    with pytest.raises(RunFolderError, match=r"run\.rrd cannot be read as a recording"):
+        read_moments(tmp_path / "run.rrd")
+
+
+def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_without_moments(tmp_path):
+    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
+    with pytest.raises(RunFolderError, match="earlier version; replay the session again"):
+        _target(tmp_path / "run.rrd", 1, None, "")
+
+
+def test_a_box_has_twelve_edges_and_none_across_its_sides():
+    edges = sharp_edges(box_mesh((1.0, 2.0, 3.0)))
+    assert sorted(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).round(9)) == [1.0] * 4 + [2.0] * 4 + [3.0] * 4
+
+
+def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, drawn):
+    scene = replace(demo.session.scene, name="手 at the bench")
+    bodies = tuple(replace(one, name="手") if one.name == "rod" else one for one in demo.assembly.bodies)
+    run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))
+    seen = drawn(run)
+    assert "/world/u624b" in seen.entities and not [path for path in seen.entities if "手" in path]
+    words = recording_text(seen.path)
+    assert "u624b at the bench" in words and "手" not in words and "beaker-u624b" in words
