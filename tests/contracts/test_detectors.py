@@ -1,6 +1,7 @@
 """Every row of the table of detectors keeps these promises."""
 
 from functools import cache
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -77,6 +78,14 @@ def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, 
         assert joined.faces_digest == whole(name).faces_digest
 
 
+@pytest.mark.parametrize("ask", [detect_live, lambda detector, motion: detector.detect(motion)], ids=["live", "whole"])
+def test_its_stages_take_no_longer_than_it_takes(name, scene, ask):
+    bodies, motion = scene
+    detector, start = create_detector(name, bodies), perf_counter()
+    seconds = ask(detector, motion).seconds
+    assert 0 < sum(np.sum(stage) for stage in seconds.values()) <= perf_counter() - start
+
+
 def test_asked_live_it_gives_the_answer_of_the_whole_and_times_every_frame(name, scene):
     bodies, motion = scene
     answer = detect_live(create_detector(name, bodies), motion)
@@ -105,12 +114,15 @@ def restless():
 
 
 @pytest.mark.parametrize("settings", LIVE, ids=str)
-def test_live_and_whole_agree_on_bodies_that_jump_stand_and_lose_their_pose(settings):
+def test_live_blocks_and_whole_agree_on_bodies_that_jump_stand_and_lose_their_pose(settings):
     name, chosen = settings
     detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
-    found = detector.detect(motion)
+    found = detector.detect(motion, faces=True)
     assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(found.verdict.ravel().tolist()) or name == "sphere"
     assert np.array_equal(detect_live(detector, motion).verdict, found.verdict)
+    joined = join(detector.stream(motion.blocks(7), faces=True))
+    assert np.array_equal(joined.verdict, found.verdict)
+    assert not has_faces(found) or joined.faces_digest == found.faces_digest
 
 
 @cache

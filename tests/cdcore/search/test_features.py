@@ -8,6 +8,7 @@ from support.shapes import ball_mesh, box_mesh
 
 from cdcore import TriangleMesh
 from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
+from cdcore.search.morton import morton_codes
 
 
 def neighbours(mesh):
@@ -48,6 +49,10 @@ def test_a_corner_written_twice_in_a_face_is_no_edge():
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     by_edge, _ = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
     assert by_edge == {0: {2}, 1: set(), 2: {0}}
+
+
+def test_points_along_a_diagonal_are_numbered_in_their_order():
+    assert (np.diff(morton_codes(np.arange(1024.0)[:, None] * np.ones(3))) > 0).all()
 
 
 def test_the_ball_around_a_face_holds_its_corners():

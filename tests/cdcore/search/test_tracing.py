@@ -45,6 +45,14 @@ def test_a_traced_look_counts_the_same_and_ends_as_the_run_did(settings):
         assert settings.get("variant") == "printed" or trace.iteration.max() == look.result.iterations
 
 
+def test_a_look_starts_at_the_pair_that_met_or_came_closest_in_the_look_before():
+    started = {}
+    for (_, column), look in sorted(watch()[2].search.noted.items()):
+        assert look.start == started.get(column)
+        started[column] = look.result.hit or look.result.closest
+    assert started
+
+
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search(name, settings, monkeypatch):
