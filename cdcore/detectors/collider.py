@@ -21,15 +21,17 @@ from cdcore.protocol import (
     Body,
     Detection,
     Explanation,
+    HeldLooks,
+    Live,
+    LiveHeld,
     Motion,
     PairDetector,
     Solids,
     Verdict,
     contact_or_clear,
+    looks_at,
     pair_has_pose,
 )
-from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
-from cdcore.protocol.live import Live, LiveHeld
 from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, number, whole
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
@@ -114,13 +116,13 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         looks = LivePairs(self._broad, decide, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
-    def _fresh_memory(self) -> HeldVerdicts:
-        return HeldVerdicts(len(self.pairs))
+    def _fresh_memory(self) -> HeldLooks:
+        return HeldLooks(len(self.pairs), self.settings.rate_hz)
 
-    def _run(self, motion: Motion, memory: HeldVerdicts, _faces: bool) -> Detection:
-        looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
+    def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
+        looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
         seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
-        verdict, held = memory.hold(seen, looks, pair_has_pose(motion, self.pairs))
+        verdict, held = memory.hold(seen, known[looks], looks, known)
         return self._detection(motion, verdict, containment=self._containment.words, work=work | held, seconds=seconds)
 
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:

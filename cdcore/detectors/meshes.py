@@ -16,35 +16,36 @@ from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import (
     NO_FACES,
     Body,
     Detection,
     Explanation,
     FaceSets,
+    HeldLooks,
     Live,
     LiveHeld,
     Motion,
     PairDetector,
     Verdict,
+    looks_at,
     ordered_by_name,
     pair_has_pose,
 )
-from cdcore.protocol.blocks import looks_at, looks_of
 from cdcore.protocol.detection import SectionSource
+from cdcore.protocol.held_looks import last_answers
 from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, flag, number
 
 
-@dataclass(eq=False)
-class _Held:
+class _HeldMeshes(HeldLooks):
     """Of each pair the last question and its answer; the only thing that passes from block to block."""
 
-    tick: float
-    poses: FloatArray
-    """(P, 2, 12): rotation by rows and translation of both bodies; NaN before the first question."""
-    verdict: ByteArray
-    faces: list[Int32Array]
+    def __init__(self, pairs: int, rate_hz: float | None) -> None:
+        super().__init__(pairs, rate_hz)
+        # (P, 2, 12): rotation by rows and translation of both bodies; NaN before the first question.
+        self.poses: FloatArray = np.full((pairs, 2, 12), np.nan)
+        self.faces: list[Int32Array] = [NO_FACES] * pairs
 
 
 class MeshDetector(PairDetector[Any]):
@@ -86,14 +87,11 @@ class MeshDetector(PairDetector[Any]):
         columns, frames = np.nonzero(hits.T)
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
-    def _fresh_memory(self) -> _Held:
-        count = len(self.pairs)
-        verdict = np.full(count, Verdict.NO_POSE, dtype=np.uint8)
-        return _Held(-np.inf, np.full((count, 2, 12), np.nan), verdict, [NO_FACES] * count)
+    def _fresh_memory(self) -> _HeldMeshes:
+        return _HeldMeshes(len(self.pairs), self._rate_hz)
 
-    def _run(self, motion: Motion, memory: _Held, faces: bool) -> Detection:
-        known, pairs = pair_has_pose(motion, self.pairs), len(self.pairs)
-        looks, memory.tick = looks_of(motion.times, self._rate_hz, memory.tick)
+    def _run(self, motion: Motion, memory: _HeldMeshes, faces: bool) -> Detection:
+        known, looks = pair_has_pose(motion, self.pairs), memory.looks(motion.times)
         seen = motion if looks.all() else motion.take(np.flatnonzero(looks))
         asked = known[looks] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
         near = self._broad.candidates(seen)
@@ -103,27 +101,24 @@ class MeshDetector(PairDetector[Any]):
         near.clock.append(perf_counter())
         contained = self._containment.mark(seen, frames[~meshes.hits], columns[~meshes.hits], near.verdict)
         near.clock.append(perf_counter())
-        # Row 0 is the answer before the block; ``last`` (T, P): the row that answers a frame.
-        numbers = np.where(asked, np.arange(1, len(seen) + 1)[:, None], 0)
-        last = np.maximum.accumulate(np.concatenate([np.zeros((1, pairs), dtype=np.int64), numbers]), axis=0)
-        newest, last = last[-1], last[np.cumsum(looks)]
-        answers = np.concatenate([memory.verdict[None], near.verdict])
-        verdict = np.where(known, np.take_along_axis(answers, last, axis=0), np.uint8(Verdict.NO_POSE))
-        sets, which = [NO_FACES, *memory.faces, *meshes.sets], np.zeros(answers.shape, dtype=np.int64)
-        which[0] = 1 + np.arange(pairs)
+        verdict, held = memory.hold(near.verdict, asked, looks, known)
+        # The look, counted from 1, that answers a pair after each look; 0: one before the block.
+        last, face_sets, sections = last_answers(asked), None, None
+        newest = last[-1]
         if faces:
+            pairs, answering = len(self.pairs), last[np.cumsum(looks)]
+            sets, which = [NO_FACES, *memory.faces, *meshes.sets], np.zeros(last.shape, dtype=np.int64)
+            which[0] = 1 + np.arange(pairs)
             which[frames + 1, columns] = 1 + pairs + meshes.which
-        frame, pair = np.nonzero(verdict == Verdict.CONTACT)
-        face_sets = FaceSets.from_shared(frame, pair, which[last[frame, pair], pair], sets) if faces else None
-        sections = self._sections(seen, last, memory.poses.copy()) if faces else None
-        memory.verdict = answers[newest, np.arange(pairs)]
-        memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
+            frame, pair = np.nonzero(verdict == Verdict.CONTACT)
+            face_sets = FaceSets.from_shared(frame, pair, which[answering[frame, pair], pair], sets)
+            sections = self._sections(seen, answering, memory.poses.copy())
+            memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
         fresh = np.flatnonzero(newest)
         memory.poses[fresh] = _poses_of(seen, newest[fresh] - 1, self.pairs[fresh])
         queries = int(asked.sum())
-        held = int(known.sum()) - queries
-        work = near.work | {
-            "queries": queries, "pair_looks": queries, "cached": held, "held": held, "looks": len(seen),
+        work = near.work | held | {
+            "queries": queries, "pair_looks": queries, "cached": held["held"],
             "mesh_queries": meshes.queries if "reused" in self.counters else len(frames), "reused": meshes.reused,
             "containment_tests": contained, "face_pairs": int(sum(len(faces) for faces in meshes.sets)),
         }  # fmt: skip
@@ -137,7 +132,7 @@ class MeshDetector(PairDetector[Any]):
             section_source=sections,
         )
 
-    def _after_moves(self, motion: Motion, known: BoolArray, memory: _Held, epsilon: float) -> BoolArray:
+    def _after_moves(self, motion: Motion, known: BoolArray, memory: _HeldMeshes, epsilon: float) -> BoolArray:
         """Which pair-frames, (T, P), are asked because of a move since the last question."""
         asked = np.zeros(known.shape, dtype=np.bool_)
         for column, ends in enumerate(self.pairs):

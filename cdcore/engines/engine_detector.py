@@ -16,13 +16,14 @@ from cdcore.protocol import (
     Body,
     Detection,
     Explanation,
+    HeldLooks,
     Motion,
     PairDetector,
     Verdict,
     contact_or_clear,
+    looks_at,
     pair_has_pose,
 )
-from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
 from cdcore.protocol.settings import MOST_HERTZ, CheckedSettings, choice, number
 
 
@@ -102,8 +103,8 @@ class EngineDetector(PairDetector[SettingsT]):
         meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
         return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), shapes_meet=meet)
 
-    def _fresh_memory(self) -> HeldVerdicts:
-        return HeldVerdicts(len(self.pairs))
+    def _fresh_memory(self) -> HeldLooks:
+        return HeldLooks(len(self.pairs), self.settings.rate_hz)
 
     def _touch(self, motion: Motion, frame: int) -> BoolArray:
         """Which pairs the engine lists, (P,)."""
@@ -117,8 +118,8 @@ class EngineDetector(PairDetector[SettingsT]):
         hits[low, high] = True
         return hits[tuple(self._columns.T)]
 
-    def _run(self, motion: Motion, memory: HeldVerdicts, _faces: bool) -> Detection:
-        looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
+    def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
+        looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
         frames = np.flatnonzero(looks)
         hits, seconds = np.zeros((len(frames), len(self.pairs)), dtype=np.bool_), np.zeros(len(motion))
         for row, frame in enumerate(frames.tolist()):
@@ -126,7 +127,7 @@ class EngineDetector(PairDetector[SettingsT]):
             hits[row] = self._touch(motion, frame)
             seconds[frame] = perf_counter() - start
         seen = contact_or_clear(hits, motion.take(frames), self.pairs)
-        verdict, work = memory.hold(seen, looks, pair_has_pose(motion, self.pairs))
+        verdict, work = memory.hold(seen, known[looks], looks, known)
         verdict[self._refused & (verdict != Verdict.NO_POSE)] = Verdict.INVALID
         why = f"not supported: {self.title} tests no triangle mesh against another"
         in_vain = [(int(frame), int(pair)) for frame, pair in np.argwhere(verdict == Verdict.INVALID)]

@@ -6,14 +6,15 @@ from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector, Explains, Explanation
 from cdcore.protocol.face_sets import NO_FACES, FaceSets
 from cdcore.protocol.frame_detector import FrameDetector, own_failure
-from cdcore.protocol.live import REST, Live, LiveHeld, detect_live, live_session, stream_live
+from cdcore.protocol.held_looks import HeldLooks, LiveHeld, looks_at
+from cdcore.protocol.live import REST, Live, detect_live, live_session, stream_live
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.pair_detector import PairDetector
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_one_of, is_undecided
 
 __all__ = [
     "DECIDED", "NO_FACES", "REST", "Body", "Detection", "Detector", "Explains", "Explanation", "FaceSets",
-    "FrameDetector", "Live", "LiveHeld", "Motion", "PairDetector", "Solids", "Verdict", "blocks_in_order",
+    "FrameDetector", "HeldLooks", "Live", "LiveHeld", "Motion", "PairDetector", "Solids", "Verdict", "blocks_in_order",
     "contact_or_clear", "counts_as_contact", "detect_live", "is_one_of", "is_undecided", "join", "live_session",
-    "ordered_by_name", "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
+    "looks_at", "ordered_by_name", "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
 ]  # fmt: skip

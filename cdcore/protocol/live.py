@@ -8,12 +8,11 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol.blocks import blocks_in_order, pair_has_pose, tick_of
+from cdcore.numerics import ByteArray
+from cdcore.protocol.blocks import blocks_in_order
 from cdcore.protocol.detection import Detection, join
 from cdcore.protocol.detector import Detector
 from cdcore.protocol.motion import Motion
-from cdcore.protocol.verdict import Verdict
 
 REST: Final = "rest"
 """The stage of what a look took beside its other stages."""
@@ -52,37 +51,6 @@ class LiveBlocks:
         self.work.update({name: int(np.sum(count)) for name, count in found.work.items()})
         verdict: ByteArray = found.verdict[0]
         return verdict
-
-
-class LiveHeld:
-    """Looks at the ticks of a rate only: between them each answer is held, and a look without a pose changes nothing.
-
-    ``pairs`` (P, 2) body numbers.
-    """
-
-    def __init__(self, live: Live, pairs: IntArray, rate_hz: float) -> None:
-        self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
-        self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
-        self.seconds: dict[str, float] = {}
-
-    @property
-    def work(self) -> Counter[str]:
-        """As ``Live.work``."""
-        return self._live.work
-
-    def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
-        tick = float(tick_of(now.times[0], self._rate_hz))
-        if tick > self._tick:
-            seen, self._tick = self._live.look(now), tick
-            self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
-            self.seconds = self._live.seconds
-        else:
-            self.seconds = {}
-        # The quickest way to ask a small array, and most looks come here and do nothing else.
-        if np.count_nonzero(now.valid) == now.valid.size:
-            return self._believed
-        return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))
 
 
 def detect_live(detector: Detector, motion: Motion) -> Detection:

@@ -9,8 +9,7 @@ import numpy as np
 from cdcore import Detection, Detector, Motion, Verdict, join
 from cdcore.detectors import DETECTORS, OPTIONAL
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import is_one_of, stream_live
-from cdcore.protocol.blocks import HeldVerdicts, looks_of
+from cdcore.protocol import HeldLooks, is_one_of, stream_live
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
@@ -151,8 +150,9 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
     stretches = np.zeros(PHASES, dtype=np.int64)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(sampling_offsets(rate_hz)):
-        looks, _ = looks_of(every.times - later, rate_hz)
-        believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, posed)
+        samples = HeldLooks(len(every.pairs), rate_hz)
+        looks = samples.looks(every.times - later)
+        believed, _ = samples.hold(every.verdict[looks], posed[looks], looks, posed)
         comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
-from cdcore.protocol.blocks import TICK_SLACK
+from cdcore.protocol.held_looks import TICK_SLACK
 from replay.errors import AuditError
 from sessions.model.event import LiveContact
 

@@ -6,13 +6,7 @@ from support.shapes import box_mesh, still
 
 from cdcore import Body
 from cdcore.errors import InvalidPairError, InvalidPoseError
-from cdcore.protocol import (
-    blocks_in_order,
-    ordered_by_name,
-    require_bodies,
-    resolve_pairs,
-)
-from cdcore.protocol.blocks import looks_at, looks_of
+from cdcore.protocol import HeldLooks, blocks_in_order, looks_at, ordered_by_name, require_bodies, resolve_pairs
 
 BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
@@ -79,14 +73,12 @@ def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():
 @pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0])
 def test_looks_of_blocks_are_those_of_the_whole_and_of_single_frames(rate):
     times = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300))
-    whole, tick = looks_of(times, rate)
-    first, before = looks_of(times[:77], rate)
-    second, after = looks_of(times[77:], rate, before)
-    assert np.array_equal(np.concatenate([first, second]), whole) and after == tick
+    whole, blocks = HeldLooks(0, rate).looks(times), HeldLooks(0, rate)
+    assert np.array_equal(np.concatenate([blocks.looks(times[:77]), blocks.looks(times[77:])]), whole)
     assert [looks_at(times, frame, rate) for frame in range(300)] == whole.tolist()
 
 
 def test_a_rate_at_the_frames_own_looks_at_every_frame_though_stamps_are_rounded():
     times = np.round(np.arange(9000) / 90, 9)
-    assert looks_of(times, 90.0)[0].all()
-    assert looks_of(times, 45.0)[0].sum() == 4500
+    assert HeldLooks(0, 90.0).looks(times).all()
+    assert HeldLooks(0, 45.0).looks(times).sum() == 4500

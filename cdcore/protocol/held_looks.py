@@ -1,0 +1,107 @@
+"""What a detector with a rate answers between its looks: each pair keeps its last answer (zero-order hold).
+
+A look is the first frame at or after a tick ``k / rate_hz``, and the first frame of all.
+"""
+
+from collections import Counter
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.protocol.blocks import pair_has_pose
+from cdcore.protocol.live import Live
+from cdcore.protocol.motion import Motion
+from cdcore.protocol.verdict import Verdict
+
+TICK_SLACK: Final = 1e-6
+"""A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
+
+
+def tick_of(times: FloatArray, rate_hz: float) -> FloatArray:
+    """Number of the last tick at each time, of any shape."""
+    return np.floor((times + TICK_SLACK) * rate_hz)
+
+
+def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:
+    """Whether one frame of a whole motion is looked at."""
+    return bool(HeldLooks(0, rate_hz).looks(times[max(0, frame - 1) : frame + 1])[-1])
+
+
+def last_answers(answered: BoolArray) -> IntArray:
+    """Number of the last look with an answer after each of L looks, counted from 1, (1 + L, P); 0: none yet.
+
+    ``answered`` (L, P): which looks gave an answer about a pair.
+    """
+    numbers = np.zeros((1 + len(answered), answered.shape[1]), dtype=np.int64)
+    numbers[1:] = np.where(answered, np.arange(1, len(numbers))[:, None], 0)
+    return np.maximum.accumulate(numbers, axis=0)
+
+
+class HeldLooks:
+    """Which frames are looked at, and the last answer about each pair; handed from block to block.
+
+    ``rate_hz``: looks per second; ``None``: every frame.
+    """
+
+    def __init__(self, pairs: int, rate_hz: float | None) -> None:
+        self._rate_hz = rate_hz
+        self._tick = -np.inf
+        self._verdict: ByteArray = np.full(pairs, Verdict.NO_POSE, dtype=np.uint8)
+
+    def looks(self, times: FloatArray) -> BoolArray:
+        """Which frames of the next block are looked at, (T,)."""
+        if self._rate_hz is None or not len(times):
+            return np.ones(len(times), dtype=np.bool_)
+        ticks = tick_of(times, self._rate_hz)
+        looks: BoolArray = np.diff(ticks, prepend=self._tick) > 0
+        self._tick = float(ticks[-1])
+        return looks
+
+    def hold(
+        self, seen: ByteArray, answered: BoolArray, looks: BoolArray, known: BoolArray
+    ) -> tuple[ByteArray, dict[str, int]]:
+        """Verdicts of a block (T, P), and counters of looks and of pair-frames that hold an earlier answer.
+
+        ``seen`` (L, P): verdicts at the looks, ``answered`` (L, P): which of them count; ``looks`` (T,); ``known``
+        (T, P): where both bodies have a pose, elsewhere the verdict is NO_POSE.
+        """
+        believed = np.concatenate([self._verdict[None], seen])
+        # Most pairs are answered at every look.
+        gaps = np.flatnonzero(~answered.all(axis=0))
+        believed[:, gaps] = np.take_along_axis(believed[:, gaps], last_answers(answered[:, gaps]), axis=0)
+        self._verdict = believed[-1]
+        verdict = np.where(known, believed.take(np.cumsum(looks), axis=0), np.uint8(Verdict.NO_POSE))
+        held = np.count_nonzero(known) - np.count_nonzero(answered)
+        return verdict, {"looks": int(looks.sum()), "held": int(held)}
+
+
+class LiveHeld:
+    """Looks of a live session at the ticks of a rate only, and its last answers between them.
+
+    ``pairs`` (P, 2) body numbers.
+    """
+
+    def __init__(self, live: Live, pairs: IntArray, rate_hz: float) -> None:
+        self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
+        self._believed: ByteArray = np.full(len(pairs), Verdict.NO_POSE, dtype=np.uint8)
+        self.seconds: dict[str, float] = {}
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return self._live.work
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        tick = float(tick_of(now.times[0], self._rate_hz))
+        if tick > self._tick:
+            seen, self._tick = self._live.look(now), tick
+            self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
+            self.seconds = self._live.seconds
+        else:
+            self.seconds = {}
+        # The quickest way to ask a small array, and most looks come here and do nothing else.
+        if np.count_nonzero(now.valid) == now.valid.size:
+            return self._believed
+        return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))
