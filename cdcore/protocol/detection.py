@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cdcore.errors import NotRecordedError
 from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
-from cdcore.protocol.verdict import CONTACT_VERDICTS, Verdict
+from cdcore.protocol.verdict import Verdict, counts_as_contact
 
 Covers = Literal["instants", "intervals"]
 SectionSource = Callable[[int, int, IntArray], FloatArray]
@@ -70,31 +70,25 @@ class Detection:
 
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
-        words = ", ".join(f"{count:,} {word.name}" for word, count in self._counts(self.verdict) if count)
+        words = ", ".join(f"{np.count_nonzero(self.verdict == word):,} {word.name}" for word in self._words())
         return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {words or 'nothing'})"
 
     def _repr_html_(self) -> str:
         """A table for a notebook: how many frames of each pair got which verdict, most contact first."""
-        every = [(self._pair_name(k), self._counts(self.verdict[:, k])) for k in range(len(self.pairs))]
-        every.sort(key=lambda row: -sum(count for word, count in row[1] if word in CONTACT_VERDICTS))
-        words = [
-            word for word in Verdict if any(count for _, counts in every for seen, count in counts if seen == word)
-        ]
+        words = self._words()
+        order = np.argsort(-counts_as_contact(self.verdict).sum(axis=0), kind="stable")
         head = "".join(f"<th>{word.name}</th>" for word in words)
-        rows = "".join(
-            f"<tr><th>{escape(name)}</th>" + "".join(f"<td>{dict(counts)[word]:,}</td>" for word in words) + "</tr>"
-            for name, counts in every[:MOST_PAIRS]
-        )
-        rest = f"<p>and {len(every) - MOST_PAIRS} more pairs</p>" if len(every) > MOST_PAIRS else ""
+        rows = ""
+        for pair in order[:MOST_PAIRS].tolist():
+            a, b = self.pairs[pair].tolist()
+            cells = "".join(f"<td>{np.count_nonzero(self.verdict[:, pair] == word):,}</td>" for word in words)
+            rows += f"<tr><th>{escape(f'{self.names[a]}-{self.names[b]}')}</th>{cells}</tr>"
+        rest = f"<p>and {len(order) - MOST_PAIRS} more pairs</p>" if len(order) > MOST_PAIRS else ""
         return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
 
-    def _pair_name(self, pair: int) -> str:
-        a, b = self.pairs[pair].tolist()
-        return f"{self.names[a]}-{self.names[b]}"
-
-    @staticmethod
-    def _counts(verdict: ByteArray) -> list[tuple[Verdict, int]]:
-        return [(word, int(np.count_nonzero(verdict == word))) for word in Verdict]
+    def _words(self) -> list[Verdict]:
+        """The verdicts that occur."""
+        return [word for word in Verdict if (self.verdict == word).any()]
 
     @property
     def face_counts(self) -> IntArray:
@@ -209,20 +203,16 @@ def _added(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return total
 
 
-def _canonical_order(detection: Detection) -> tuple[list[int], list[str]]:
-    """Columns sorted by their two sorted body names, and those names."""
-    keys = [tuple(sorted(detection.names[k] for k in row)) for row in detection.pairs.tolist()]
-    order = sorted(range(len(keys)), key=lambda column: keys[column])
-    return order, ["\x1f".join(keys[column]) for column in order]
-
-
-def _header(kind: str, detection: Detection, keys: list[str]) -> hashlib._Hash:
-    return hashlib.sha256("\x1e".join([kind, detection.covers, *keys]).encode())
+def _begin_digest(kind: str, detection: Detection) -> tuple[hashlib._Hash, list[int]]:
+    """A digest of the names of all pairs, and the columns in the order of these names."""
+    names = [sorted(detection.names[k] for k in pair) for pair in detection.pairs.tolist()]
+    order = sorted(range(len(names)), key=names.__getitem__)
+    words = [kind, detection.covers, *("\x1f".join(names[column]) for column in order)]
+    return hashlib.sha256("\x1e".join(words).encode()), order
 
 
 def _verdict_digest(detection: Detection) -> str:
-    order, keys = _canonical_order(detection)
-    digest = _header("verdicts/1", detection, keys)
+    digest, order = _begin_digest("verdicts/1", detection)
     stamps = detection.times.astype("<f8").view(np.uint8).reshape(-1, 8)
     for start in range(0, len(stamps), 65536):
         rows = slice(start, start + 65536)
@@ -231,18 +221,16 @@ def _verdict_digest(detection: Detection) -> str:
 
 
 def _faces_digest(detection: Detection, sets: FaceSets) -> str:
-    order, keys = _canonical_order(detection)
-    digest = _header("faces/1", detection, keys)
-    rank = np.empty(len(order), dtype=np.int64)
+    digest, order = _begin_digest("faces/1", detection)
+    rank = np.empty(len(order), dtype="<i8")
     rank[order] = np.arange(len(order))
-    swapped = np.array([detection.names[i] > detection.names[j] for i, j in detection.pairs.tolist()], dtype=bool)
+    stamps = detection.times.astype("<f8")
+    turned = [detection.names[i] > detection.names[j] for i, j in detection.pairs.tolist()]
     for entry in np.lexsort((rank[sets.pair], sets.frame)).tolist():
         column = sets.pair[entry]
         faces = sets.faces[sets.start[entry] : sets.stop[entry]]
-        if swapped[column]:
-            faces = faces[:, ::-1]
-            faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))]
+        if turned[column]:
+            faces = faces[np.lexsort(faces.T), ::-1]
         head = np.array([rank[column], len(faces)], dtype="<i8")
-        digest.update(detection.times[sets.frame[entry] : sets.frame[entry] + 1].astype("<f8").tobytes())
-        digest.update(head.tobytes() + faces.astype("<i4").tobytes())
+        digest.update(stamps[sets.frame[entry]].tobytes() + head.tobytes() + faces.astype("<i4").tobytes())
     return digest.hexdigest()
