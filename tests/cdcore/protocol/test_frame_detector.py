@@ -1,4 +1,5 @@
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -68,8 +69,9 @@ class Plain:
 
 def test_a_detector_without_live_is_asked_through_its_stream():
     bodies, motion = lab(40)
-    inner = made(Near, bodies)
+    inner, start = made(Near, bodies), perf_counter()
     found = detect_live(Plain(inner), motion)
+    assert sum(stage.sum() for stage in found.seconds.values()) <= perf_counter() - start
     assert found.digest == inner.detect(motion).digest
     assert found.seconds["rest"].shape == (40,) and found.work["looks"] == 40
 

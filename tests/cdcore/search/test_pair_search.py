@@ -86,6 +86,7 @@ def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
     start = min(exact_pairs(search, ball, ball, pose, HERE))
     look = search.look(pose, HERE, 0.0, start=start)
     assert (look.hit, look.evaluations) == (start, 1)
+    assert (int(search._state["start_a"]), int(search._state["start_b"])) == start
 
 
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
