@@ -43,8 +43,9 @@ def test_an_open_mesh_is_invalid_where_boxes_overlap_with_a_reason_and_clear_whe
     near = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (1, 0, 0)]))
     assert near.verdict.tolist() == [[Verdict.INVALID]]
     assert near.reasons == {(0, 0): "bowl is open: it has no inside to overlap"}
-    far = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (9, 0, 0)]))
-    assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
+    for beside in (1.6, -1.6):  # where their spheres overlap
+        far = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (beside, 0, 0)]))
+        assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
 
 
 def test_a_ball_in_a_box_is_contained_and_bodies_that_only_touch_are_not_found():
