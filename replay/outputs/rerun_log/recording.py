@@ -10,14 +10,14 @@ from uuid import uuid4
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import sphere_best
+from cdcore.bounding.bounding_sphere import Sphere, sphere_best
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
 from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.rerun_log import documents, lanes
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
-from replay.outputs.rerun_log.close_up import close_up_colours, close_ups, log_close_ups
+from replay.outputs.rerun_log.close_up import ROOM, close_up_colours, close_ups, log_close_ups
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.moments import key_moments, log_moment_lists, log_moment_table, moment_places
 from replay.outputs.rerun_log.pipeline_view import log_pipeline, search_runs
@@ -28,7 +28,7 @@ from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
 
-ROOM: Final = 0.05
+AROUND: Final = 0.05
 """Metres around each point that an overview shows."""
 
 NARROW: Final = 0.8
@@ -49,7 +49,7 @@ def write_recording(result: RunResult, path: Path) -> None:
     picture = Picture(
         result=result,
         answer_eye=_eye(result, [(moment.frame, moment.point) for moment in moments], NARROW),
-        effects_eye=_eye(result, _places_of_events(result), ASPECT),
+        effects_eye=_eye(result, _places_of_events(result, balls), ASPECT),
         balls=balls,
         views=close_ups(result, moments, balls),
         order=order,
@@ -64,19 +64,19 @@ def write_recording(result: RunResult, path: Path) -> None:
         _log_tabs(writer, picture)
 
 
-def _places_of_events(result: RunResult) -> list[tuple[int, Vector]]:
-    """Frame of each event, and where its bodies stand then."""
-    motion, names = result.assembly.motion, result.assembly.names
-    places = []
+def _places_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
+    """Frame of each event, and where its bodies stand, but of those that hold the room: a bench begins at the floor."""
+    motion, places = result.assembly.motion, []
+    small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}
     for _, event in happened(result.effects):
         frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
-        places += [(frame, motion.translations[frame, names.index(name)]) for name in event.bodies if name in names]
+        places += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
     return places
 
 
 def _eye(result: RunResult, places: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
     """An overview of all places, from the user's side at the first; without any, of wherever bodies were."""
-    corners = ROOM * np.array([*product((-1.0, 1.0), repeat=3)])
+    corners = AROUND * np.array([*product((-1.0, 1.0), repeat=3)])
     points = (np.reshape([place for _, place in places], (-1, 1, 3)) + corners).reshape(-1, 3)
     return overview(result.assembly, result.session.scene, points, places[0][0] if places else 0, aspect)
 

@@ -116,7 +116,9 @@ def test_no_view_of_a_run_with_effects_opens_empty(scene, drawn):
 
 
 def test_effects_are_seen_from_where_their_events_are_with_their_marks_and_open_on_what_happened(demo, drawn):
-    event = EffectEvent(1.0, "spill", ("beaker",), message="3 mL beside", level="warning", point=(0.0, 0.1, 0.0))
+    event = EffectEvent(
+        1.0, "spill", ("beaker", "bench"), message="3 mL beside", level="warning", point=(0.0, 0.1, 0.0)
+    )
     output = EffectOutput(events=(event,))
     spill = EffectRun(EffectSpec("pour", "x", lambda _: output), ("declared",), output, 0.1, {}, 3, 2)
     read = drawn(replace(demo, effects={"pour": spill}))
@@ -127,7 +129,7 @@ def test_effects_are_seen_from_where_their_events_are_with_their_marks_and_open_
     assert "/world/effects/pour/1" in selected(query, read.entities)
     eyes = [values for values in layout.values.values() if "EyeControls3D:position" in values]
     seen = [np.subtract(values["EyeControls3D:look_target"][0], (0.0, 0.02, 0.0)) for values in eyes]
-    assert min(np.linalg.norm(away) for away in seen) < 0.02, "the beaker, where the event is"
+    assert min(np.linalg.norm(away) for away in seen) < 0.02, "the beaker; a bench holds the room"
 
 
 def test_the_tabs_of_an_audit_are_questions(searched, recording):
