@@ -123,10 +123,11 @@ def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
 
     Source: Holm (1979), Scand. J. Stat. 6, 65-70.
     """
-    from statsmodels.stats.multitest import multipletests
-
-    tested = [finding.p for finding in findings if finding.p is not None]
-    corrected = iter(multipletests(tested, method="holm")[1].tolist() if tested else ())
+    # That of statsmodels collects garbage at every call, which in a large process takes longer than all else here.
+    tested = np.array([finding.p for finding in findings if finding.p is not None])
+    order = np.argsort(tested)
+    least = np.maximum.accumulate(tested[order] * np.arange(len(tested), 0, -1))
+    corrected = iter(np.minimum(1.0, least)[np.argsort(order)].tolist())
     return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings)
 
 
