@@ -146,7 +146,7 @@ class _Newton:
         matrix = np.zeros((len(totals), parts + phases, parts + phases))
         wanted = np.zeros((len(totals), parts + phases, 1))
         # Not reduced to the parts alone: with an ion at 1e-20 of the others that matrix would be singular to rounding.
-        matrix[:, :parts, :parts] = np.einsum("ns,si,sj->nij", amounts, self.powers, self.powers, optimize=True)
+        matrix[:, :parts, :parts] = (amounts[:, None, :] * self.powers.T) @ self.powers
         matrix[:, :parts, parts:] = self.uses.T * size[:, None]
         matrix[:, parts:, :parts] = self.uses
         diagonal = range(parts, parts + phases)
