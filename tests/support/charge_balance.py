@@ -114,7 +114,7 @@ class Solution:
         def missing(log):
             return amount - ten(log) * whole - sum(solids(ten(log)).values(), mpf(0))
 
-        free = ten(halved(missing, -40, 2))
+        free = ten(halved(missing, -40, 2)) if bound else amount / whole
         if self.gas and free * weights[2] > BUBBLE:
             free = BUBBLE / weights[2]
             phases["CO2"] = amount - free * whole - sum(solids(free).values(), mpf(0))
