@@ -111,7 +111,7 @@ def test_without_the_notebook_viewer_it_says_what_to_install(result, monkeypatch
 
 
 def test_two_runs_are_compared_and_shared_from_python(result, tmp_path):
-    a, b = (result.write(tmp_path / name).out for name in "ab")
+    a, b = (result.write(tmp_path / name, picture=False).out for name in "ab")
     assert not replay.diff(a, b).changed
     assert replay.share([a, b], tmp_path / "shared", anyway=True).name == "index.html"
     assert (tmp_path / "shared" / "index.html").is_file()
