@@ -9,7 +9,7 @@ from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData
 
-DETECTORS = "poor=hybrid-qaco[budget=200],slow=discrete[rate_hz=22.5],collider[shape=capsule,rate_hz=50],hybrid"
+DETECTORS = "poor=hybrid-qaco[budget=60],slow=discrete[rate_hz=22.5],collider[shape=capsule,rate_hz=50],hybrid"
 MOST_UNEXPLAINED = 0.01
 
 CLUMSY = 1.5
