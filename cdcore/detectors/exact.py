@@ -8,7 +8,7 @@ from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
+from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
@@ -55,6 +55,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
+        self._surfaces = MotionSearch(self._trees, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def live(self) -> Live:
@@ -63,7 +64,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         return LivePairs(broad, surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        answer = decide_motion(self._trees, self.pairs, motion, faces=faces, threads=self.settings.threads)
+        answer = self._surfaces.decide(motion, faces=faces, threads=self.settings.threads)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0
         if self.settings.containment:

@@ -6,8 +6,9 @@ one-dimensional array, without any check: the caller keeps the arrays alive and 
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -15,6 +16,13 @@ from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import machine_operation
+
+KEPT_BYTES: Final = 16 << 20
+"""An array that is as large as the poses of a long stretch."""
+# The C library gives freed memory back to the system, and to get it again takes a fifth of a boolean question about
+# 5,400 frames. It keeps what is smaller than the largest array ever freed, so one is freed at once (the dynamic
+# threshold of glibc, see mallopt(3)); elsewhere this does nothing.
+np.empty(KEPT_BYTES, dtype=np.uint8)
 
 Memory = Any
 """What a kernel's author writes for an address of doubles, integers or bytes."""

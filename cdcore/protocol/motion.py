@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,9 @@ from cdcore.numerics import (
     readonly,
 )
 from cdcore.transforms.rigid import rotation_from_quaternion
+
+NO_MATRICES: Final = np.empty((0, 0, 4, 4))
+LAST_ROW: Final = [0.0, 0.0, 0.0, 1.0]
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -63,20 +67,24 @@ class Motion:
         clock = _times(times)
         place = _array(translations, "translations", (len(clock), None, 3), copy=copy)
         turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3), copy=copy)
-        self._check(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
+        self._check(clock, NO_MATRICES, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
 
     def _check(
-        self, clock: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray, linked: ArrayLike | None,
-        names: Sequence[str] | None,
+        self, clock: FloatArray, matrices: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray,
+        linked: ArrayLike | None, names: Sequence[str] | None,
     ) -> None:  # fmt: skip
-        """Check arrays of our own and keep them, in one pass over all poses."""
+        """Check arrays of our own, filled from matrices if there are any, and keep them, in one pass over all poses."""
         changed = np.empty(mask.shape, dtype=np.bool_)
+        # a read-only view whatever was given: else the kernel would be compiled for both kinds
         bad, repaired, worst = _kernels().check_poses(
-            place, turn, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
+            readonly(matrices[:]), place, turn, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
         )
         if bad >= 0:
-            frame, body = divmod(bad, mask.shape[1])
-            raise InvalidPoseError(_where(bad, mask, clock, names) + _fault(place[frame, body], turn[frame, body]))
+            where, (frame, body) = _where(bad, mask, clock, names), divmod(bad, mask.shape[1])
+            if matrices.size and matrices[frame, body, 3].tolist() != LAST_ROW:
+                what = f"last row is {matrices[frame, body, 3].tolist()}, not 0 0 0 1"
+                raise InvalidPoseError(f"{where}{what}; pass column-convention matrices")
+            raise InvalidPoseError(where + _fault(place[frame, body], turn[frame, body]))
         self._keep(clock, place, turn, mask, _known(mask, linked), repaired, worst)
         self.__dict__["changed"] = readonly(changed)
 
@@ -134,13 +142,8 @@ class Motion:
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
         place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
-        # a read-only view whatever was given: else the kernel would be compiled for both kinds
-        bad = _kernels().split_matrices(readonly(matrices[:]), mask.reshape(-1), place, turn)
-        if bad >= 0:
-            what = f"last row is {matrices.reshape(-1, 4, 4)[bad, 3].tolist()}, not 0 0 0 1"
-            raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; pass column-convention matrices")
         motion = object.__new__(cls)
-        motion._check(clock, place, turn, mask, linked, names)
+        motion._check(clock, matrices, place, turn, mask, linked, names)
         return motion
 
     def __len__(self) -> int:

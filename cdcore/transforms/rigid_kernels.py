@@ -85,44 +85,41 @@ def same_pose(place: Memory, turn: Memory, k: int, other: int) -> bool:
     return same
 
 
-@kernel
-def split_matrices(matrices: FloatArray, valid: BoolArray, place: FloatArray, turn: FloatArray) -> int:
-    """Fill translations (N, 3) and rotations (N, 3, 3) of poses (N, 4, 4), all contiguous.
-
-    Returns the first that is ``valid`` (N,) and whose last row is not 0 0 0 1, or GOOD. In numpy the same copies and
-    comparisons took six times as long, two fifths of ``exact`` on a laboratory bench.
-    """
-    entries, places, turns, bad = doubles_of(matrices), doubles_of(place), doubles_of(turn), GOOD
-    for k in range(len(valid)):
-        o = 16 * k
-        for i in range(3):
-            places[3 * k + i] = entries[o + 4 * i + 3]
-            for j in range(3):
-                turns[9 * k + 3 * i + j] = entries[o + 4 * i + j]
-        affine = (entries[o + 12] == 0.0) & (entries[o + 13] == 0.0) & (entries[o + 14] == 0.0)
-        if bad == GOOD and valid[k] and not (affine and entries[o + 15] == 1.0):
-            bad = k
-    return bad
+@hot_kernel
+def split(matrix: Memory, place: Memory, turn: Memory, k: int) -> bool:
+    """Copy translation and rotation of pose ``k`` from its 4x4 matrix; returns whether its last row is 0 0 0 1."""
+    become_part_of_caller()
+    o = 16 * k
+    for i in range(3):
+        place[3 * k + i] = matrix[o + 4 * i + 3]
+        for j in range(3):
+            turn[9 * k + 3 * i + j] = matrix[o + 4 * i + j]
+    still = (matrix[o + 12] == 0.0) & (matrix[o + 13] == 0.0) & (matrix[o + 14] == 0.0)
+    return still & (matrix[o + 15] == 1.0)
 
 
 @kernel
 def check_poses(
-    place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float, scratch: FloatArray,
-    changed: BoolArray,
+    matrices: FloatArray, place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float,
+    scratch: FloatArray, changed: BoolArray,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Check poses of N bodies at T times, repair what is within ``reject``, put identity where nothing is ``valid``.
 
-    ``place`` (T, N, 3) and ``turn`` (T, N, 3, 3), contiguous, are changed in place; ``valid`` (T, N); ``scratch``
-    (18,). Fills ``changed`` (T, N) as of ``Motion``; a pose that repeats the last one was checked there.
+    ``place`` (T, N, 3) and ``turn`` (T, N, 3, 3), contiguous, are changed in place; ``matrices`` (T, N, 4, 4): where
+    they come from, or nothing; ``valid`` (T, N); ``scratch`` (18,). Fills ``changed`` (T, N) as of ``Motion``; a pose
+    that repeats the last one was checked there. In numpy the same took six times as long.
     Returns the number of the first bad pose or GOOD, how many were repaired, and the worst error of a valid one.
     """
-    places, turns, room, repaired, worst = doubles_of(place), doubles_of(turn), doubles_of(scratch), 0, 0.0
+    entries, places, turns, room = doubles_of(matrices), doubles_of(place), doubles_of(turn), doubles_of(scratch)
+    given, repaired, worst = matrices.size > 0, 0, 0.0
     frames, bodies = valid.shape
     last = np.full(bodies, GOOD)
     for t in range(frames):
         for body in range(bodies):
             k, before, there = t * bodies + body, last[body], valid[t, body]
             changed[t, body] = t == 0
+            if given and not split(entries, places, turns, k) and there:
+                return k, repaired, worst
             if there:
                 last[body] = k
                 if before >= 0 and same_pose(places, turns, k, before):

@@ -6,10 +6,9 @@ not change are asked once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from threading import local
 from time import perf_counter
 from typing import Final, NamedTuple
 
@@ -85,44 +84,61 @@ class Found(NamedTuple):
     faces: Faces
 
 
-def decide_motion(
-    trees: Sequence[BoxTree], pairs: IntArray, motion: Motion, *, faces: bool = False, threads: int = 1
-) -> MotionAnswer:
-    """Decide every pair (P, 2) in every frame at which both bodies have a pose; a tree per body.
+def decide_motion(trees: Sequence[BoxTree], pairs: IntArray, motion: Motion, *, faces: bool = False) -> MotionAnswer:
+    """Decide every pair (P, 2) once, as ``MotionSearch`` does, which is for one motion after another."""
+    return MotionSearch(trees, pairs).decide(motion, faces=faces)
 
-    ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it.
-    """
-    began = perf_counter()
-    marks = np.zeros((len(pairs), 3, len(motion.valid)), dtype=np.uint8)
-    searches, found = list[StretchSearch](), list[Found]()
-    if marks.size:
-        poses = Poses(*_without_gaps(motion), motion.changed)
-        starts = _starts(trees, pairs, marks.shape[2])
-        here = local()
 
-        def answer(start: int, stop: int) -> list[Found]:
-            if not hasattr(here, "search"):
-                here.search = StretchSearch(trees, pairs, int(np.diff(starts).max()), every=faces)
-                searches.append(here.search)
-            return here.search.decide(poses, start, stop, marks)
+class MotionSearch:
+    """Decides pairs (P, 2) of bodies, a tree each, in every frame of a motion at which both have a pose."""
 
-        found = [meeting for part in _in_turn(answer, starts, threads) for meeting in part]
-        found += _beyond(trees, pairs, poses, marks)
-    searched = perf_counter()
-    known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
-    sets = _face_sets(marks, found, known, faces)
-    hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
-    column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
-    laid_out = sum(search.laid_out for search in searches)
-    seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
-    work = np.sum([search.work for search in searches], axis=0, dtype=np.int64) + np.zeros(len(COUNTERS), np.int64)
-    return MotionAnswer(
-        hits=np.ascontiguousarray(hits.T),
-        sets=sets,
-        near=(frame, column),
-        work=dict(zip(COUNTERS, work.tolist(), strict=True)),
-        seconds=dict(zip(STAGES, seconds, strict=True)),
-    )
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
+        self._trees, self._pairs = trees, pairs
+        # Ready for the next motion: to make room takes a tenth of a short question.
+        self._idle = list[StretchSearch]()
+
+    def decide(self, motion: Motion, *, faces: bool = False, threads: int = 1) -> MotionAnswer:
+        """``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it."""
+        began = perf_counter()
+        marks = np.zeros((len(self._pairs), 3, len(motion.valid)), dtype=np.uint8)
+        stretches = list[StretchAnswer]()
+        beyond = list[Found]()
+        if marks.size:
+            poses = Poses(*_without_gaps(motion), motion.changed)
+            starts = _starts(self._trees, self._pairs, marks.shape[2])
+
+            def answer(start: int, stop: int) -> StretchAnswer:
+                search = self._ready(stop - start, every=faces)
+                stretch = search.decide(poses, start, stop, marks)
+                self._idle.append(search)
+                return stretch
+
+            stretches = _in_turn(answer, starts, threads)
+            beyond = _beyond(self._trees, self._pairs, poses, marks)
+        searched = perf_counter()
+        known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, self._pairs).T
+        meetings = [meeting for stretch in stretches for meeting in stretch.meetings]
+        sets = _face_sets(marks, meetings + beyond, known, faces)
+        hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
+        column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
+        laid_out = sum(stretch.laid_out for stretch in stretches)
+        seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
+        work = np.sum([np.zeros(len(COUNTERS), np.int64), *(stretch.work for stretch in stretches)], axis=0)
+        return MotionAnswer(
+            hits=np.ascontiguousarray(hits.T),
+            sets=sets,
+            near=(frame, column),
+            work=dict(zip(COUNTERS, work.tolist(), strict=True)),
+            seconds=dict(zip(STAGES, seconds, strict=True)),
+        )
+
+    def _ready(self, frames: int, *, every: bool) -> StretchSearch:
+        """A search that no other thread uses, with room for so many frames."""
+        while self._idle:
+            search = self._idle.pop()
+            if search.every == every and search.frames >= frames:
+                return search
+        return StretchSearch(self._trees, self._pairs, frames, every=every)
 
 
 def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]:
@@ -133,7 +149,7 @@ def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]
     return [frames * k // count for k in range(count)] + [frames]
 
 
-def _in_turn(answer: Callable[[int, int], list[Found]], starts: list[int], threads: int) -> Iterable[list[Found]]:
+def _in_turn(answer: Callable[[int, int], StretchAnswer], starts: list[int], threads: int) -> list[StretchAnswer]:
     """The answers of all stretches, in order."""
     if threads <= 1:
         return list(map(answer, starts[:-1], starts[1:]))
@@ -210,22 +226,32 @@ class Poses(NamedTuple):
     changed: BoolArray
 
 
+class StretchAnswer(NamedTuple):
+    """The faces that meet in a stretch, if these are asked for, its work, and seconds spent on poses."""
+
+    meetings: list[Found]
+    work: IntArray
+    laid_out: float
+
+
 class StretchSearch:
     """Answers one stretch of frames after another, at most ``frames`` long, in memory of its own; one a thread."""
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
+        self.frames, self.every = frames, every
         self._tracks = Tracks(trees, np.unique(pairs), frames)
         self._rows, self._workspace = PairRows(trees, pairs, every=every), Workspace(trees, every=every)
-        self.work, self.laid_out = self._workspace.work, 0.0
 
-    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> list[Found]:
-        """Mark the contacts of frames ``start`` to ``stop``; returns the faces that meet, if these are asked for."""
+    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> StretchAnswer:
+        """Mark the contacts of frames ``start`` to ``stop``."""
         began = perf_counter()
         self._tracks.lay_out(poses.changed[start:stop])
         self._tracks.fill(poses.turns[start:stop], poses.places[start:stop])
         rows = self._rows.about(self._tracks, marks, start, stop)
-        self.laid_out += perf_counter() - began
-        return [self._unpacked(column, keys, start) for column, keys in self._workspace.search(rows)]
+        laid_out = perf_counter() - began
+        self._workspace.work[:] = 0
+        meetings = [self._unpacked(column, keys, start) for column, keys in self._workspace.search(rows)]
+        return StretchAnswer(meetings, self._workspace.work.copy(), laid_out)
 
     def _unpacked(self, column: int, keys: IntArray, start: int) -> Found:
         """Frames and face pairs of a pair, sorted, faces in the order in which it was asked about."""

@@ -8,6 +8,7 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+from cdcore.protocol.motion import NO_MATRICES
 from cdcore.transforms.rigid import rotation_from_quaternion
 from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error
 
@@ -22,7 +23,7 @@ def error_of(matrix):
 def check(place, turn):
     changed = np.empty((len(place), 1), dtype=bool)
     arrays = place[:, None], turn[:, None], np.ones_like(changed)
-    return check_poses(*arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed)
+    return check_poses(NO_MATRICES, *arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed)
 
 
 def spoiled(size, seed=0):
