@@ -13,19 +13,14 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, contact_or_clear
-from cdcore.protocol.settings import CheckedSettings, flag, whole
+from cdcore.protocol.settings import CheckedSettings, flag
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExactSettings(CheckedSettings):
-    """Settings of ``exact``; none of them changes an answer.
-
-    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
-    ``threads``: workers of the search.
-    """
+    """``containment``: whether to ask, where surfaces do not meet, if one body is inside the other."""
 
     containment: bool = flag(True)
-    threads: int = whole(1, 1, 1024)
 
 
 class ExactDetector(PairDetector[ExactSettings]):
@@ -64,7 +59,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         return LivePairs(broad, surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        answer = self._surfaces.decide(motion, faces=faces, threads=self.settings.threads)
+        answer = self._surfaces.decide(motion, faces=faces)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0
         if self.settings.containment:

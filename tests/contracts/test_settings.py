@@ -71,7 +71,7 @@ def test_a_flag_is_no_number_and_a_number_no_flag(name):
     ("name", "settings", "hint"),
     [
         ("sphere", {"sphere": "exact"}, "paper, best"), ("discrete", {"rate_hz": 0}, "above 0"),
-        ("static", {"epsilon": -1.0}, "metres from 0"), ("exact", {"threads": 0}, "1 or more"),
+        ("static", {"epsilon": -1.0}, "metres from 0"),
         ("exact", {"containment": "off"}, "true or false"), ("qaco", {"variant": "quick"}, "memetic, corrected"),
         ("qaco", {"without_equation": 14}, "15, 16"),
         ("qaco", {"ants": 2.5}, "whole number"), ("qaco", {"mutation": 1.5}, "from 0 to 1"),
@@ -89,7 +89,7 @@ def test_the_sentence_says_what_to_give(name, settings, hint):
 
 
 def test_numbers_of_numpy_are_numbers():
-    assert create_detector("exact", [Body("a", box_mesh())], threads=np.int64(2)).settings.threads == 2
+    assert create_detector("obb", [Body("a", box_mesh())], budget=np.int64(2)).settings.budget == 2
     assert create_detector("static", [Body("a", box_mesh())], epsilon=np.float64(0.5)).settings.epsilon == 0.5
 
 

@@ -1,14 +1,14 @@
 """All pairs of bodies over all frames of a motion, exactly: which meet when, on request in which faces.
 
-The answer of a frame depends on that frame's poses alone, whatever the blocks, threads or order of pairs; poses that do
+The answer of a frame depends on that frame's poses alone, whatever the blocks or the order of pairs; poses that do
 not change are asked once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 from typing import Final, NamedTuple
 
@@ -97,8 +97,8 @@ class MotionSearch:
         # Ready for the next motion: to make room takes a tenth of a short question.
         self._idle = list[StretchSearch]()
 
-    def decide(self, motion: Motion, *, faces: bool = False, threads: int = 1) -> MotionAnswer:
-        """``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it."""
+    def decide(self, motion: Motion, *, faces: bool = False) -> MotionAnswer:
+        """``faces``: list all face pairs that meet."""
         began = perf_counter()
         marks = np.zeros((len(self._pairs), 3, len(motion.valid)), dtype=np.uint8)
         stretches = list[StretchAnswer]()
@@ -106,14 +106,10 @@ class MotionSearch:
         if marks.size:
             poses = Poses(*_without_gaps(motion), motion.changed)
             starts = _starts(self._trees, self._pairs, marks.shape[2])
-
-            def answer(start: int, stop: int) -> StretchAnswer:
+            for start, stop in pairwise(starts):
                 search = self._ready(stop - start, every=faces)
-                stretch = search.decide(poses, start, stop, marks)
+                stretches.append(search.decide(poses, start, stop, marks))
                 self._idle.append(search)
-                return stretch
-
-            stretches = _in_turn(answer, starts, threads)
             beyond = _beyond(self._trees, self._pairs, poses, marks)
         searched = perf_counter()
         known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, self._pairs).T
@@ -147,14 +143,6 @@ def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]
     longest = min(STRETCH, 1 << max(0, KEY_BITS - int(bits)))
     count = -(-frames // longest)
     return [frames * k // count for k in range(count)] + [frames]
-
-
-def _in_turn(answer: Callable[[int, int], StretchAnswer], starts: list[int], threads: int) -> list[StretchAnswer]:
-    """The answers of all stretches, in order."""
-    if threads <= 1:
-        return list(map(answer, starts[:-1], starts[1:]))
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(answer, starts[:-1], starts[1:]))
 
 
 class FrameLooks:

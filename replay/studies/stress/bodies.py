@@ -18,7 +18,7 @@ from replay.studies.stress.solids import ball_mesh, box_mesh
 from replay.studies.stress.tally import Tally, judged
 
 REPEATED: Final = 43
-"""Number of the case that asks whether an answer repeats, whatever the blocks, the threads and what is skipped."""
+"""Number of the case that asks whether an answer repeats, whatever the blocks and what is skipped."""
 
 CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeated answers", None)}).items())}
 """Number -> name, from 27 on."""
@@ -48,13 +48,12 @@ def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed:
 
 
 def _ask_again(where: dict[str, Any]) -> Tally:
-    """One digest for any size of blocks, any number of threads, skipping or not, where the detector has them."""
+    """One digest for any size of blocks, skipping or not where the detector does."""
     detector = where["detector"]
     known = {item.name for item in fields(load_detector(detector).Settings)}
     place = np.linspace(-1.3, 1.3, 97)
     motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
     ways: list[dict[str, Any]] = [{"blocks": size} for size in (1, 10, 64, 4096)]
-    ways += [{"threads": threads} for threads in (1, 2, 3, 8) if "threads" in known]
     ways += [{"skip": False}] if "skip" in known else []
     try:
         whole = _digest(detector, motion)

@@ -133,7 +133,7 @@ WRONG = {
     "a folder for a file": (lambda r, p: replay.run(p), replay.ERRORS, str),
     "a detector misspelt": (lambda r, p: replay.run(r.session, detectors="exat"), KeyError, "did you mean 'exact'"),
     "a value misspelt": (lambda r, p: replay.run(r.session, detectors="collider[shape=blob]"), ValueError, "hull, box"),
-    "a setting misspelt": (lambda r, p: replay.run(r.session, detectors="exact[thread=2]"), ValueError, "threads"),
+    "a setting misspelt": (lambda r, p: replay.run(r.session, detectors="exact[contain=2]"), ValueError, "containment"),
     "a label misspelt": (lambda r, p: r.detections["slwo"], KeyError, "there are: .*slow"),
     "a pair of another": (lambda r, p: replay.run(r.session, pairs=[("a", "spoon")]), replay.ERRORS, "spoon"),
     "a policy misspelt": (lambda r, p: replay.run(r.session, policy="frozen=explode"), ValueError, "explode"),

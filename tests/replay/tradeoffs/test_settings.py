@@ -50,7 +50,7 @@ def test_what_is_tried_next_stands_beside_the_front_on_its_line():
 @pytest.mark.parametrize(
     ("spec", "complete"),
     [
-        ("exact", True), ("exact[threads=2]", True), ("exact[containment=false]", False), ("hybrid", True),
+        ("exact", True), ("exact[containment=false]", False), ("hybrid", True),
         ("discrete", True), ("discrete[rate_hz=22.5]", False), ("static[epsilon=0.01]", False), ("sphere", False),
         ("solid-style[budget=30]", False), ("collider", False), ("collider[shape=mesh]", True), ("hybrid-qaco", False),
         ("hybrid-qaco[decide=mesh]", True), ("continuous", False), ("package.module:Class", False),
