@@ -20,9 +20,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import replay
+from replay.base.tables import text_of
 from replay.cli.main import main
 from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import text_of
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 

@@ -13,7 +13,7 @@ from replay.cli.options import ANY_PATH, reporting
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from replay.outputs.tables import Table
+    from replay.base.tables import Table
     from replay.studies.diff.runs import RunDiff
 
 MOST_ROWS = 20
@@ -47,8 +47,8 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
 
 
 def _shown(found: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
+    from replay.base.tables import STRONG
     from replay.cli.terminal import line
-    from replay.outputs.tables import STRONG
     from replay.studies.diff.diff_words import changes, diff_table, settings_words
 
     yield line(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"), STRONG)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from replay.base.tables import ERROR, FAINT, WARNING, Table
 from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
-from replay.outputs.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from replay.base.tables import Cell, Table, table
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
-from replay.outputs.tables import Cell, Table, table
 from replay.outputs.words import counted
 
 if TYPE_CHECKING:

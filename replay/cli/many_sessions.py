@@ -11,7 +11,7 @@ from replay.cli.run_report import lost_frames, lost_poses
 
 if TYPE_CHECKING:
     from replay.api.batch import Batch
-    from replay.outputs.tables import Table
+    from replay.base.tables import Table
     from replay.pipeline.gates import Gates
 
 SESSION_ROWS: Final = 20
@@ -65,7 +65,7 @@ def run_many(
 
 def session_table(batch: "Batch") -> "Table":
     """A row per session that is done, the one with the most missed contacts first; sums over all in the last row."""
-    from replay.outputs.tables import IN_RED, WARNING, table
+    from replay.base.tables import IN_RED, WARNING, table
 
     missed = {f"missed by {label}": label for label in batch.audit}
     counts = {name: _counts(run, missed) for name, run in batch.runs.items()}

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from replay.base.constants import CAVEAT
+from replay.base.tables import Table, markdown, markdown_words
 from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import Table, markdown, markdown_words
 from replay.pipeline.headline import doubts, headlines, price
 from replay.pipeline.run_result import RunResult
 

@@ -9,11 +9,11 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.base.constants import CAVEAT
+from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.contact_tables import false_rows, miss_rows
-from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
 from replay.pipeline.headline import beside, doubts, price, undecided

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from replay.base.tables import Table, table
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, reporting, tau
-from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
     from rich.console import Group

@@ -6,8 +6,8 @@ from typing import Final
 from rich.console import Group
 from rich.text import Text
 
+from replay.base.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.cli.terminal import line, terminal
-from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.pipeline.sentences import plural
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study

@@ -10,9 +10,10 @@ from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderR
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from replay.base import tables
 from replay.base.shown import shown
-from replay.outputs import palette, tables
-from replay.outputs.tables import Cell, Column, Marked, Table, text_of
+from replay.base.tables import Cell, Column, Marked, Table, text_of
+from replay.outputs import palette
 
 STYLES: Final = {
     tables.STRONG: "bold",

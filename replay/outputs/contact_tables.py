@@ -5,9 +5,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.base.tables import Column, Table
 from replay.comparison.holding import within
 from replay.comparison.outcome import Episode, Miss
-from replay.outputs.tables import Column, Table
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 

@@ -6,12 +6,12 @@ from shlex import quote
 from textwrap import wrap
 from typing import Final
 
+from replay.base.tables import text_of
 from replay.errors import AuditError
 from replay.outputs.report.first_screen import all_detectors
 from replay.outputs.report.markup import page_html, page_table
 from replay.outputs.report.page import view_of
 from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
-from replay.outputs.tables import text_of
 from replay.outputs.words import counted
 from replay.pipeline.answer import RUN, SESSION
 from replay.pipeline.headline import price, undecided

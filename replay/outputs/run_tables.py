@@ -7,13 +7,13 @@ from typing import Any
 
 from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.contact_counts import cut_contacts
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.recorded import CURVES
-from replay.outputs.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
 from replay.outputs.words import (
     FRAME_ROWS,
     OUTCOME_WORDS,

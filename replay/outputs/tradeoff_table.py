@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult, Tradeoff

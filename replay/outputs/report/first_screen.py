@@ -4,12 +4,12 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from replay.base.tables import Cell, text_of
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import KIND_WORDS, drawn, lane, legend, ruler
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
 from replay.outputs.report.run_view import FALSE, Fault, Hero, RunView, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
-from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
 from replay.pipeline.headline import undecided
 from replay.pipeline.sentences import plural, sentence_of

@@ -9,7 +9,7 @@ from string import Template
 from typing import Final
 
 from replay.base.shown import shown
-from replay.outputs.tables import STRONG, Cell, Marked, Table
+from replay.base.tables import STRONG, Cell, Marked, Table
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""

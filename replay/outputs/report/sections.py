@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from replay.base.tables import Table, table
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.report.charts import KIND_WORDS, lane
@@ -20,7 +21,6 @@ from replay.outputs.report.run_view import (
     spans,
 )
 from replay.outputs.run_tables import RANKING, effect_table
-from replay.outputs.tables import Table, table
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.answer import Answer
 from replay.pipeline.scores import MOST_CARDS

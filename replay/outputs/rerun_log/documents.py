@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from replay.base.constants import CAVEAT
+from replay.base.tables import Column, Table, markdown, table
 from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.palette import Rgba
@@ -13,7 +14,6 @@ from replay.outputs.plots import Dot
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
-from replay.outputs.tables import Column, Table, markdown, table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted
 from replay.pipeline.answer import Answer, milliseconds
 from replay.pipeline.headline import doubts, price, undecided

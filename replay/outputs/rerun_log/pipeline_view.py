@@ -21,6 +21,7 @@ from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.tables import markdown, table
 from replay.comparison.misses import by_depth
 from replay.detection.run_detector import watched_again
 from replay.effects.output import Vector
@@ -38,7 +39,6 @@ from replay.outputs.rerun_log.recording_file import (
 )
 from replay.outputs.rerun_log.scene import log_shape
 from replay.outputs.rerun_log.timing import stage_ms, total_ms
-from replay.outputs.tables import markdown, table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult

@@ -10,6 +10,7 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from replay.base.tables import types_of
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs import contact_tables
@@ -26,7 +27,6 @@ from replay.outputs.results.run_folder import (
     READ_TABLES,
     SUMMARY,
 )
-from replay.outputs.tables import types_of
 from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}

@@ -8,27 +8,24 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from replay.base.tables import ARROW, Column, Table
 from replay.errors import RunFolderError
 from replay.metrics.hands import DOING, doing
 from replay.metrics.row import pseudonym
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
 
-TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
-"""Type of Python -> type of a column; every column may hold null."""
+TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW.items()}
+"""Type of Python -> type of a column."""
 
 UNREADABLE: Final = (OSError, pa.ArrowException)
 """What reading a file raises that is no Parquet."""
 
 
-def columns_of(rows: Sequence[Sequence[Any]], kinds: Mapping[str, type]) -> dict[str, pa.Array]:
-    """Rows as columns: the k-th values of all rows below the k-th name."""
-    return {name: pa.array([row[k] for row in rows], TYPES[kind]) for k, (name, kind) in enumerate(kinds.items())}
-
-
 def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa.Table:
     """Rows with named values as a table of these columns."""
-    return pa.table(columns_of([[row[name] for name in kinds] for row in rows], kinds))
+    columns = (Column(name, kind) for name, kind in kinds.items())
+    return Table(tuple(columns), tuple(tuple(row[name] for name in kinds) for row in rows)).to_arrow()
 
 
 DENSEST: Final = 1000

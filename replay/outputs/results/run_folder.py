@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
+from replay.base.tables import types_of
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
@@ -22,7 +23,6 @@ from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
-from replay.outputs.tables import types_of
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark

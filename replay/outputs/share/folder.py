@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.base.machine import versions
+from replay.base.tables import Marked, table
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED, Markup, element, page_html, rendered
 from replay.outputs.report.page import page_of
@@ -31,7 +32,6 @@ from replay.outputs.results.run_folder import (
     result_folder,
     write_summary,
 )
-from replay.outputs.tables import Marked, table
 from replay.pipeline.headline import held
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED, SHARE

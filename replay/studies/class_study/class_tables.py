@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
+from replay.base.tables import Cell, Column, Marked, Table
 from replay.outputs.results.run_folder import REPORT
-from replay.outputs.tables import Cell, Column, Marked, Table
 from replay.outputs.words import address
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import plural

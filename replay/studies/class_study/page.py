@@ -5,6 +5,7 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
 
+from replay.base.tables import Column, Table
 from replay.outputs.report.markup import (
     ALLOWED,
     Fold,
@@ -17,7 +18,6 @@ from replay.outputs.report.markup import (
     page_html,
     section_html,
 )
-from replay.outputs.tables import Column, Table
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
-from replay.outputs.tables import STRONG, Cell, Column, Marked, Table
+from replay.base.tables import STRONG, Cell, Column, Marked, Table
 from replay.pipeline.gates import figure
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from replay.outputs.tables import Column, Table
+from replay.base.tables import Column, Table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 

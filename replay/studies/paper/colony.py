@@ -12,9 +12,9 @@ from cdcore.bounding.bounding_sphere import sphere_by_box_centre
 from cdcore.search.search_settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
+from replay.base.tables import Table
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, paper_table
-from replay.outputs.tables import Table
 from replay.studies.paper.fixtures import FAMILY_NAMES, fixture
 from sessions.synthetic.rng import random_stream
 

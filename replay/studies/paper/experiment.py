@@ -6,7 +6,7 @@ from itertools import product
 from typing import Any, Final
 
 from replay.base.progress import Progress, Silent
-from replay.outputs.tables import Table
+from replay.base.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import DRAWS, feature_sample_tables, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture

@@ -15,9 +15,9 @@ import numpy as np
 from cdcore import Verdict, create_detector
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
+from replay.base.tables import Table
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, paper_table
-from replay.outputs.tables import Table
 from replay.studies.paper.colony import BUDGET, near_poses
 from replay.studies.paper.fixtures import FAMILY_NAMES
 

@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
+from replay.base.tables import Table
 from replay.errors import OutputError
-from replay.outputs.tables import Table
 from replay.studies.paper.feature_samples import ALL
 from replay.studies.paper.printed import PRINTED
 from sessions.whole_files import whole_file

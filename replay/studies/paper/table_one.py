@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from replay.base.machine import machine
+from replay.base.tables import Table
 from replay.outputs.paper_table import Cell, paper_table
-from replay.outputs.tables import Table
 from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, PoseAnswer, ask, make

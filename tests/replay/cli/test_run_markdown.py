@@ -3,8 +3,8 @@
 import pytest
 from support.small_worlds import cubes
 
+from replay.base.tables import markdown, table
 from replay.cli.main import main
-from replay.outputs.tables import markdown, table
 from sessions import write_session
 
 HOSTILE = "a](http://x.y)<img src=x>|b"

@@ -7,10 +7,10 @@ from rich.console import Console
 from support.small_worlds import cubes
 
 from replay.api import advisor
+from replay.base.tables import table
 from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.terminal import line, terminal
-from replay.outputs.tables import table
 from sessions import write_session
 
 

@@ -8,6 +8,7 @@ import pytest
 from support.price_rows import price_row
 from support.small_worlds import cube, cubes, grazing, jumping
 
+from replay.base.tables import Column, Marked, text_of
 from replay.outputs.contact_tables import miss_rows
 from replay.outputs.run_tables import (
     LATE,
@@ -16,7 +17,6 @@ from replay.outputs.run_tables import (
     miss_table,
     pair_table,
 )
-from replay.outputs.tables import Column, Marked, text_of
 from replay.outputs.tradeoff_table import tradeoff_table
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures

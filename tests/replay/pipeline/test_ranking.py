@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from replay.base.tables import IN_RED, Marked, text_of
 from replay.base.wilson import share
 from replay.comparison.look_phases import PHASES
 from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import IN_RED, Marked, text_of
 from replay.pipeline.ranking import fault_words, ranking
 
 
