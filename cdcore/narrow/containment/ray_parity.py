@@ -1,10 +1,10 @@
 """Whether points are inside a closed mesh, by ray parity: in floats where they are certain, or exactly.
 
-``point_state`` casts rays in the mesh's own frame along one of its axes. A margin bounds how far every point may be
+``point_state`` casts rays in the mesh's own frame along +x. A margin bounds how far every point may be
 from its placed position; an answer is certain if moving all points, those of the mesh too, by that much changes no
 crossing.
 
-``point_inside`` is exact. Its ray runs along +x. The half-open rule (an edge belongs to the side of its lower end; a
+``point_inside`` is exact. The half-open rule (an edge belongs to the side of its lower end; a
 point on an edge's line counts as above it) moves the ray infinitesimally off every vertex and edge, the same for all
 triangles.
 """
@@ -33,17 +33,18 @@ OVERLAP: Final = 1e-3
 
 
 class InsideGrid(NamedTuple):
-    """Triangles of a closed mesh, (f, 3, 3), by the cells of their projection along each axis.
+    """Triangles of a closed mesh, (f, 3, 3), by the cells of their projection along x.
 
-    ``low``, ``high`` (f, 3): least and largest coordinates of a triangle. ``corner`` (3,): where the cells begin, of
-    which there are ``cells`` a side, ``scale`` a metre, each larger by ``overlap``. ``start`` (3, cells^2 + 1): where
-    the triangles of each cell begin in ``items``, an axis a row.
+    ``low``, ``high`` (f, 3): least and largest coordinates of a triangle; ``box`` (2, 3): of all. ``size``: most metres
+    from the origin. There are ``cells`` a side, ``scale`` a metre, each larger by ``overlap``; the triangles of a cell
+    begin at ``start`` (cells^2 + 1,) in ``items``.
     """
 
     triangles: FloatArray
     low: FloatArray
     high: FloatArray
-    corner: FloatArray
+    box: FloatArray
+    size: float
     cells: int
     scale: float
     overlap: float
@@ -54,48 +55,42 @@ class InsideGrid(NamedTuple):
 def build_inside_grid(triangles: FloatArray) -> InsideGrid:
     """The grid over the triangles (f, 3, 3) of a closed mesh."""
     low, high = triangles.min(axis=1), triangles.max(axis=1)
-    extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    box = np.array([low.min(axis=0), high.max(axis=0)])
+    extent = float((box[1] - box[0]).max())
     cells, overlap = int(min(max(np.sqrt(len(triangles) / 2), 1), MOST_CELLS)), OVERLAP * extent
-    corner = low.min(axis=0) - 2 * overlap
     # A closed mesh has a size; the guard is for the smallest of doubles.
-    scale = cells / max(extent + 4 * overlap, float(np.finfo(np.float64).tiny))
-    starts, items, count = [], [], 0
-    for axis in range(3):
-        plane = [(axis + 1) % 3, (axis + 2) % 3]
-        first, last = (
-            np.clip(((ends - corner[plane]) * scale).astype(np.int64), 0, cells - 1)
-            for ends in (low[:, plane] - overlap, high[:, plane] + overlap)
-        )
-        span = last - first + 1
-        triangle, within = _ragged(span[:, 0] * span[:, 1])
-        row, column = np.divmod(within, span[triangle, 1])
-        cell = (first[triangle, 0] + row) * cells + first[triangle, 1] + column
-        items.append(triangle[np.argsort(cell, kind="stable")])
-        starts.append(count + np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=cells**2))]))
-        count += len(triangle)
-    return InsideGrid(
-        np.ascontiguousarray(triangles), low, high, corner, cells, scale, overlap, np.stack(starts),
-        np.concatenate(items),
-    )  # fmt: skip
+    scale = cells / max(extent, float(np.finfo(np.float64).tiny))
+    first, last = (
+        np.clip(((ends - box[0])[:, 1:] * scale).astype(np.int64), 0, cells - 1)
+        for ends in (low - overlap, high + overlap)
+    )
+    rows, columns = (last - first + 1).T
+    count = rows * columns
+    triangle = np.repeat(np.arange(len(triangles)), count)
+    row, column = np.divmod(np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count), columns[triangle])
+    cell = (first[triangle, 0] + row) * cells + first[triangle, 1] + column
+    start = np.searchsorted(np.sort(cell), np.arange(cells**2 + 1))
+    items = triangle[np.argsort(cell, kind="stable")]
+    size = float(np.abs(triangles).sum(axis=2).max())
+    return InsideGrid(triangles, low, high, box, size, cells, scale, overlap, start, items)
 
 
 @kernel
-def point_state(grid: InsideGrid, point: FloatArray, margin: float, axis: int) -> int:
-    """OUTSIDE, INSIDE or UNCERTAIN for a point (3,) with a margin, by a ray along +``axis``."""
+def point_state(grid: InsideGrid, point: FloatArray, margin: float) -> int:
+    """OUTSIDE, INSIDE or UNCERTAIN for a point (3,) with a margin, by a ray along +x."""
     stay_one_function()
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    x, y = (point[u] - grid.corner[u]) * grid.scale, (point[v] - grid.corner[v]) * grid.scale
+    y, z = (point[1] - grid.box[0, 1]) * grid.scale, (point[2] - grid.box[0, 2]) * grid.scale
     # Asked this way round, what is not a number is uncertain.
-    if not (0.0 <= x < grid.cells and 0.0 <= y < grid.cells and margin < grid.overlap):
+    if not (0.0 <= y < grid.cells and 0.0 <= z < grid.cells and margin < grid.overlap):
         return UNCERTAIN
-    cell, reach, crossings = int(x) * grid.cells + int(y), 2.0 * margin, 0
-    for place in range(grid.start[axis, cell], grid.start[axis, cell + 1]):
+    cell, reach, crossings = int(y) * grid.cells + int(z), 2.0 * margin, 0
+    for place in range(grid.start[cell], grid.start[cell + 1]):
         face = grid.items[place]
-        beside = point[axis] > grid.high[face, axis] + reach
-        for k in (u, v):
+        beside = point[0] > grid.high[face, 0] + reach
+        for k in (1, 2):
             beside |= point[k] < grid.low[face, k] - reach or point[k] > grid.high[face, k] + reach
         if not beside:
-            state = triangle_crossed(grid.triangles[face], point, margin, axis)
+            state = triangle_crossed(grid.triangles[face], point, margin)
             if state == UNCERTAIN:
                 return UNCERTAIN
             crossings += state
@@ -103,18 +98,18 @@ def point_state(grid: InsideGrid, point: FloatArray, margin: float, axis: int) -
 
 
 @kernel
-def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float, axis: int) -> int:
-    """Whether a ray from a point (3,) along +``axis`` crosses a triangle (3, 3): INSIDE, OUTSIDE or UNCERTAIN."""
+def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float) -> int:
+    """Whether a ray from a point (3,) along +x crosses a triangle (3, 3): INSIDE, OUTSIDE or UNCERTAIN."""
     stay_one_function()
     least, most, opened = 1, -1, False
     for k in range(3):
-        side = edge_side(corners, k, (k + 1) % 3, point, margin, axis)
+        side = edge_side(corners, k, (k + 1) % 3, point, margin)
         least, most, opened = min(least, side), max(most, side), opened or side == 0
     if least < 0 and most > 0:
         return OUTSIDE
     if opened:
         return UNCERTAIN
-    if point[axis] < min(corners[0, axis], corners[1, axis], corners[2, axis]) - 2.0 * margin:
+    if point[0] < min(corners[0, 0], corners[1, 0], corners[2, 0]) - 2.0 * margin:
         return INSIDE
     side = plane_side(corners, point, margin)
     if side == 0:
@@ -123,15 +118,14 @@ def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float, axis
 
 
 @kernel
-def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, margin: float, axis: int) -> int:
+def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, margin: float) -> int:
     """1 or -1: on which side of an edge the point lies in the projection; 0 if the margin leaves it open.
 
     With every coordinate off by the margin m, the cross product changes by at most 2 m (|e|_1 + |r|_1 + 4 m).
     """
     stay_one_function()
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    e, f = corners[end, u] - corners[start, u], corners[end, v] - corners[start, v]
-    r, s = point[u] - corners[start, u], point[v] - corners[start, v]
+    e, f = corners[end, 1] - corners[start, 1], corners[end, 2] - corners[start, 2]
+    r, s = point[1] - corners[start, 1], point[2] - corners[start, 2]
     bound = 2.0 * margin * (abs(e) + abs(f) + abs(r) + abs(s) + 4.0 * margin)
     cross = e * s - f * r
     return 1 if cross > bound else -1 if cross < -bound else 0
@@ -151,13 +145,6 @@ def plane_side(corners: FloatArray, point: FloatArray, margin: float) -> int:
         size_e, size_f, size_r = size_e + abs(e), size_f + abs(f), size_r + abs(r)
     bound = 4.0 * margin * (size_e * size_f + size_f * size_r + size_r * size_e)
     return 1 if volume > bound else -1 if volume < -bound else 0
-
-
-def _ragged(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """Row k repeated ``counts[k]`` times, and the number within its row, for all rows."""
-    rows = np.repeat(np.arange(len(counts)), counts)
-    first = np.cumsum(counts) - counts
-    return rows, np.arange(len(rows)) - first[rows]
 
 
 def point_inside(point: FloatArray, triangles: FloatArray) -> bool:

@@ -12,11 +12,10 @@ from cdcore.errors import InvalidPoseError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.bvh.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.bvh.whole_motion import decide_motion
-from cdcore.narrow.containment.closed_parts import parity_is_inside
-from cdcore.narrow.containment.containment_stage import any_part_inside
+from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
-from cdcore.protocol import Motion
+from cdcore.protocol import DECIDED, Body, Motion
 from cdcore.protocol.settings import MOST_METRES, MOST_WORK, CheckedSettings, number, whole
 
 
@@ -119,7 +118,7 @@ def time_of_impact(
     pair, one = np.array([[0, 1]]), np.array([1])
     stage = SegmentStage(trees, pair, tolerance=tolerance, effort=effort)
     answer = stage.decide(motion.times, motion.rotations, motion.translations, one, np.array([0]))
-    state, inside = int(answer.states[0]), _inside(mesh_a, mesh_b, motion)
+    state, inside = int(answer.states[0]), _inside(mesh_a, mesh_b, motion.frames(0, 1))
     if state == FREE:
         return TimeOfImpact(Impact.FREE, None, None, inside)
     toi = (float(answer.impact[0, 0]), float(answer.impact[0, 1]))
@@ -144,11 +143,9 @@ def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
     return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
 
 
-def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, motion: Motion) -> bool | None:
+def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, start: Motion) -> bool | None:
     """Whether one is inside the other at the start; ``None`` where an open mesh or overlapping parts leave it open."""
-    a, b = ((motion.rotations[0, k], motion.translations[0, k]) for k in (0, 1))
-    if mesh_b.is_closed and any_part_inside(mesh_a, a, mesh_b, b):
+    stage = ContainmentStage([Body("A", mesh_a), Body("B", mesh_b)], np.array([[0, 1]]))
+    if stage.inside_now(start, 0):
         return True
-    if mesh_a.is_closed and any_part_inside(mesh_b, b, mesh_a, a):
-        return True
-    return False if all(mesh.is_closed and parity_is_inside(mesh) for mesh in (mesh_a, mesh_b)) else None
+    return False if stage.words[0] == DECIDED else None
