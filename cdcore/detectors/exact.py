@@ -7,7 +7,7 @@ from time import perf_counter
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
-from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.box_tree import box_tree_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
@@ -49,7 +49,7 @@ class ExactDetector(PairDetector[ExactSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self._trees = [build_box_tree(body.mesh.triangles) for body in bodies]
+        self._trees = [box_tree_of(body.mesh) for body in bodies]
         self._surfaces = MotionSearch(self._trees, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 

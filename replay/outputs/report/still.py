@@ -4,6 +4,7 @@ import io
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -249,6 +250,7 @@ def _unit(colour: Rgba) -> Colour:
     return red / 255, green / 255, blue / 255
 
 
+@cache
 def _background(size: tuple[int, int]) -> FloatArray:
     """Dark, lighter in the middle."""
     y, x = np.mgrid[0 : size[1], 0 : size[0]]
