@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
+from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
@@ -43,7 +43,6 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._broad = BroadPhase(bodies, pairs, boxes=False)
-        self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
 
     def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
         near = self._broad.candidates(motion)
@@ -82,14 +81,10 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         low, high = [one.min(axis=(0, 1)) for one in placed], [one.max(axis=(0, 1)) for one in placed]
         if (low[0] > high[1]).any() or (low[1] > high[0]).any():
             return NOTHING, Verdict.CLEAR, ""
-        opened = sorted(self.bodies[body].name for body in pair if not self._turns[body])
+        opened = sorted(self.bodies[body].name for body in pair if not self.bodies[body].mesh.is_closed)
         if opened:
             return NOTHING, Verdict.INVALID, f"{' and '.join(opened)} is open: it has no inside to overlap"
-        a, b = pair
-        seen = overlap_of_placed(placed[0], self._turns[a], placed[1], self._turns[b], self.settings.resolution)
-        if seen.unbalanced:
-            why = f"{seen.unbalanced} of {seen.rays} rays do not leave a mesh as often as they enter"
-            return seen, Verdict.INVALID, why
+        seen = overlap_of_placed(placed[0], placed[1], self.settings.resolution)
         if seen.volume <= 0.0:
             return seen, Verdict.NOT_FOUND, ""
         return seen, Verdict.CONTACT if seen.inside < 0 else Verdict.CONTAINED, ""

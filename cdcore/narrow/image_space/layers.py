@@ -1,7 +1,8 @@
 """Rays through closed meshes: where each enters and leaves, and how long two solids share it.
 
 An edge belongs to one of its two faces: its side is computed from its ends in one order, so that both faces round
-alike, and a ray through it counts once.
+alike, and a ray through it counts once. Inside is, as for containment, where a ray has crossed the mesh an odd number
+of times.
 """
 
 from typing import NamedTuple
@@ -13,23 +14,18 @@ from cdcore.numerics import FloatArray, IntArray
 
 
 class Window(NamedTuple):
-    """Corner, size of a pixel, number of pixels along each axis, (3,) each; ``shift`` (2,) of the rays, in pixels."""
+    """Where the first ray runs, size of a pixel, number of pixels along each axis, (3,) each."""
 
-    low: FloatArray
+    first: FloatArray
     size: FloatArray
     pixels: IntArray
-    shift: FloatArray
 
 
 class Layers(NamedTuple):
-    """Where each pixel's layers start (n + 1,), their depths, ascending within a pixel, and their turns.
-
-    A turn is -1 where a ray enters a mesh whose normals point out.
-    """
+    """Where each pixel's layers start (n + 1,), and their depths, ascending within a pixel."""
 
     start: IntArray
     depths: FloatArray
-    turns: IntArray
 
 
 @hot_kernel
@@ -46,118 +42,104 @@ def side_of_edge(pu: float, pv: float, qu: float, qv: float, x: float, y: float)
 
 
 @hot_kernel
-def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float, depth: FloatArray) -> int:
-    """0 where the ray at (x, y) along w misses the face; else 1 or -1, the turn of the face, and where in ``depth``."""
+def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> float:
+    """Where the ray at (x, y) along w crosses the face; infinite where it does not."""
     stay_one_function()
     ab = side_of_edge(face[0, u], face[0, v], face[1, u], face[1, v], x, y)
     bc = side_of_edge(face[1, u], face[1, v], face[2, u], face[2, v], x, y)
     if (ab > 0.0) != (bc > 0.0):
-        return 0
+        return np.inf
     ca = side_of_edge(face[2, u], face[2, v], face[0, u], face[0, v], x, y)
     if (ab > 0.0) != (ca > 0.0):
-        return 0
-    depth[0] = (bc * face[0, w] + ca * face[1, w] + ab * face[2, w]) / (ab + bc + ca)
-    return 1 if ab > 0.0 else -1
+        return np.inf
+    return (bc * face[0, w] + ca * face[1, w] + ab * face[2, w]) / (ab + bc + ca)
 
 
 @kernel
-def pixels_of_face(low: float, high: float, start: float, size: float, count: int) -> tuple[int, int]:
-    """First and last but one of the pixels whose centres may lie in [low, high]; one more on each side for rounding."""
-    first = int(np.floor((low - start) / size)) - 1
-    last = int(np.floor((high - start) / size)) + 2
-    return max(0, min(count, first)), max(0, min(count, last))
+def pixels_of_face(low: float, high: float, first: float, size: float, count: int) -> tuple[int, int]:
+    """First and last but one of the pixels whose rays may lie in [low, high]; one more on each side for rounding."""
+    begin, end = int(np.floor((low - first) / size)), int(np.floor((high - first) / size)) + 2
+    return max(0, min(count, begin)), max(0, min(count, end))
 
 
 @kernel
 def visit_layers(
-    world: FloatArray, axis: int, window: Window, cursor: IntArray, depths: FloatArray, turns: IntArray, keep: bool
+    world: FloatArray, axis: int, window: Window, cursor: IntArray, depths: FloatArray, keep: bool
 ) -> None:
-    """Raise ``cursor`` of a pixel (n,) for each layer over it, and where asked keep depth and turn at the cursor."""
-    low, size, count, shift = window
+    """Raise ``cursor`` of a pixel (n,) for each layer over it, and where asked keep the depth at the cursor."""
+    first, size, count = window
     u, v, w = (axis + 1) % 3, (axis + 2) % 3, axis
-    depth = np.empty(1)
     for f in range(len(world)):
         face = world[f]
         u_low, u_high = min(face[0, u], face[1, u], face[2, u]), max(face[0, u], face[1, u], face[2, u])
         v_low, v_high = min(face[0, v], face[1, v], face[2, v]), max(face[0, v], face[1, v], face[2, v])
-        first_i, last_i = pixels_of_face(u_low, u_high, low[u], size[u], count[u])
-        first_j, last_j = pixels_of_face(v_low, v_high, low[v], size[v], count[v])
-        for i in range(first_i, last_i):
-            x = low[u] + (i + 0.5 + shift[0]) * size[u]
-            for j in range(first_j, last_j):
-                turn = crossing(face, u, v, w, x, low[v] + (j + 0.5 + shift[1]) * size[v], depth)
-                if turn != 0:
+        begin_i, end_i = pixels_of_face(u_low, u_high, first[u], size[u], count[u])
+        begin_j, end_j = pixels_of_face(v_low, v_high, first[v], size[v], count[v])
+        for i in range(begin_i, end_i):
+            x = first[u] + i * size[u]
+            for j in range(begin_j, end_j):
+                depth = crossing(face, u, v, w, x, first[v] + j * size[v])
+                if depth != np.inf:
                     pixel = i * count[v] + j
                     if keep:
-                        depths[cursor[pixel]], turns[cursor[pixel]] = depth[0], turn
+                        depths[cursor[pixel]] = depth
                     cursor[pixel] += 1
 
 
 @kernel
-def sort_layers(depths: FloatArray, turns: IntArray, start: int, stop: int) -> None:
-    """Insertion sort of one pixel's layers by depth: there are few."""
+def sort_layers(depths: FloatArray, start: int, stop: int) -> None:
+    """Insertion sort of one pixel's layers: there are few."""
     for place in range(start + 1, stop):
         at = place
         while at > start and depths[at - 1] > depths[at]:
             depths[at - 1], depths[at] = depths[at], depths[at - 1]
-            turns[at - 1], turns[at] = turns[at], turns[at - 1]
             at -= 1
 
 
 @kernel
 def layers_of(world: FloatArray, axis: int, window: Window) -> Layers:
-    """The layers of placed faces ``world`` (f, 3, 3) over a window, seen along ``axis``; turns of their own normals."""
+    """The layers of placed faces ``world`` (f, 3, 3) over a window, seen along ``axis``."""
     start = np.zeros(window.pixels[(axis + 1) % 3] * window.pixels[(axis + 2) % 3] + 1, dtype=np.int64)
-    depths, turns = np.empty(0), np.empty(0, dtype=np.int64)
-    visit_layers(world, axis, window, start[1:], depths, turns, False)
+    visit_layers(world, axis, window, start[1:], np.empty(0), False)
     for pixel in range(len(start) - 1):
         start[pixel + 1] += start[pixel]
-    depths, turns = np.empty(start[-1]), np.empty(start[-1], dtype=np.int64)
-    visit_layers(world, axis, window, start[:-1].copy(), depths, turns, True)
+    depths = np.empty(start[-1])
+    visit_layers(world, axis, window, start[:-1].copy(), depths, True)
     for pixel in range(len(start) - 1):
-        sort_layers(depths, turns, start[pixel], start[pixel + 1])
-    return Layers(start, depths, turns)
+        sort_layers(depths, start[pixel], start[pixel + 1])
+    return Layers(start, depths)
 
 
 @hot_kernel
-def shared_length(
-    a: Layers, flip_a: int, b: Layers, flip_b: int, pixel: int, least: float, lengths: FloatArray
-) -> bool:
-    """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``; whether it ends outside."""
+def shared_length(a: Layers, b: Layers, pixel: int, least: float, lengths: FloatArray) -> None:
+    """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``."""
     stay_one_function()
-    i, j, in_a, in_b = a.start[pixel], b.start[pixel], 0, 0
+    i, j, in_a, in_b, last = a.start[pixel], b.start[pixel], False, False, 0.0
     stop_a, stop_b = a.start[pixel + 1], b.start[pixel + 1]
-    last = 0.0
     while i < stop_a or j < stop_b:
         from_a = j >= stop_b or (i < stop_a and a.depths[i] <= b.depths[j])
         depth = a.depths[i] if from_a else b.depths[j]
-        if in_a > 0:
+        if in_a:
             lengths[0] += depth - last
-        if in_b > 0:
+        if in_b:
             lengths[1] += depth - last
-        if in_a > 0 and in_b > 0 and depth - last > least:
+        if in_a and in_b and depth - last > least:
             lengths[2] += depth - last
         last = depth
         if from_a:
-            in_a -= a.turns[i] * flip_a
+            in_a = not in_a
             i += 1
         else:
-            in_b -= b.turns[j] * flip_b
+            in_b = not in_b
             j += 1
-        if in_a < 0 or in_b < 0:
-            return False
-    return in_a == 0 and in_b == 0
 
 
 @kernel
 def overlap_along(
-    world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, axis: int, window: Window, least: float,
-    lengths: FloatArray,
-) -> tuple[int, int]:  # fmt: skip
-    """Lengths (3,) of all rays of a window together; returns how many rays do not balance, and layers met."""
+    world_a: FloatArray, world_b: FloatArray, axis: int, window: Window, least: float, lengths: FloatArray
+) -> int:
+    """Lengths (3,) of all rays of a window together; returns how many layers they met."""
     a, b = layers_of(world_a, axis, window), layers_of(world_b, axis, window)
-    unbalanced = 0
     for pixel in range(len(a.start) - 1):
-        if not shared_length(a, flip_a, b, flip_b, pixel, least, lengths):
-            unbalanced += 1
-    return unbalanced, len(a.depths) + len(b.depths)
+        shared_length(a, b, pixel, least, lengths)
+    return len(a.depths) + len(b.depths)

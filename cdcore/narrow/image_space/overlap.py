@@ -10,12 +10,11 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh, winding
 from cdcore.narrow.image_space.layers import Window, overlap_along
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
 
-SHIFT: Final = (1e-4, 2e-4)
-"""Of a pixel: centres are moved off the middle, so that no ray runs along an edge of a mesh drawn on a grid."""
+SHIFT: Final = np.array([1e-4, 2e-4, 3e-4])
+"""Of a pixel: rays are moved off its centre, so that none runs along an edge of a mesh drawn on a grid."""
 
 DEPTH_ULPS: Final = 4096.0
 """Stretches shorter than this many eps of both bodies' coordinates do not count: a depth is rounded by some 20 eps, a
@@ -29,28 +28,21 @@ MOST_PIXELS: Final = 4096
 class Overlap:
     """What the rays of three axes saw: ``volume`` in cubic metres is the mean of those along x, y and z.
 
-    ``unbalanced``: rays that did not leave a mesh as often as they entered it; above 0 the volume means nothing.
     ``inside``: 0 where A, 1 where B lies wholly inside the other as far as the rays tell; else -1.
     """
 
     volume: float
     rays: int
     layers: int
-    unbalanced: int
     inside: int
 
 
-NOTHING: Final = Overlap(0.0, 0, 0, 0, -1)
+NOTHING: Final = Overlap(0.0, 0, 0, -1)
 """Boxes that have no volume in common."""
 
 
-def turn_of_normals(mesh: TriangleMesh) -> int:
-    """1 where the normals of a closed mesh point out, -1 where they point in."""
-    return winding(mesh.triangles) or 1
-
-
-def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, resolution: int) -> Overlap:
-    """The overlap of placed closed faces (f, 3, 3) and (g, 3, 3), with the turn of each mesh's normals.
+def overlap_of_placed(world_a: FloatArray, world_b: FloatArray, resolution: int) -> Overlap:
+    """The overlap of placed closed faces (f, 3, 3) and (g, 3, 3).
 
     It misses overlaps thinner than a pixel that no ray of three axes runs through.
     """
@@ -65,16 +57,13 @@ def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, fli
     count = np.maximum(1, np.ceil((high - low) / pixel - 1e-9)).astype(np.int64)
     size = (high - low) / count
     least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
-    window, lengths = Window(low, size, count, np.array(SHIFT)), np.zeros((3, 3))
-    rays = layers = unbalanced = 0
-    for axis in range(3):
-        bad, met = overlap_along(world_a, flip_a, world_b, flip_b, axis, window, least, lengths[axis])
-        rays += int(count[(axis + 1) % 3] * count[(axis + 2) % 3])
-        unbalanced, layers = unbalanced + bad, layers + met
+    window, lengths = Window(low + (0.5 + SHIFT) * size, size, count), np.zeros((3, 3))
+    layers = sum(overlap_along(world_a, world_b, axis, window, least, lengths[axis]) for axis in range(3))
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
     volume = float((lengths[:, 2] * areas).mean())
     inside = _inside(lengths, (low_a, high_a, low_b, high_b)) if volume > 0.0 else -1
-    return Overlap(volume, rays, layers, unbalanced, inside)
+    rays = count[0] * count[1] + count[1] * count[2] + count[2] * count[0]
+    return Overlap(volume, int(rays), layers, inside)
 
 
 def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:
