@@ -81,7 +81,8 @@ def pieces(session: Path, out: Path, most: int, force: bool, as_json: bool, peop
     from sessions.whole_files import whole_file
 
     require_free(out, force=force)
-    nodes, counts = {}, {}
+    nodes: dict[str, MeshData] = {}
+    counts: dict[str, int] = {}
     meshes = read_session(session).meshes
     if not meshes:
         raise AssemblyError(f"{session} holds no mesh; import it again with --mesh BODY=FILE")
