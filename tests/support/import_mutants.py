@@ -49,7 +49,7 @@ def round_trips(session, folder):
     """Every stamp, number and name of an import comes back from its file."""
     write_session(session, folder / "written.mcap")
     found = read_session(folder / "written.mcap")
-    for part in ("tracks", "hands", "gaze", "scalars"):
+    for part in ("tracks", "fast_tracks", "hands", "gaze", "scalars"):
         expected = getattr(session, part)
         assert list(getattr(found, part)) == list(expected)
         for key, one in expected.items():

@@ -1,9 +1,8 @@
 import json
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, round_trips, survive
+from support.import_mutants import round_trips
 
 from sessions.importers import import_session
 
@@ -61,10 +60,3 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     del broken["position"]["y"]
     session = import_session("aframe", written(tmp_path, {"left": {"poses": [pose(1), broken]}}))
     assert session.tracks["left"].valid.tolist() == [True, False]
-
-
-@pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
-    (tmp_path / "take").mkdir()
-    take = {name: {"poses": [pose(11.0 * k, (0.0, 0.5, 0.0)) for k in range(30)]} for name in "ab"}
-    survive("aframe", written(tmp_path / "take", take), count)

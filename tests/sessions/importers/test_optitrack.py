@@ -1,12 +1,10 @@
 """Files are written to OptiTrack's description of Motive's CSV, format versions 1.21 to 1.25."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, survive
 from support.true_poses import has_poses
 
 from sessions.importers import import_session
@@ -32,11 +30,6 @@ def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(kind):
     assert facts["clock"] == "seconds since the take began (2024-05-05 11.30.20.235 AM)"
     assert facts["assumed"].startswith("axes gltf (right-handed, +Y up)")
     assert ("Euler angles" in facts["assumed"]) == ("angles" in kind)
-
-
-@pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
-    survive("optitrack", Path(shutil.copy(FOLDER / "metres.csv", tmp_path)), count)
 
 
 def test_frames_without_numbers_are_lost_and_a_row_cut_short_is_left_out_and_counted(tmp_path):

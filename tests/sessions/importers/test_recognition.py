@@ -1,24 +1,40 @@
+"""Every importer has a sample here: it is recognised, it survives a session file, and so does each mutant of it."""
+
+import shutil
+from pathlib import Path
+
 import pytest
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import IMPORTERS, import_session
 from sessions.importers.recognition import recognised
 
-FILES = {
-    "aframe": ("m.json", b' {"left": {}}'),
-    "csv": ("take.txt", b"\xef\xbb\xbftime;x;y\r\n"),
-    "mcap": ("a.mcap", b"\x89MCAP0\r\n\x01" + bytes(30)),
-    "optitrack": ("take.csv", b"Format Version,1.23,Take Name,a\n"),
-    "uxf": ("trial_results.csv", b"experiment,ppid\n"),
-    "xdf": ("a.xdf", b"XDF:\x01"),
-}
+HERE = Path(__file__).parent
+SAMPLES = {
+    "aframe": ["samples/take.json"], "csv": ["samples/take.csv"], "mcap": ["samples/frames.mcap"],
+    "optitrack": ["optitrack/metres.csv"], "ros2": ["samples/bag.mcap"],
+    "uxf": ["uxf/S001/trial_results.csv", "uxf/S001/trackers/head_movement_T001.csv"], "xdf": ["samples/take.xdf"],
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [name for name in IMPORTERS if name != "ros2"])  # one reader with mcap
-def test_every_format_is_known_by_its_first_bytes(tmp_path, name):
-    file, data = FILES[name]
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize(("name", "file"), [(name, file) for name in IMPORTERS for file in SAMPLES[name]])
+def test_a_sample_is_known_by_its_first_bytes_and_mutants_end_in_a_session_or_one_sentence(tmp_path, name, file, count):
+    source = tmp_path / file.split("/")[1]
+    place = HERE / file.split("/")[0] / source.name
+    (shutil.copytree if place.is_dir() else shutil.copy)(place, source)
+    assert recognised(source)[0] == ("mcap" if name == "ros2" else name)
+    survive(name, source if source.is_file() else source / file.split("/", 2)[2], count, source)
+
+
+@pytest.mark.parametrize(
+    ("file", "data", "known"),
+    [("take.txt", b"\xef\xbb\xbftime;x;y\r\n", "csv"), ("trial_results.csv", b"experiment,ppid\n", "uxf")],
+)
+def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known):
     (tmp_path / file).write_bytes(data)
-    assert recognised(tmp_path / file)[0] == name
+    assert recognised(tmp_path / file)[0] == known
 
 
 def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):

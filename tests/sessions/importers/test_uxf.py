@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, refused, survive
+from support.import_mutants import refused
 from support.true_poses import UNITY, has_poses
 
 from sessions.importers import import_session
@@ -115,9 +115,3 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
     )
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
-
-
-@pytest.mark.parametrize("count", MUTANTS)
-@pytest.mark.parametrize("file", ["trackers/head_movement_T001.csv", "trial_results.csv"])
-def test_mutants_end_in_a_session_or_one_sentence(folder, file, count):
-    survive("uxf", folder / file, count, folder)

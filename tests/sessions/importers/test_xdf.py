@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, refused, survive
+from support.import_mutants import refused
 from support.true_poses import UNITY, has_poses
-from support.xdf_files import chunk, offsets, samples, stream_header, xdf_file
+from support.xdf_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session, xdf
@@ -59,20 +59,29 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
 
 
 POSE_OUTLET = [{"label": one} for one in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
+PLAIN = [
+    {"label": label, "type": kind} for kind, labels in (("position", "xyz"), ("quaternion", "xyzw")) for label in labels
+]
 
 
-def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity_and_not_mixed_with_others(tmp_path):
+@pytest.mark.parametrize(
+    ("kind", "described", "axes"),
+    [("Controller", PLAIN, np.eye(3)), ("VR", TRANSFORM_OUTLET, UNITY), ("Unity.Transform", POSE_OUTLET, UNITY)],
+)
+def test_outlets_of_controllers_are_bodies_and_those_of_lsl4unity_in_its_axes(tmp_path, kind, described, axes):
     place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
+    rows = [turn, 0 * place, place] if described is TRANSFORM_OUTLET else [place, turn]
     parts = (
-        stream_header(1, "Cup", "Unity.Transform", POSE_OUTLET), samples(1, STAMPS, np.column_stack([place, turn])),
+        stream_header(1, "lhand", kind, described), samples(1, STAMPS, np.column_stack(rows)),
         stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
     )  # fmt: skip
     session = import_session("xdf", xdf_file(tmp_path, *parts))
-    assert session.names == ("Cup",) and list(session.scalars) == ["Pupil"]
-    assert has_poses(session.tracks["Cup"], place, TURNS["Cup"], UNITY)
-    assert "axes unity (left-handed, +Y up, +Z forward); lengths in m" in session.facts["assumed"]
-    parts += (stream_header(4, "M", "MoCap", channels()),)
-    refused("xdf", xdf_file(tmp_path, *parts), "poses of Unity and others are in it; name the axes of all by --conv")
+    assert session.names == ("lhand",) == tuple(session.meshes) and list(session.scalars) == ["Pupil"]
+    assert has_poses(session.tracks["lhand"], place, TURNS["Cup"], axes)
+    if axes is UNITY:
+        assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
+        mixed = xdf_file(tmp_path, *parts, stream_header(4, "M", "MoCap", channels()))
+        refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
 
 
 STREAM_MAP = """
@@ -204,9 +213,3 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install "vrlab-replay\[formats\]"'):
         import_session("xdf", path)
-
-
-@pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
-    marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
-    survive("xdf", xdf_file(tmp_path, *marks, *take(pairs=[(STAMPS[0], 0.1), (STAMPS[9], 0.2)])), count)

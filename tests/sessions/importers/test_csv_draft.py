@@ -1,0 +1,69 @@
+"""Logs that nobody has described get a draft of their mapping; completed, it gives the poses that were written."""
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.true_poses import has_poses
+
+from replay.cli.main import main
+from sessions import read_session
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+COUNT = 12
+TIME = np.arange(COUNT) / 90
+LOGS = Path(__file__).with_name("logs")
+PLACE, TURN = np.split(np.loadtxt(LOGS / "poses.txt").reshape(2, COUNT, 7), [3], axis=2)
+KINDS = tomllib.loads((LOGS / "logs.toml").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, capsys, kind):
+    case, path = KINDS[kind], Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv"))
+    out, draft = tmp_path / "s.mcap", tmp_path / "log.columns.toml"
+    assert main(["import", "csv", str(path), "-o", str(out)]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert case["unknown"] in said and "--mapping" in said and str(draft) in said and not out.exists()
+    text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
+    text = text.replace('# order = "XYZ"', 'order = "ZXY"').replace('# unit = "s"', 'unit = "s"')
+    draft.write_text(text)
+    assert main(["import", "csv", str(path), "--mapping", str(draft), "-o", str(out)]) == 0, capsys.readouterr().err
+    session = read_session(out)
+    assert session.names == tuple(case["bodies"])
+    for body, name in enumerate(session.names):
+        track = session.tracks[name]
+        assert has_poses(track, PLACE[body], Rotation.from_quat(TURN[body]))
+        seconds = (track.times_ns - track.times_ns[0]) / 1e9
+        assert np.allclose(seconds, TIME * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
+
+
+def test_a_draft_is_never_written_over_and_what_is_unknown_is_a_comment(tmp_path, capsys):
+    path = tmp_path / "log.csv"
+    path.write_text("t,x,y,z,yaw,pitch,roll\n" + "".join(f"{k / 90},1,2,3,0,0,0\n" for k in range(9)))
+    draft = tmp_path / "log.columns.toml"
+    draft.write_text("mine")
+    assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap")]) == 1
+    assert draft.read_text() == "mine" and "is there already" in capsys.readouterr().err
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    assert {"# order", "# units", "# convention"} <= {line.split(" =")[0] for line in refusal.value.draft.splitlines()}
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "words"),
+    [
+        ("t,x,y,z,yaw,pitch,roll", "{},1,2,3,0,0,0", "the order of the angles"),
+        ("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)"),
+        ("t,speed,load", "{},1,2", "which columns are a pose"),
+        ("t,x,y,z,qx,qy,qz,qw", "1{}000000000,1,2,3,0,0,0,1", "the unit of time"),
+    ],
+)
+def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row, words):
+    (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
+    with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
+        import_session("csv", tmp_path / "log.csv")
+    assert any(words in one for one in refusal.value.unknown), refusal.value.unknown
