@@ -6,6 +6,7 @@ from support.mcap_samples import assert_same_frames, random_frames, session_of
 
 from sessions.errors import MeshFileError, SessionError
 from sessions.model.frames import Frames, Status
+from sessions.model.scene import Scene, SceneBody, wanted_pairs
 from sessions.model.session import Session
 from sessions.model.track import HandTrack, Track
 
@@ -98,3 +99,10 @@ def test_a_repeated_device_stamp_gives_one_sample_the_first():
 def test_what_is_no_hand_is_one_sentence(values, words):
     with pytest.raises(SessionError, match=words):
         HandTrack(*values)
+
+
+def test_pairs_are_those_declared_or_all_but_of_one_group_and_ignored_ones():
+    bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"))
+    scene = Scene(bodies=bodies, ignore=(("d", "a"),))
+    assert wanted_pairs(scene, "abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]
+    assert wanted_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), "abcd") == [("d", "a")]

@@ -10,6 +10,7 @@ from cdcore import create_detector
 from replay.prepare.assemble import assemble
 from sessions.geometry.rotations import quaternion_inverse, rotated
 from sessions.glassware.catalogue import made_instrument
+from sessions.synthetic.crowded import NAME, make_crowded_lab
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 
@@ -30,9 +31,11 @@ def verdicts():
 class Made:
     """One session, its truth, and its poses by name on the truth's clock."""
 
-    def __init__(self, name: str, noise: str = "off") -> None:
+    def __init__(self, name: str, noise: str = "off", seed: int = 0) -> None:
         if name in SCENES:
-            self.session, self.truth = make_scene_session(name, noise=noise, faces=600)
+            self.session, self.truth = make_scene_session(name, seed, noise=noise, faces=600)
+        elif name == NAME:
+            self.session, self.truth = make_crowded_lab(seed, noise=noise, faces=500, seconds=2.0)
         else:
             jitter = "even" if noise == "off" else "browser"
             self.session, self.truth = make_analytic(name, seconds=8.0, noise=noise, jitter=jitter)

@@ -5,7 +5,6 @@ from support.prisms import prism
 from sessions.geometry.rings import even_angles, sewn, turned
 from sessions.geometry.rotations import quaternion_about
 from sessions.geometry.solids import box
-from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import approach, round_in_round
 
 TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
@@ -26,11 +25,3 @@ def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
     sure, possible = round_in_round(prism(12, 0.01, 0.4), ring, 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
-
-
-def test_every_part_of_the_key_counts():
-    keys = [
-        random_stream(1, "noise", "a"), random_stream(2, "noise", "a"), random_stream(1, "loss", "a"),
-        random_stream(1, "noise", "b"), random_stream(1, "noise"),
-    ]  # fmt: skip
-    assert len({stream.random() for stream in keys}) == len(keys)

@@ -9,7 +9,6 @@ from sessions.synthetic.truth import (
     Fact,
     PlantedEpisode,
     Truth,
-    levelled,
     truth_path,
     write_truth,
 )  # fmt: skip
@@ -38,26 +37,3 @@ def test_expected_knows_sure_open_and_clear_frames():
     lost = truth(Fact("loss", 1.2, 1.7, ("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
     assert lost == [CLEAR, OPEN, OPEN, OPEN, CLEAR, OPEN]
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
-
-
-def ask(spans, tessellation=0.0, kind="contact", latency=0.0, blur=0.001):
-    return levelled(("a", "b"), kind, lambda level: spans[round(level, 6)], blur, tessellation, (latency, 9.0))
-
-
-def test_a_near_miss_is_an_episode_without_a_nominal_time():
-    (episode,) = ask({0.001: [(1.0, 2.0)], 0.0: [], -0.001: []})
-    assert (episode.nominal, episode.surely, episode.possibly) == (None, None, (1.0, 2.0))
-
-
-def test_two_touches_that_noise_may_join_stay_two_episodes_of_one_possible_time():
-    first, second = ask({0.001: [(0.0, 5.0)], 0.0: [(1.0, 2.0), (3.0, 4.0)], -0.001: [(1.2, 1.8), (3.2, 3.8)]})
-    assert (first.surely, second.surely) == ((1.2, 1.8), (3.2, 3.8))
-    assert first.possibly == second.possibly == (0.0, 5.0)
-
-
-def test_tessellation_shortens_contact_but_can_lengthen_containment():
-    spans = {0.001: [(1.0, 2.0)], 0.003: [(0.5, 2.5)], 0.0: [(1.1, 1.9)], -0.001: [(1.2, 1.8)], -0.003: [(1.4, 1.6)]}
-    (contact,) = ask(spans, tessellation=0.002)
-    (contained,) = ask(spans, tessellation=0.002, kind="contained")
-    assert (contact.surely, contact.possibly) == ((1.4, 1.6), (1.0, 2.0))
-    assert (contained.surely, contained.possibly) == ((1.2, 1.8), (0.5, 2.5))

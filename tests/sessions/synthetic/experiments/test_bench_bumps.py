@@ -1,27 +1,22 @@
-from functools import lru_cache
-
 import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from sessions.synthetic.scenes import make_scene_session
 
-
-@lru_cache(maxsize=8)
-def bumps(seed):
-    return make_scene_session("bench-bumps", seed=seed, faces=600)
+@pytest.fixture
+def truths(made):
+    return [made("bench-bumps", "vive", seed).truth for seed in range(3)]
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 22.5, 45.0, 50.0, 60.0, 90.0])
-def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz):
+def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz, truths):
     """Nothing that plants them knows when a detector looks: their middles are spread evenly between its ticks."""
-    middles = [np.mean(episode.nominal) for seed in range(3) for episode in bumps(seed)[1].episodes]
+    middles = [np.mean(episode.nominal) for truth in truths for episode in truth.episodes]
     assert len(middles) == 54 and kstest(np.array(middles) * rate_hz % 1.0, "uniform").pvalue > 0.001
 
 
-def test_no_hand_is_lost_while_it_bumps_and_the_rod_is_lost_with_its_hand():
-    for seed in range(3):
-        _, truth = bumps(seed)
+def test_no_hand_is_lost_while_it_bumps_and_the_rod_is_lost_with_its_hand(truths):
+    for truth in truths:
         losses = [fact for fact in truth.facts if fact.kind == "loss"]
         assert losses and all(("hand-right" in loss.bodies) == ("rod" in loss.bodies) for loss in losses)
         for episode in truth.episodes:
