@@ -1,13 +1,16 @@
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.mcap_samples import write_foreign
-from support.planted_faults import clean
+from support.planted_faults import BODIES, FAULTS, clean, unknown_frame
 from support.small_worlds import cube
 
-from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, examine, write_session
+from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, Status, examine, write_session
 from sessions.doctor.session_findings import scene_findings
+from sessions.geometry.rotations import quaternion_product
+from sessions.mcap_format.metadata import bodies_record
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, SceneBody
 
@@ -32,6 +35,22 @@ def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
     (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
     assert codes(tmp_path / "cube.glb") == [] == codes(tmp_path / "scene.toml")
+
+
+def test_all_that_is_said_of_a_session_full_of_faults(tmp_path, snapshot):
+    draft = clean()
+    for number, (name, plant) in enumerate(FAULTS.items()):
+        if name != "millimetres":  # of such a body no jump is told
+            plant(draft, number % 2, 40 + 50 * number)
+    turns, status = draft.arrays["quaternion_xyzw"], draft.arrays["status"]
+    draft.arrays["position"][1:700:7, 2] = np.inf
+    draft.arrays["position"][850:880:4, 0] += 0.2
+    turns[820, 1] = quaternion_product(turns[820, 1], (0.8, 0.0, 0.0, 0.6))
+    turns[:800, 1] = np.round(turns[:800, 1], 5)
+    status[830:840, 1], status[860:890, 2] = Status.LOST, Status.ABSENT
+    path = draft.write(tmp_path / "a.mcap")
+    told = [{**one.as_json(), "meaning": one.code, "fix": ""} for one in examine(path)]
+    assert list(map(json.dumps, told)) == snapshot
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
@@ -95,3 +114,18 @@ def test_gaze_and_scalars_that_say_nothing_or_lie_elsewhere_are_found_in_memory_
             ("stream-empty", "gaze 'ben': no sample of 90 holds anything", 1),
             ("stream-empty", "scalar 'empty': no sample of 1 holds anything", 1),
         ]
+
+
+def test_bodies_of_other_frames_and_bodies_that_are_not_listed_are_noted_and_examined(tmp_path):
+    draft = clean()
+    unknown_frame(draft, 1, 300)
+    path = draft.write(tmp_path / "a.mcap")
+    names = bodies_record(BODIES)["names"].encode()
+    listed = bodies_record(("flask", *(f"{name[:-1]}_" for name in BODIES[1:])))["names"].encode()
+    path.write_bytes(path.read_bytes().replace(names, listed))
+    found = [one for one in examine(path) if one.code == "unknown-frame"]
+    assert {(one.body, one.count): one.message for one in found} == {
+        ("hand-left", 50): "50 samples are given in frame 'attic', the others in 'world'",
+        ("hand-left", 850): "850 samples of a body that the file does not list",
+        ("tray", 900): "900 samples of a body that the file does not list",
+    }

@@ -50,3 +50,12 @@ def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are
     found = [*scale_findings(looked, Scene(), {})]
     assert [one.code for one in found] == codes
     assert not codes or found[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
+
+
+@pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])])
+def test_a_right_hand_on_the_left_of_the_head_is_named_once_it_was_seen_often_enough(count, codes):
+    head, hand = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
+    places = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    session = Session.from_arrays(np.arange(count), {name: (place, turn) for name, place in places.items()})
+    assert [one.code for one in scale_findings(look_through([session.frames]), Scene(), {})] == codes

@@ -24,7 +24,7 @@ def written(tmp_path, data):
 def test_stamps_rotations_and_events_come_through(tmp_path):
     angles = (20.0, -75.0, 140.0)
     data = {
-        "left": {
+        "cup": {
             "poses": [pose(1000.5, angles), pose(1011.6)],
             "events": [{"name": "buttondown", "detail": {"id": 1}, "timestamp": 1005}],
         }
@@ -36,7 +36,7 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     got = session.frames.quaternion_xyzw[0, 0]
     assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
-    assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "left", '{"id": 1}')
+    assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "cup", '{"id": 1}')
 
 
 def press(stamp, button, name="buttondown"):
@@ -49,7 +49,7 @@ def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
         {**press(8, 9), "detail": 3},
     ]  # fmt: skip
     wand = {"poses": [pose(1), pose(9)], "events": happened, "gamepad": {"id": "OpenVR Gamepad", "hand": "right"}}
-    session = import_session("aframe", written(tmp_path, {"leftHand": wand, "camera": {"poses": [pose(1)]}}))
+    session = import_session("aframe", written(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose(1)]}}))
     assert list(session.hands) == ["student/left"]
     hand = session.hands["student/left"]
     assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000, 6_000_000], [1.0, 0.0])
@@ -58,5 +58,5 @@ def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
 def test_a_pose_without_a_number_is_lost(tmp_path):
     broken = pose(3)
     del broken["position"]["y"]
-    session = import_session("aframe", written(tmp_path, {"left": {"poses": [pose(1), broken]}}))
-    assert session.tracks["left"].valid.tolist() == [True, False]
+    session = import_session("aframe", written(tmp_path, {"cup": {"poses": [pose(1), broken]}}))
+    assert session.tracks["cup"].valid.tolist() == [True, False]

@@ -37,7 +37,7 @@ def mapped(written, tmp_path):
     )
 
 
-def pose(time, body="left", numbers=(0, 0, 0, 0, 0, 0, 1)):
+def pose(time, body="cup", numbers=(0, 0, 0, 0, 0, 0, 1)):
     return f"pose,{time:.6f},{body},{','.join(repr(float(np.float32(one))) for one in numbers)},1,,"
 
 
@@ -151,9 +151,9 @@ def test_a_column_of_numbers_taken_for_names_is_refused(written):
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
 def test_the_script_of_unity_is_read_whatever_the_language_of_its_computer(written, delimiter, decimal):
     rows = [HEADER, *(pose(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
-    expected = import_session("csv", written(*rows)).tracks["left"]
+    expected = import_session("csv", written(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
-    found = import_session("csv", written(*other)).tracks["left"]
+    found = import_session("csv", written(*other)).tracks["cup"]
     assert found.times_ns.tolist() == expected.times_ns.tolist()
     np.testing.assert_array_equal(found.positions, expected.positions)
 
@@ -197,28 +197,28 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         now = {"Time.timeAsDouble": k / 90}
         parts = {f"p.{axis}": value for axis, value in zip("xyz", places[k], strict=True)}
         parts |= {f"q.{axis}": value for axis, value in zip("xyzw", turns[k].as_quat(), strict=True)}
-        body = {"Cell(body.name)": "LeftHand", "Tracked(body)": int(k != 3)}
+        body = {"Cell(body.name)": "LeftWheel", "Tracked(body)": int(k != 3)}
         lines.append(filled("pose,", now | parts | body))
         lines.append(filled("trigger,", now | {"hand": "left", "value": k / count}))
         lines.append(filled("scalar,", now | {"Cell(name)": "heart rate", "value": 70 + k}))
         for kind in {10: ["enter"], 20: ["exit"]}.get(k, []):
-            for a, b in (("LeftHand", "Beaker"), ("Beaker", "LeftHand")):
+            for a, b in (("LeftWheel", "Beaker"), ("Beaker", "LeftWheel")):
                 lines.append(filled("{kind},", now | {"kind": kind, "Cell(body)": a, "Cell(other)": b}))
     path = tmp_path / "session.csv"
     path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
 
     session = import_session("csv", path)
-    assert session.names == ("LeftHand",) and session.facts["handedness"] == "left"
+    assert session.names == ("LeftWheel",) and session.facts["handedness"] == "left"
     assert "axes unity" in session.facts["conversions"]
     assert session.frames.stamp_ns.tolist() == [round(round(k / 90, 6) * 1e9) for k in range(count)]
     mirror = np.diag([1.0, 1.0, -1.0])
     assert np.allclose(session.frames.position[:, 0], places @ mirror, rtol=1e-7, atol=1e-12)
     got = Rotation.from_quat(session.frames.quaternion_xyzw[:, 0]).as_matrix()
     assert np.allclose(got, mirror @ turns.as_matrix() @ mirror, atol=1e-6)
-    assert np.flatnonzero(~session.tracks["LeftHand"].valid).tolist() == [3]
+    assert np.flatnonzero(~session.tracks["LeftWheel"].valid).tolist() == [3]
     assert np.allclose(session.hands["student/left"].trigger, np.arange(count) / count)
     contacts = [(one.body_a, one.body_b, one.phase) for one in session.live_contacts]
-    assert contacts == [("LeftHand", "Beaker", "enter"), ("LeftHand", "Beaker", "exit")]
+    assert contacts == [("LeftWheel", "Beaker", "enter"), ("LeftWheel", "Beaker", "exit")]
     assert "left out" not in session.facts["conversions"]
     assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
     round_trips(session, tmp_path)
@@ -229,7 +229,7 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
         "csv",
         written(
             HEADER, pose(0),
-            *(happening("trigger", k, "LeftHand", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
+            *(happening("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
             happening("event", 2, "", "act", "pouring"), happening("event", 1, "Beaker", "", '"a, b"'),
             happening("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
             *(happening(kind, 1, "x") for kind in "aabcdefg"),

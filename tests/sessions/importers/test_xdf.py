@@ -18,7 +18,7 @@ pytest.importorskip("pyxdf")
 COUNT = 40
 STAMPS = 152_000.5 + np.arange(COUNT) / 64  # exact in float64
 RNG = np.random.default_rng(3)
-PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("Head", "Cup")}
+PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("Rod", "Cup")}
 TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(PLACES)}
 TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
 
@@ -48,7 +48,7 @@ def take(*, unit="meters", scale=1.0, pairs=(), head=None):
 @pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
 def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     session = import_session("xdf", xdf_file(tmp_path, *take(unit=unit, scale=scale)))
-    assert set(session.names) == {"Head", "Cup"}
+    assert set(session.names) == {"Rod", "Cup"}
     for name in PLACES:
         assert has_poses(session.tracks[name], PLACES[name], TURNS[name], stamps=np.rint(1e9 * STAMPS))
     assumed = session.facts["assumed"]
@@ -72,12 +72,12 @@ def test_outlets_of_controllers_are_bodies_and_those_of_lsl4unity_in_its_axes(tm
     place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
     rows = [turn, 0 * place, place] if described is TRANSFORM_OUTLET else [place, turn]
     parts = (
-        stream_header(1, "lhand", kind, described), samples(1, STAMPS, np.column_stack(rows)),
+        stream_header(1, "tool", kind, described), samples(1, STAMPS, np.column_stack(rows)),
         stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
     )  # fmt: skip
     session = import_session("xdf", xdf_file(tmp_path, *parts))
-    assert session.names == ("lhand",) == tuple(session.meshes) and list(session.scalars) == ["Pupil"]
-    assert has_poses(session.tracks["lhand"], place, TURNS["Cup"], axes)
+    assert session.names == ("tool",) and list(session.scalars) == ["Pupil"]
+    assert has_poses(session.tracks["tool"], place, TURNS["Cup"], axes)
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
         mixed = xdf_file(tmp_path, *parts, stream_header(4, "M", "MoCap", channels()))
@@ -132,7 +132,7 @@ def test_streams_of_text_are_events_and_those_of_other_numbers_scalars_each_with
         stream_header(5, "Bare", "Markers", [{}, {}]), samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
     )  # fmt: skip
     session = import_session("xdf", xdf_file(tmp_path, *parts, *take(pairs=ahead)), convention="unity")
-    assert session.names == ("Head", "Cup") and session.facts["handedness"] == "left"
+    assert session.names == ("Rod", "Cup") and session.facts["handedness"] == "left"
     assert [(one.time_ns, one.name, one.message) for one in session.events] == [
         (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
     ]  # fmt: skip
@@ -149,10 +149,10 @@ def test_streams_of_text_are_events_and_those_of_other_numbers_scalars_each_with
 
 
 def test_an_object_without_confidence_is_lost(tmp_path):
-    names = ("Head",)
+    names = ("Rod",)
     rows = np.column_stack([numbers()[:, :7], np.arange(COUNT) % 2])
     head = stream_header(1, "M", "MoCap", channels(names=names, types=(*TYPES, "Confidence")))
-    track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Head"]
+    track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Rod"]
     assert track.valid.tolist() == [bool(k % 2) for k in range(COUNT)]
 
 

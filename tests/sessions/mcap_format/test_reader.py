@@ -3,10 +3,8 @@ import sys
 
 import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
-from hypothesis import HealthCheck, given, settings
 from mcap.writer import CompressionType
 from support.mcap_samples import (
-    any_frames,
     assert_same_frames,
     protobuf_messages,
     random_frames,
@@ -21,15 +19,6 @@ from sessions import ScalarTrack, examine, read_session, write_session
 from sessions.errors import SessionFileError, TornFileError
 from sessions.mcap_format import annotations
 from sessions.model.session import Session
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(any_frames())
-def test_files_of_the_protobuf_library_are_read_as_that_library_reads_them(tmp_path, frames):
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
-    expected = read_frames_plainly(path)
-    assert_same_frames(read_session(path).frames, expected)
-
 
 BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": False, "use_summary_offsets": False}
 

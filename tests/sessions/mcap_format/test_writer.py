@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from support.import_mutants import round_trips
-from support.mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
+from support.mcap_samples import (
+    any_frames,
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)
 from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
@@ -54,11 +62,13 @@ def test_every_part_of_a_session_survives_its_file_and_written_again_it_is_the_s
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
-def test_any_frames_are_read_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
+def test_any_frames_are_read_and_written_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
     path = tmp_path / "s.mcap"
     write_session(session_of(frames), path)
     assert_same_frames(read_session(path).frames, frames)
     assert_same_frames(read_frames_plainly(path, frames.names), frames)
+    foreign = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
+    assert_same_frames(read_session(foreign).frames, read_frames_plainly(foreign))
 
 
 class Ragged:
