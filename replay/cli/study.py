@@ -23,7 +23,7 @@ def require_extra() -> None:
     from replay.errors import StudyError
 
     try:
-        import statsmodels  # noqa: F401
+        import pandas  # noqa: F401
         import yaml  # noqa: F401
     except ImportError as error:
         raise StudyError(f'{error.name} is not installed; pip install "vrlab-replay[study]"') from error
@@ -104,7 +104,6 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     replay study check
     replay study check ours.toml --strict
     """
-    require_extra()
     from dataclasses import asdict
     from importlib.resources import as_file, files
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from pandas import DataFrame
 from support.study_samples import metrics, names
 
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.codebook import Codebook, Item
-from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability
 
@@ -30,7 +30,7 @@ def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
         random = np.random.default_rng([k, round(1000 * slope)])
         x = random.normal(size=STUDENTS)
         y = slope * x + np.sqrt(1 - slope**2) * random.normal(size=STUDENTS)
-        c = regress("y", y, ["x"], x[:, None], random)[0]
+        c = regress(("y", "x"), np.column_stack([y, x]), random)[0]
         found.append((c.low, c.high))
     assert LOW <= covered(found, slope) <= HIGH
 
@@ -46,7 +46,7 @@ def test_intervals_of_a_multiple_regression_hold_the_truth():
         random = np.random.default_rng([k, 77])
         x = random.normal(size=(STUDENTS, 2)) @ root.T
         y = x @ betas + rest * random.normal(size=STUDENTS)
-        found.append([(c.low, c.high) for c in regress("y", y, ["a", "b"], x, random)])
+        found.append([(c.low, c.high) for c in regress(("y", "a", "b"), np.column_stack([y, x]), random)])
     for column, truth in enumerate(betas):
         assert LOW <= covered([one[column] for one in found], truth) <= HIGH
 
@@ -77,7 +77,7 @@ def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at
     for k in range(CLASSES):
         random = np.random.default_rng([k, 9])
         answers = {item.name: random.integers(1, 6, STUDENTS).astype(float) for item in items}
-        study = analyse(book, Questionnaire(tuple(names(STUDENTS)), answers), metrics(np.zeros(STUDENTS)), seed=k)
+        study = analyse(book, DataFrame(answers, index=names(STUDENTS)), metrics(np.zeros(STUDENTS)), seed=k)
         assert len(study.coefficients) == 8
         false += any(one.associated for one in study.coefficients)
     most = 0.05 + 2 * np.sqrt(0.05 * 0.95 / CLASSES)

@@ -3,9 +3,9 @@
 import csv
 
 import numpy as np
+from pandas import DataFrame
 
 from replay.studies.class_study.codebook import Codebook, Item
-from replay.studies.class_study.joining import Metrics, Questionnaire
 
 CODEBOOK = """
 student: who
@@ -57,24 +57,24 @@ def write_answers(path, answers, students=None, extra=None):
     return path
 
 
-def codebook(questions=(("motivation", "ease of use"),), groups=None):
+def codebook(questions=(("motivation", "ease of use"),), groups=()):
     """The codebook above with other questions: (outcome, predictor, ...) each."""
     items = tuple(Item(name, "ease of use" if name[0] == "e" else "motivation", (1, 5), name == "e3") for name in ITEMS)
-    return Codebook("who", items, tuple(questions), groups)
+    return Codebook("who", items, tuple(questions), *groups)
 
 
-def questionnaire(answers, group=()):
-    """The answers as read: e3 turned."""
-    turned = {name: 6.0 - answers[:, k] if name == "e3" else answers[:, k] for k, name in enumerate(ITEMS)}
-    return Questionnaire(tuple(names(len(answers))), turned, tuple(group))
+def questionnaire(answers, arm=()):
+    """The answers as read: e3 turned, and the group of each student in the column ``arm``."""
+    table = DataFrame(answers, index=names(len(answers)), columns=ITEMS)
+    table["e3"] = 6.0 - table["e3"]
+    return table.assign(arm=arm) if len(arm) else table
 
 
 def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
     """Rows per session and detector: each detector sees the contacts its recall leaves it."""
     rows = [(s, d, r, c * (1.0 if r is None else r)) for s, c in zip(names(len(contacts)), contacts, strict=True)
             for d, r in zip(detectors, recall, strict=True) for _ in range(sessions)]  # fmt: skip
-    return Metrics({
-        "student": [row[0] for row in rows], "detector": [row[1] for row in rows], "recall": [row[2] for row in rows],
-        "contact_frames": [None if row[2] is None else 100 for row in rows],
-        "contacts_per_min": [row[3] for row in rows], "grasps": [float(k % 7) for k in range(len(rows))],
-    })  # fmt: skip
+    table = DataFrame(rows, columns=["student", "detector", "recall", "contacts_per_min"]).astype({"recall": float})
+    table["contact_frames"] = table["recall"] * 0.0 + 100.0
+    table["grasps"] = np.arange(len(table)) % 7.0
+    return table

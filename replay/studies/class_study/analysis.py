@@ -4,23 +4,27 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
-from replay.studies.class_study.codebook import Codebook, Item
+from replay.studies.class_study.codebook import Codebook
 from replay.studies.class_study.groups import GroupDifference, compare_groups
-from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, means_of_students
+from replay.studies.class_study.joining import DETECTOR, RECALL, means_of_students, recall_of
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
 from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True)
@@ -91,78 +95,76 @@ class Study:
 
 
 def analyse(
-    codebook: Codebook,
-    questionnaire: Questionnaire,
-    metrics: Metrics,
-    *,
-    detector: str | None = None,
-    seed: int = 0,
+    codebook: Codebook, answers: "DataFrame", metrics: "DataFrame", *, detector: str | None = None, seed: int = 0
 ) -> Study:
     """Analyse a class.
 
-    ``detector`` says whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
-    Raises ``StudyError``: a regression names no construct or metric, or there is no such detector;
-    ``StudyRefusedError`` ``ids`` or ``small-cell``: there is no study at all.
+    ``answers`` are those of ``read_questionnaire``, ``metrics`` have a row per session and detector; ``detector`` says
+    whose contacts stand for behaviour; ``None``: of those there are, the one that misses least. Raises ``StudyError``:
+    a regression names no construct or metric, or there is no such detector; ``StudyRefusedError`` ``ids`` or
+    ``small-cell``: there is no study at all.
     """
-    if len(questionnaire.students) < LEAST_IN_CELL:
-        raise StudyRefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
+    if len(answers) < LEAST_IN_CELL:
+        raise StudyRefusedError("small-cell", f"a study of {len(answers)} students")
     _check_names(codebook, metrics)
-    chosen = _choose(metrics, detector)
-    seen = _Analysis(codebook, questionnaire, metrics.of(chosen), seed)
-    reliabilities = {}
+    of_each = {name: _Analysis(codebook, answers, rows, seed) for name, rows in metrics.groupby(DETECTOR, sort=False)}
+    # Who misses nothing may still report false contacts; the reference does neither.
+    chosen = detector or max(of_each, key=lambda name: (of_each[name].recall or 0.0, name == TRUSTED))
+    if chosen not in of_each:
+        raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(of_each)}")
+    study = of_each.pop(chosen)
+    reliabilities, adequacy, sphericity = {}, None, None
     for name, items in codebook.constructs.items():
-        with seen.noted(f"alpha of {name}"):
-            random = random_stream(seed, "reliability", name)
-            reliabilities[name] = reliability(_answers(questionnaire, items), random)
-    adequacy, sphericity = None, None
-    with seen.noted("KMO"):
-        adequacy = kmo(_answers(questionnaire, codebook.items))
-    with seen.noted("Bartlett's test"):
-        sphericity = bartlett(_answers(questionnaire, codebook.items))
-    coefficients, groups = seen.coefficients(), seen.groups()
-    about_behaviour = [one for one in (*coefficients, *groups) if metrics.columns.keys() & {*one.variables}]
+        with study.noted(f"alpha of {name}"):
+            reliabilities[name] = reliability(_complete(answers[items]), random_stream(seed, "reliability", name))
+    items = [item.name for item in codebook.items]
+    with study.noted("KMO"):
+        adequacy = kmo(_complete(answers[items]))
+    with study.noted("Bartlett's test"):
+        sphericity = bartlett(_complete(answers[items]))
+    coefficients, groups = study.coefficients(), study.groups()
     sensitivity = []
-    for name in metrics.detectors:
-        if name != chosen and seen.recall is not None:
+    if study.recall is not None:
+        about_behaviour = [one for one in (*coefficients, *groups) if {*metrics} & {*one.variables}]
+        for name, other in of_each.items():
             # Each detector's findings are a family of p of their own.
-            other = _Analysis(codebook, questionnaire, metrics.of(name), seed)
             again = {(one.variables, one.name): one for one in (*other.coefficients(), *other.groups())}
             sensitivity += [
                 Sensitivity(name, other.recall, before, again.get((before.variables, before.name)))
                 for before in about_behaviour
             ]
     return Study(
-        students=len(questionnaire.students),
-        rows=len(seen.metrics),
+        students=len(answers),
+        rows=study.rows,
         detector=chosen,
-        recall=seen.recall,
+        recall=study.recall,
         reliabilities=reliabilities,
         kmo=adequacy,
         bartlett=sphericity,
         coefficients=coefficients,
         groups=groups,
-        group_sizes={name: few(questionnaire.group.count(name)) for name in codebook.group_names},
+        group_sizes={name: few(int((answers[codebook.group_column] == name).sum())) for name in codebook.groups},
         sensitivity=tuple(sensitivity),
-        refusals=tuple(seen.refusals),
-        warnings=tuple(_warnings(codebook, questionnaire)),
+        refusals=tuple(study.refusals),
+        warnings=tuple(_warnings(answers[items])),
     )
 
 
 class _Analysis:
     """What the codebook asks of the answers and of the behaviour that one detector saw."""
 
-    def __init__(self, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics, seed: int) -> None:
-        self.codebook, self.questionnaire, self.metrics, self.seed = codebook, questionnaire, metrics, seed
-        self.recall = metrics.recall()
+    def __init__(self, codebook: Codebook, answers: "DataFrame", metrics: "DataFrame", seed: int) -> None:
+        self.codebook, self.answers, self.seed = codebook, answers, seed
+        self.rows, self.recall = len(metrics), recall_of(metrics)
         self.refusals: list[StudyRefusedError] = []
-        # variables: name -> (students,); forbidden: the rule by which there is no behaviour among them, if one does
-        self.variables = {name: questionnaire.scores(items) for name, items in codebook.constructs.items()}
+        # variables: a row a student; forbidden: the rule by which there is no behaviour among them, if one does
+        scores = {name: answers[items].mean(axis=1, skipna=False) for name, items in codebook.constructs.items()}
+        self.variables = answers[[]].assign(**scores)
         self.forbidden = "provenance" if self.recall is None else ""
         if not self.forbidden:
-            asked = dict.fromkeys(name for question in codebook.questions for name in question)
-            behaviour = [name for name in asked if name in metrics.columns]
+            asked = dict.fromkeys(name for question in codebook.questions for name in question if name in metrics)
             try:
-                self.variables |= means_of_students(metrics, questionnaire, behaviour)
+                self.variables = self.variables.join(means_of_students(metrics, answers, [*asked]))
             except StudyRefusedError as refused:
                 self.forbidden = refused.rule
 
@@ -186,61 +188,41 @@ class _Analysis:
                     self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
         return holm(done)
 
-    def _fit(self, outcome: str, *predictors: str) -> list[Finding]:
-        names = (outcome, *predictors)
-        if not self.variables.keys() >= {*names}:
+    def _fit(self, *names: str) -> list[Finding]:
+        if not {*names} <= {*self.variables}:
             raise StudyRefusedError(self.forbidden, "")
-        table = _complete([self.variables[name] for name in names])
-        random = random_stream(self.seed, "regression", *names)
-        return regress(outcome, table[:, 0], predictors, table[:, 1:], random)
+        return regress(names, _complete(self.variables[[*names]]), random_stream(self.seed, "regression", *names))
 
     def groups(self) -> tuple[GroupDifference, ...]:
         """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
-        names = self.codebook.group_names
-        return compare_groups(self.variables, self.questionnaire.group, names, self.seed, self.refusals)
+        group = self.answers.get(self.codebook.group_column)
+        return compare_groups(self.variables, group, self.codebook.groups, self.seed, self.refusals)
 
 
-def _choose(metrics: Metrics, detector: str | None) -> str:
-    there = metrics.detectors
-    if detector is None:
-        # Who misses nothing may still report false contacts; the reference does neither.
-        worth = {name: (metrics.of(name).recall() or 0.0, name == TRUSTED, -there.index(name)) for name in there}
-        return max(there, key=lambda name: worth[name])
-    if detector not in there:
-        raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(there)}")
-    return detector
-
-
-def _answers(questionnaire: Questionnaire, items: Sequence[Item]) -> FloatArray:
-    """The complete answers to some items."""
-    return _complete([questionnaire.answers[item.name] for item in items])
-
-
-def _complete(columns: Sequence[FloatArray]) -> FloatArray:
+def _complete(table: "DataFrame") -> FloatArray:
     """The rows without a gap, if they are of so many students that none can be recognised."""
-    table = np.column_stack(columns)
-    table = table[np.isfinite(table).all(axis=1)]
-    if len(table) < LEAST_IN_CELL:
+    complete: FloatArray = table.dropna().to_numpy()
+    if len(complete) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", "")
-    return table
+    return complete
 
 
-def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> Iterator[str]:
-    students, items = len(questionnaire.students), len(codebook.items)
+def _warnings(answers: "DataFrame") -> Iterator[str]:
+    students, items = answers.shape
     if students < PERSONS_PER_ITEM * items:
         yield (
             f"{students} students for {items} items are {students / items:.1f} per item (usual advice 5 to 10): "
             "alpha, KMO and Bartlett's test carry little"
         )
-    unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
+    unanswered = int(answers.isna().sum().sum())
     if unanswered:
         yield f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used"
 
 
-def _check_names(codebook: Codebook, metrics: Metrics) -> None:
-    known = {*codebook.constructs, *metrics.columns} - {STUDENT, DETECTOR, RECALL}
+def _check_names(codebook: Codebook, metrics: "DataFrame") -> None:
+    known = {*codebook.constructs, *metrics.select_dtypes("number")} - {RECALL}
     for name in (name for question in codebook.questions for name in question):
-        if codebook.groups is not None and name == codebook.groups[0]:
+        if name == codebook.group_column:
             raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
         if name not in known:
             what = f"the codebook's regressions name {name!r}, which is no construct or metric"

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -11,8 +11,11 @@ import pyarrow.compute as pc
 from replay.errors import StudyError
 from replay.outputs.results.data_set import ADDED, DATA_SET, FoundRuns, find_runs, joined
 from replay.outputs.results.parquet import TYPES
-from replay.studies.class_study.joining import Metrics, check_pseudonyms, read_rows
+from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Row = Mapping[str, Any]
 
@@ -61,11 +64,11 @@ class ClassRuns:
         rows = ((run, label) for run, found in self.metrics.items() if self.of(run, "oracle") for label in found)
         return list(dict.fromkeys(label for run, label in rows if label != self.of(run, "oracle")))
 
-    def as_metrics(self) -> Metrics:
+    def as_metrics(self) -> "DataFrame":
         """The rows of metrics for an analysis; refused as ``ids`` where one has no pseudonym."""
-        columns = {name: self.every_metric[name].to_pylist() for name in self.every_metric.column_names}
-        check_pseudonyms(columns["student"], "metrics")
-        return Metrics({name: values for name, values in columns.items() if name not in ADDED})
+        metrics = self.every_metric.drop_columns(ADDED).to_pandas()
+        check_pseudonyms(metrics["student"].tolist(), "metrics")
+        return metrics
 
 
 def read_class(folder: Path, students: Path | None = None) -> ClassRuns:

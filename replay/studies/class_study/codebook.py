@@ -29,24 +29,22 @@ class Codebook:
     """What a questionnaire means and what is asked of it.
 
     ``student`` is the column with the student's pseudonym; ``questions`` are regressions, an outcome and its predictors
-    each; ``groups`` is the column of the declared groups and their names, ``None`` where none are compared.
+    each; ``group_column`` holds one of the declared ``groups``, of which there are none where none are compared.
     """
 
     student: str
     items: tuple[Item, ...]
     questions: tuple[tuple[str, ...], ...] = ()
-    groups: tuple[str, tuple[str, ...]] | None = None
+    group_column: str = ""
+    groups: tuple[str, ...] = ()
 
     @property
-    def group_names(self) -> tuple[str, ...]:
-        """The declared groups; none where none are compared."""
-        return self.groups[1] if self.groups else ()
-
-    @property
-    def constructs(self) -> dict[str, tuple[Item, ...]]:
-        """Construct -> its items, in the order declared."""
-        names = dict.fromkeys(item.construct for item in self.items)
-        return {name: tuple(item for item in self.items if item.construct == name) for name in names}
+    def constructs(self) -> dict[str, list[str]]:
+        """Construct -> names of its items, in the order declared."""
+        constructs: dict[str, list[str]] = {}
+        for item in self.items:
+            constructs.setdefault(item.construct, []).append(item.name)
+        return constructs
 
 
 def read_codebook(path: Path) -> Codebook:
@@ -78,11 +76,11 @@ def read_codebook(path: Path) -> Codebook:
     items = tuple(_item(name, one, scale) for name, one in table.named_tables("items").items())
     questions = tuple(_question(one) for one in table.tables("regressions") or ())
     declared = table.table("groups")
-    groups = None if declared is None else _groups(declared)
+    groups = () if declared is None else _groups(declared)
     table.done()
     if not items:
         raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
-    return Codebook(student, items, questions, groups)
+    return Codebook(student, items, questions, *groups)
 
 
 def _with_words(value: Any) -> Any:

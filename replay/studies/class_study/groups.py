@@ -1,8 +1,9 @@
 """Declared groups compared: as the paper computes, by one predictor and both groups pooled, and as the data allow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from itertools import product
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from replay.studies.class_study.published import adjusted_fit
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.regression import PERMUTATIONS, Finding, holm
 from sessions.synthetic.rng import random_stream
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
 
 DRAWS: Final = 1999
 """Permutations of the residuals behind the quantiles of t."""
@@ -35,26 +39,20 @@ class GroupDifference(Finding):
 
 
 def compare_groups(
-    variables: Mapping[str, FloatArray],
-    group: Sequence[str],
-    names: Sequence[str],
-    seed: int,
-    refusals: list[StudyRefusedError],
+    variables: "DataFrame", group: "Series", names: Sequence[str], seed: int, refusals: list[StudyRefusedError]
 ) -> tuple[GroupDifference, ...]:
-    """Compare each variable (students,) of the first declared group with each other one; nan: no value."""
-    member, done = np.array(group), []
-    for outcome, values in variables.items():
-        for other in names[1:]:
-            pair = (names[0], other)
-            first, second = (values[np.isfinite(values) & (member == name)] for name in pair)
-            what = f"the comparison of {outcome} between {pair[0]} and {pair[1]}"
-            if min(len(first), len(second)) < LEAST_IN_CELL:
-                refusals.append(StudyRefusedError("small-cell", what))
-            elif np.ptp(first) == np.ptp(second) == 0.0:
-                refusals.append(StudyRefusedError("no-variance", what))
-            else:
-                random = random_stream(seed, "groups", outcome, *pair)
-                done.append(_compare(outcome, pair, first, second, random))
+    """Compare each variable of the first declared group with each other one; ``group`` says of each student which."""
+    done = []
+    for outcome, other in product(variables, names[1:]):
+        pair = (names[0], other)
+        first, second = (variables[outcome][group == name].dropna().to_numpy() for name in pair)
+        what = f"the comparison of {outcome} between {names[0]} and {other}"
+        if min(len(first), len(second)) < LEAST_IN_CELL:
+            refusals.append(StudyRefusedError("small-cell", what))
+        elif np.ptp(first) == np.ptp(second) == 0.0:
+            refusals.append(StudyRefusedError("no-variance", what))
+        else:
+            done.append(_compare(outcome, pair, first, second, random_stream(seed, "groups", outcome, *pair)))
     return holm(done)
 
 

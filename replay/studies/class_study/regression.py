@@ -83,38 +83,40 @@ class Finding:
 Kind = TypeVar("Kind", bound=Finding)
 
 
-def regress(
-    outcome: str, y: FloatArray, names: Sequence[str], x: FloatArray, random: np.random.Generator
-) -> list[Finding]:
+def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generator) -> list[Finding]:
     """Fit one regression of students by ordinary least squares on standardised variables: a finding per predictor.
 
-    ``y`` (n,) and ``x`` (n, k) have a row a student. Refused as ``no-variance`` or ``collinear``.
+    ``table`` has a row a student and a column a name, the outcome first. Refused as ``no-variance`` or ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
     """
-    import statsmodels.api as sm
-    from statsmodels.stats.outliers_influence import variance_inflation_factor
-
-    table = np.column_stack([y, x])
-    _refuse(f"the regression of {outcome} on {', '.join(names)}", table)
-    table = (table - table.mean(axis=0)) / table.std(axis=0, ddof=1)
-    y, x = table[:, 0], table[:, 1:]
-    fitted = sm.OLS(y, sm.add_constant(x)).fit()
-    ends = _bootstrap(y, x, random)
+    students, predictors = len(table), len(names) - 1
+    # The mean of equal values may differ from them in its last digit.
+    alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
+    if students <= len(names) or alike.any():
+        raise StudyRefusedError("no-variance", "")
+    correlation: FloatArray = np.asarray(np.corrcoef(table, rowvar=False))
+    if np.linalg.eigvalsh(correlation[1:, 1:])[0] < LEAST_SPREAD:
+        raise StudyRefusedError("collinear", "")
+    inverse = np.linalg.inv(correlation[1:, 1:])
+    betas = inverse @ correlation[1:, 0]
+    unexplained = (1.0 - betas @ correlation[1:, 0]) * (students - 1) / (students - 1 - predictors)
+    table = table - table.mean(axis=0)
+    ends = _bootstrap(table, betas, random)
     return [
         Finding(
             name=name,
-            kind="simple" if len(names) == 1 else "multiple",
-            variables=(outcome, *names),
-            students=len(y),
-            beta=float(fitted.params[k + 1]),
+            kind="simple" if predictors == 1 else "multiple",
+            variables=names,
+            students=students,
+            beta=float(betas[k]),
             low=ends[k][0],
             high=ends[k][1],
-            p=permutation_p(y, x, k, random) if len(y) >= LEAST_STUDENTS else None,
-            adjusted_r2=float(fitted.rsquared_adj),
-            vif=float(variance_inflation_factor(x, k)) if len(names) > 1 else None,
+            p=permutation_p(table[:, 0], table[:, 1:], k, random) if students >= LEAST_STUDENTS else None,
+            adjusted_r2=float(1.0 - unexplained),
+            vif=float(inverse[k, k]) if predictors > 1 else None,
         )
-        for k, name in enumerate(names)
+        for k, name in enumerate(names[1:])
     ]
 
 
@@ -131,16 +133,6 @@ def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
     return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings)
 
 
-def _refuse(what: str, table: FloatArray) -> None:
-    # The mean of equal values may differ from them in its last digit.
-    alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
-    if len(table) <= table.shape[1] or alike.any():
-        raise StudyRefusedError("no-variance", what)
-    spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(table[:, 1:], rowvar=False)))
-    if spread[0] < LEAST_SPREAD:
-        raise StudyRefusedError("collinear", what)
-
-
 def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.Generator) -> float:
     """Two-sided p of one predictor by permuting what the other predictors leave unexplained of the outcome."""
     others = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
@@ -155,17 +147,16 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
-def _bootstrap(y: FloatArray, x: FloatArray, random: np.random.Generator) -> list[tuple[float, float]]:
+def _bootstrap(table: FloatArray, found: FloatArray, random: np.random.Generator) -> list[tuple[float, float]]:
     """Interval of each standardised coefficient, students drawn with replacement."""
-    table, people = np.column_stack([x, y]), len(y)
-    drawn = _betas(random.multinomial(people, np.full(people, 1.0 / people), BOOTSTRAPS), table)
-    found = _betas(np.ones((1, people)), table)[0]
-    left_out = _betas(1.0 - np.eye(people), table)
-    return [interval(drawn[:, i], float(found[i]), left_out[:, i]) for i in range(x.shape[1])]
+    students = len(table)
+    drawn = _betas(random.multinomial(students, np.full(students, 1.0 / students), BOOTSTRAPS), table)
+    left_out = _betas(1.0 - np.eye(students), table)
+    return [interval(drawn[:, k], float(beta), left_out[:, k]) for k, beta in enumerate(found)]
 
 
 def _betas(weights: NDArray[np.generic], table: FloatArray) -> FloatArray:
-    """Standardised coefficients (B, k) of the last column of (n, k + 1) on the others, rows weighted by (B, n)."""
+    """Standardised coefficients (B, k) of the first column of (n, 1 + k) on the others, rows weighted by (B, n)."""
     share = weights / weights.sum(axis=1, keepdims=True)
     mean = share @ table
     second = np.einsum("bn,ni,nj->bij", share, table, table, optimize=True)
@@ -174,7 +165,7 @@ def _betas(weights: NDArray[np.generic], table: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (size[:, :, None] * size[:, None, :])
     usable = np.isfinite(correlation).all(axis=(1, 2))
-    usable[usable] = np.linalg.eigvalsh(correlation[usable, :-1, :-1])[:, 0] > LEAST_SPREAD
+    usable[usable] = np.linalg.eigvalsh(correlation[usable, 1:, 1:])[:, 0] > LEAST_SPREAD
     betas = np.full((len(share), table.shape[1] - 1), np.nan)
-    betas[usable] = np.linalg.solve(correlation[usable, :-1, :-1], correlation[usable, :-1, -1:])[:, :, 0]
+    betas[usable] = np.linalg.solve(correlation[usable, 1:, 1:], correlation[usable, 1:, :1])[:, :, 0]
     return betas

@@ -14,18 +14,15 @@ def read(tmp_path, text):
 def test_a_codebook_says_construct_scale_and_direction_of_every_item(tmp_path):
     book = read(tmp_path, CODEBOOK)
     assert book.student == "who"
-    assert {name: [item.name for item in items] for name, items in book.constructs.items()} == {
-        "ease of use": ["e1", "e2", "e3"],
-        "motivation": ["m1", "m2", "m3"],
-    }
+    assert book.constructs == {"ease of use": ["e1", "e2", "e3"], "motivation": ["m1", "m2", "m3"]}
     assert [item.name for item in book.items if item.reversed] == ["e3"]
     assert book.questions[1] == ("motivation", "contacts_per_min", "grasps")
-    assert book.groups is None
+    assert book.groups == ()
 
 
 def test_groups_and_an_items_own_scale_are_read(tmp_path):
     book = read(tmp_path, "items: {a1: {construct: a, scale: [0, 10]}}\ngroups: {column: arm, names: [first, second]}")
-    assert book.items[0].scale == (0.0, 10.0) and book.groups == ("arm", ("first", "second"))
+    assert book.items[0].scale == (0.0, 10.0) and (book.group_column, book.groups) == ("arm", ("first", "second"))
     assert book.student == "student"
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import statsmodels.api as sm
+from pandas import DataFrame
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
@@ -12,8 +13,8 @@ NAMES = ("first", "second")
 
 def compared(first, second, seed=0):
     refusals = []
-    values, group = np.concatenate([first, second]), ["first"] * len(first) + ["second"] * len(second)
-    return compare_groups({"motivation": values}, group, NAMES, seed, refusals), refusals
+    values, group = np.concatenate([first, second]), np.repeat(NAMES, [len(first), len(second)])
+    return compare_groups(DataFrame({"motivation": values}), group, NAMES, seed, refusals), refusals
 
 
 def two(count, apart, spread=1.0, seed=0):
@@ -67,8 +68,8 @@ def test_the_interval_has_the_errors_of_statsmodels_and_the_quantiles_of_permute
 
 def test_holm_is_across_all_outcomes_of_the_groups():
     random = np.random.default_rng(4)
-    variables = {name: random.normal(size=40) for name in ("a", "b", "c")}
-    found = compare_groups(variables, NAMES * 20, NAMES, 0, [])
+    variables = DataFrame(random.normal(size=(40, 3)), columns=[*"abc"])
+    found = compare_groups(variables, np.tile(NAMES, 20), NAMES, 0, [])
     expected = multipletests([one.p for one in found], method="holm")[1]
     assert [one.p_holm for one in found] == pytest.approx(expected.tolist())
 
@@ -93,8 +94,8 @@ def covered(kind, second, effect, count):
     for number in range(count):
         random = np.random.default_rng([number, second, round(10 * effect), len(kind)])
         values = draw(random) + effect * spread * group
-        names = np.where(group, "second", "first").tolist()
-        (one,) = compare_groups({"y": values}, names, NAMES, int(random.integers(10**9)), [])
+        names = np.where(group, "second", "first")
+        (one,) = compare_groups(DataFrame({"y": values}), names, NAMES, int(random.integers(10**9)), [])
         yield one.low <= effect * spread <= one.high
 
 

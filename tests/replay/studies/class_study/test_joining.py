@@ -3,7 +3,7 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
 
 from replay.errors import StudyError
-from replay.studies.class_study.joining import check_pseudonyms, means_of_students, read_questionnaire
+from replay.studies.class_study.joining import check_pseudonyms, means_of_students, read_questionnaire, recall_of
 from replay.studies.class_study.refusals import StudyRefusedError
 
 BOOK = codebook()
@@ -13,10 +13,7 @@ def test_answers_are_read_sorted_by_student_and_turned_where_reversed(tmp_path):
     answers, _ = a_class(12)
     file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
     read = read_questionnaire(file, BOOK)
-    assert list(read.students) == names(12)
-    assert read.answers["m2"] == pytest.approx(answers[:, 4])
-    assert read.answers["e3"] == pytest.approx(6.0 - answers[:, 2])
-    assert read.scores(BOOK.constructs["motivation"]) == pytest.approx(answers[:, 3:].mean(axis=1))
+    assert read.equals(questionnaire(answers))
 
 
 HEAD = "who,e1,e2,e3,m1,m2,m3\n"
@@ -25,9 +22,13 @@ HEAD = "who,e1,e2,e3,m1,m2,m3\n"
 @pytest.mark.parametrize(
     ("text", "error", "words"),
     [
-        (HEAD + "S1,1,2,3,4,5,4\nS2,1,2,3,6,5,4\n", StudyError, "data row 2, column m1: 6 is off the scale 1 to 5"),
-        (HEAD + "S1,1,2,3,0,5,4\n", StudyError, "off the scale"),
-        (HEAD + "S1,1,2,3,often,5,4\n", StudyError, "data row 1, column m1: 'often' is no number"),
+        (
+            HEAD + "S1,1,2,3,4,5,4\nS2,1,2,3,6,5,4\n",
+            StudyError,
+            "row 2, column m1: '6' is not on the scale 1 to 5",
+        ),
+        (HEAD + "S1,1,2,3,0,5,4\n", StudyError, "not on the scale"),
+        (HEAD + "S1,1,2,3,often,5,4\n", StudyError, "data row 1, column m1: 'often' is not on"),
         (HEAD + "S1,1,2,3,4,5,4\nS1,1,2,3,4,5,4\n", StudyRefusedError, "S1 answered more than once"),
         ("", StudyError, "no rows"),
         ("who,e1\nS1,2\n", StudyError, "lacks the column 'e2'"),
@@ -58,21 +59,19 @@ def test_a_group_that_was_not_declared_is_refused(tmp_path):
 
 def test_recall_of_a_class_counts_every_contact_frame_once_and_students_without_any_not_at_all():
     table = metrics(np.arange(3.0))
-    table.columns["recall"] = [1.0, 0.5, None]
-    table.columns["contact_frames"] = [30, 10, 0]
-    assert table.recall() == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
+    table["recall"], table["contact_frames"] = [1.0, 0.5, np.nan], [30, 10, 0]
+    assert recall_of(table) == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
 
 
-@pytest.mark.parametrize("recall, frames", [([1.0, None], [10, 10]), ([1.0, 1.0], [10, None]), ([None, None], [0, 0])])
+@pytest.mark.parametrize("recall, frames", [([1, np.nan], [9, 9]), ([1, 1], [9, np.nan]), ([np.nan, np.nan], [0, 0])])
 def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
     table = metrics(np.arange(2.0))
-    table.columns["recall"], table.columns["contact_frames"] = recall, frames
-    assert table.recall() is None
+    table["recall"], table["contact_frames"] = recall, frames
+    assert recall_of(table) is None
 
 
 def test_students_are_joined_by_pseudonym_and_never_by_place():
     answers, contacts = a_class(8)
     table = metrics(contacts)
-    turned = type(table)({name: values[::-1] for name, values in table.columns.items()})
-    found = means_of_students(turned, questionnaire(answers), ["contacts_per_min"])
-    assert found["contacts_per_min"] == pytest.approx(contacts)
+    found = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])
+    assert found["contacts_per_min"].to_numpy() == pytest.approx(contacts)

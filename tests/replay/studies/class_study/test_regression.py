@@ -10,11 +10,12 @@ from replay.studies.class_study.regression import permutation_p, regress
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
 SCORES = np.column_stack([ANSWERS[:, a:b].mean(axis=1) for a, b in ((0, 5), (5, 10), (10, 15), (15, 19))])
-NAMES = ("a", "b", "c")
+NAMES = ("y", "a", "b", "c")
 
 
 def fit(y, x):
-    return regress("y", y, NAMES[: x.shape[1]], x, np.random.default_rng(0))
+    table = np.column_stack([y, x])
+    return regress(NAMES[: table.shape[1]], table, np.random.default_rng(0))
 
 
 def test_coefficients_fit_and_inflation_equal_the_stored_values_of_pingouin_and_statsmodels():

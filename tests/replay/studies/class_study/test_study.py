@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from pandas import concat
 from support.class_folders import made_class
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
@@ -18,23 +19,22 @@ from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Finding
 from replay.studies.class_study.tables import headlines, opening, study_tables
 
+NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
 ASKED = codebook((EASE, CONTACTS))
-ARMS = codebook((EASE, CONTACTS), groups=("arm", ("first", "second")))
-HALVES = ["first", "second"] * 20
+ARMS = codebook((EASE, CONTACTS), groups=("arm", NAMES))
+HALVES = [*NAMES] * 20
 
 
 def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
     """A study of contacts that go with motivation; ``scattered``: not as the other detector sees them."""
     answers, contacts = a_class(count, seed=1, slope=0.0, contacts=0.75)
     table = metrics(contacts, detectors=("exact", other)[: 1 + bool(other)], recall=(1.0, recall)[: 1 + bool(other)])
-    place = [k for k, name in enumerate(table.columns["detector"]) if name == other]
+    others = table["detector"] == other
     if scattered:
-        for row, contact in zip(place, np.random.default_rng(0).permutation(contacts), strict=True):
-            table.columns["contacts_per_min"][row] = contact
+        table.loc[others, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
-        for row in {*range(2 * count)} - {*place}:
-            table.columns["contacts_per_min"][row] += 4.0 * (row // 2 % 2)
+        table.loc[~others, "contacts_per_min"] += 4.0 * (np.arange(count) % 2)
     return analyse(ARMS if arms else ASKED, questionnaire(answers, HALVES if arms else ()), table)
 
 
@@ -137,14 +137,14 @@ def test_fewer_than_ten_students_get_coefficients_without_p_and_four_are_no_stud
 def test_a_name_that_cannot_be_asked_about_is_answered(question, words):
     answers, contacts = a_class(40)
     with pytest.raises(StudyError, match=words):
-        analyse(codebook((question,), groups=ARMS.groups), questionnaire(answers, HALVES), metrics(contacts))
+        analyse(codebook((question,), groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
 
 
 @pytest.mark.parametrize("left", [4, 5])
 def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_it_has(left):
     answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
-    found = analyse(codebook(groups=ARMS.groups), questionnaire(answers, HALVES), metrics(contacts))
+    found = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
     sizes = {two.outcome: two.sizes for two in found.groups}
     assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
     assert rules(found) == (set() if left == 5 else {"small-cell"})
@@ -166,9 +166,8 @@ def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_
     answers, contacts = a_class(30)
     plain, table = metrics(contacts), metrics(contacts, sessions=2)
     apart = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
-    table.columns["contacts_per_min"] = (np.array(table.columns["contacts_per_min"]) + apart).tolist()
-    for name, values in table.columns.items():
-        values += values[:2] * 9 if name != "contacts_per_min" else [contacts[0]] * 18
+    table["contacts_per_min"] += apart
+    table = concat([table, *[plain[:1]] * 18])
     found, once = (analyse(ASKED, questionnaire(answers), rows) for rows in (table, plain))
     assert (found.rows, found.students) == (78, 30)
     for other, one in zip(found.coefficients, once.coefficients, strict=True):
@@ -178,7 +177,7 @@ def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_
 def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested():
     answers, contacts = a_class(40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
-    table.columns["grasps"] = [float(row // 2 % 7) for row in range(80)]
+    table["grasps"] = np.arange(80) // 2 % 7
     found = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
     words = {row.before.name: row.conclusion for row in found.sensitivity}
     assert words == {"contacts_per_min": "not tested", "grasps": "the same"}
@@ -195,9 +194,9 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     answers, contacts = a_class(40, seed=3)
     answers[:5, 3] = np.nan
     table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
-    asked = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=ARMS.groups)
+    asked = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", NAMES))
     group = ["first"] * 31 + ["second"] * 9
-    table.columns["stirs"] = [1.0] * 160
+    table["stirs"] = 1.0
     found = analyse(asked, questionnaire(answers, group), table)
     page = study_html(runs, places(runs, runs.top), found, "Class of 2026")
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)

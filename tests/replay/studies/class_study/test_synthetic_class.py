@@ -36,7 +36,7 @@ def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path
     out = tmp_path / "class"
     assert make_class(out, students=3, seed=1) == {}
     book = read_codebook(out / "codebook.yaml")
-    assert len(read_questionnaire(out / "questionnaire.csv", book).students) == 3
+    assert len(read_questionnaire(out / "questionnaire.csv", book)) == 3
     assert read_session(out / "sessions" / "S03.mcap").facts["pseudonym"] == "S03"
     with (out / "questionnaire.csv").open(newline="") as file:
         assert [row["student"] for row in csv.DictReader(file)] == ["S01", "S02", "S03"]
