@@ -27,7 +27,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "minimise": CommandSpec("Record", "Take out of a recording what leads to a person, and say the rest.", "minimise"),
     "demo": CommandSpec("Replay", "Record a made-up lab session, replay it, show the misses.", "demo"),
     "scene": CommandSpec("Record", "Write a first scene of a recording; find its faults, print its plan.", "scene"),
-    "mesh": CommandSpec("Check", "Mend a mesh; cut those of a recording into convex pieces.", "mesh"),
+    "mesh": CommandSpec("Check", "Mend a mesh, and say what that changes in a recording.", "mesh"),
     "run": CommandSpec("Replay", "Replay sessions through detectors; what each missed, why; gates.", "run"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),

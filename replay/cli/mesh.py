@@ -1,4 +1,4 @@
-"""``replay mesh``: a mesh mended, step by step; meshes of a recording in convex pieces, as engines take them."""
+"""``replay mesh``: a mesh mended, step by step."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @click.group()
 def command() -> None:
-    """Mend a mesh, or cut those of a recording into convex pieces."""
+    """Mend a mesh."""
 
 
 @command.command()
@@ -58,40 +58,3 @@ def _mesh(source: Path, body: str | None) -> "MeshData":
     if body not in meshes:
         raise AssemblyError(f"{source} holds no mesh of {body!r}; there are: {', '.join(meshes) or 'none'}")
     return meshes[body]
-
-
-@command.command()
-@click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
-@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.glb", help="Colliders to write.")
-@click.option("--pieces", "most", type=click.IntRange(min=1), default=16, show_default=True, help="At most, of a body.")
-@force
-@reporting
-def pieces(session: Path, out: Path, most: int, force: bool, as_json: bool, people: People) -> int:
-    """Write the convex pieces that `collider[shape=compound,pieces=16]` asks, a node UCX_BODY_00 each, for an engine.
-
-    \b
-    replay run session.mcap --detectors "collider[shape=compound,pieces=16,rate_hz=50]"
-    replay mesh pieces session.mcap -o colliders.glb
-    """
-    from cdcore import TriangleMesh
-    from replay.errors import AssemblyError, OutputError
-    from replay.prepare.convex_pieces import convex_pieces
-    from sessions import MeshData, read_session
-    from sessions.meshes.glb import meshes_to_glb
-    from sessions.whole_files import whole_file
-
-    require_free(out, force=force)
-    nodes: dict[str, MeshData] = {}
-    counts: dict[str, int] = {}
-    meshes = read_session(session).meshes
-    if not meshes:
-        raise AssemblyError(f"{session} holds no mesh; import it again with --mesh BODY=FILE")
-    for name, mesh in meshes.items():
-        parts = convex_pieces(TriangleMesh(mesh.vertices, mesh.faces), most)
-        nodes |= {f"UCX_{name}_{k:02d}": MeshData(part.vertices, part.faces) for k, part in enumerate(parts)}
-        counts[name] = len(parts)
-    with whole_file(out, OutputError, overwrite=force, parents=True) as file:
-        file.write(meshes_to_glb(nodes))
-    people.say(*(f"{name}: {count}" for name, count in counts.items()))
-    answer(as_json, {"out": str(out), "pieces": counts}, lambda: str(out))
-    return OK

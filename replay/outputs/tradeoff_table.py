@@ -1,8 +1,8 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
 from replay.pipeline.answer import busy_sentence
@@ -126,3 +126,26 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
     )
     return Table.of(ENGINE_ROWS if settings else ENGINE_ROWS[:-1], rows, title, notes)
+
+
+def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: RunResult, engine: Engine) -> Table:
+    """A hull a body, and the pieces, as ``run`` counts them."""
+    first = Column("", of="what", whole=True)
+    rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
+    title = f"{len(result.episodes[result.oracle])} contacts, {engine.name} at {engine.step_hz:g} steps a second"
+    return Table.of((first, FALSE, MISSED, LATE, Column("pieces", int), MEAN), rows, title)
+
+
+PIECES: Final = (
+    Column("body", whole=True),
+    Column("file"),
+    Column("pieces", int),
+    Column("triangles at most", int, of="triangles"),
+    Column("mesh outside by, mm", float, of="outside_mm", show=".2f"),
+    Column("cut", of="how"),
+)
+
+
+def piece_table(bodies: Iterable[Row]) -> Table:
+    """A row a body: its file, and how far the pieces hold its mesh."""
+    return Table.of(PIECES, bodies, "Convex pieces")

@@ -41,7 +41,7 @@ class Choice:
 class Engine:
     """An engine as a new project has it (the first choice), and changes of it.
 
-    ``pages``: name -> address.
+    ``pages``: name -> address; ``step_hz``: of a new project.
     """
 
     name: str
@@ -49,6 +49,7 @@ class Engine:
     pages: Mapping[str, str]
     choices: Sequence[Choice]
     notes: Sequence[str]
+    step_hz: float
 
 
 @cache

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cdcore import Detection
+from cdcore.numerics import IntArray
 from replay.comparison.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.comparison.episodes import column_runs
 from replay.comparison.look_phases import PHASES, OffsetCounts, offset_counts, spread
@@ -51,7 +52,7 @@ class Scoring:
     def __init__(
         self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
     ) -> None:
-        self.spec, self._assembly, self._seed = spec, assembly, seed
+        self.spec, self._seed = spec, seed
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
         tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
         truth = make_detector(spec, assembly, seed).detect(assembly.motion)
@@ -59,17 +60,18 @@ class Scoring:
         self.contacts = self.reference.contacts
         if not self.contacts:
             raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
-        self._every_frame: dict[str, Detection] = {}
+        self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
 
-    def figures(self, detection: Detection, setting: Setting) -> dict[str, Any]:
+    def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
         """Contacts missed, late or cut short, and false ones, and the share of false frames of those reported.
 
-        A setting with a step rate is counted at 16 sampling offsets, another one once, as by ``wrong_counts``.
+        ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, another one
+        once, as by ``wrong_counts``.
         """
         comparison, offsets = self.reference.compare(detection), None
         once = count_contacts(comparison, self.contacts)
         if setting.rate_hz and self.reference.truth.covers == "instants":
-            every = self._at_every_frame(setting)
+            every = self._at_every_frame(setting, assembly)
             offsets = offset_counts(setting.rate_hz, every, self.reference)
         false = len(column_runs((comparison.outcome == Outcome.INVENTED).T))
         return {
@@ -78,10 +80,15 @@ class Scoring:
             **wrong_counts(once, false, count_reports(comparison).share(Outcome.INVENTED), offsets),
         }  # fmt: skip
 
-    def _at_every_frame(self, setting: Setting) -> Detection:
+    def false_frames(self, detection: Detection) -> IntArray:
+        """Of each pair the frames in which a detection reports contact and there is none, (P,)."""
+        return self.reference.compare(detection).by_pair[:, Outcome.INVENTED]
+
+    def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
         always = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
-        if str(always) not in self._every_frame:
-            detector = make_detector(always, self._assembly, self._seed)
-            self._every_frame[str(always)] = detector.detect(self._assembly.motion)
-        return self._every_frame[str(always)]
+        seen, detection = self._every_frame.get(str(always), (None, None))
+        if seen is not assembly or detection is None:
+            detection = make_detector(always, assembly, self._seed).detect(assembly.motion)
+            self._every_frame[str(always)] = assembly, detection
+        return detection

@@ -210,7 +210,7 @@ class _Sweep:
             "oracle": setting.detector == self._scoring.spec.name,
             "prepare_seconds": trial.prepared, "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-            **self._scoring.figures(detection, setting),
+            **self._scoring.figures(detection, setting, self._assembly),
         }  # fmt: skip
         return trial
 

@@ -1,18 +1,15 @@
-"""`replay mesh`: the file and the steps; pieces that are asked as they were cut."""
+"""`replay mesh repair`: the file and the steps."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.small_worlds import cube, cubes
 
-import replay
 from replay.cli.main import main
-from sessions import load_mesh, read_session, write_session
+from sessions import load_mesh, write_session
 from sessions.mesh_data import MeshData, is_closed
 from sessions.meshes.glb import mesh_to_glb
-from sessions.scene_files.scene_meshes import with_colliders
 
 
 @pytest.fixture
@@ -41,20 +38,3 @@ def test_a_mesh_of_a_recording_needs_the_name_of_its_body(folder, capsys):
     words = ["mesh", "repair", str(folder / "s.mcap"), "-o", str(folder / "y.glb")]
     assert main(words) == 2 and main([*words, "--body", "c"]) == 1
     assert "holds no mesh of 'c'; there are: a, b" in capsys.readouterr().err
-
-
-def test_written_pieces_are_those_that_a_compound_asks(tmp_path, capsys):
-    write_session(cubes({"a": [0, 0.5, 0], "b": [3, 0.9, 3]}), file := tmp_path / "s.mcap")
-    out = tmp_path / "x" / "pieces.glb"
-    words = ["mesh", "pieces", str(file), "-o", str(out), "--pieces", "1"]
-    assert main([*words, "--format", "json"]) == 0
-    told = capsys.readouterr()
-    assert json.loads(told.out)["pieces"] == {"a": 1, "b": 1} and told.err == "a: 1\nb: 1\n"
-    assert main(words) == 1 and "exists; name another file" in capsys.readouterr().err
-    held = with_colliders(read_session(file), ".", out)
-    asked = {"cut": "collider[shape=compound,pieces=1]", "written": "collider[shape=shipped]"}
-    cut, written = replay.run(held, detectors=asked, oracle="none").detections.values()
-    assert cut.digest == written.digest and cut.verdict.any()
-    write_session(replace(cubes({"a": [0]}), meshes={}), bare := tmp_path / "bare.mcap")
-    assert main(["mesh", "pieces", str(bare), "-o", str(tmp_path / "y.glb")]) == 1
-    assert "holds no mesh" in capsys.readouterr().err

@@ -4,7 +4,6 @@ import sys
 
 import numpy as np
 import pytest
-import trimesh
 from support.shapes import box_mesh, revolved_mesh
 
 from cdcore import Body, TriangleMesh
@@ -12,7 +11,7 @@ from cdcore.bounding.hull import hull_of
 from cdcore.errors import MissingEngineError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from replay.prepare import convex_pieces as pieces
-from replay.prepare.convex_pieces import beyond_planes, convex_pieces, in_convex_pieces, union_of, within_triangles
+from replay.prepare.convex_pieces import convex_pieces, in_convex_pieces, union_of
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
@@ -95,15 +94,6 @@ def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert convex_pieces(flat, 16) == (flat,) and union_of((flat,)) is flat
-
-
-def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outside():
-    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.05)
-    piece = TriangleMesh(ball.vertices, ball.faces)
-    few = within_triangles(piece)
-    assert 240 < len(few.faces) <= 255 < len(piece.faces) and few.is_closed
-    assert 0.0 < beyond_planes(piece.vertices, few).max() < 0.04 * 0.05
-    assert within_triangles(few) is few
 
 
 def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):

@@ -22,7 +22,7 @@ def assembly(bumped):
 def figures(assembly, spec):
     (setting,) = settings_of(f"it={spec}")
     detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
-    return Scoring(assembly, parse_detector("exact"), 0, TAU).figures(detection, setting)
+    return Scoring(assembly, parse_detector("exact"), 0, TAU).figures(detection, setting, assembly)
 
 
 def wrong_by_hand(touching, every, first):

@@ -1,0 +1,291 @@
+"""A session in, the fewest convex pieces a body out that keep false contact below a share.
+
+The files are what an engine takes: a GLB a body with a node a piece, and a manifest that says how far they hold.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from replay.api.advisor import wrong_in
+from replay.api.runner import opened, run
+from replay.base.progress import Progress, Silent
+from replay.comparison.tolerance import TAU
+from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.detection.run_detector import make_detector
+from replay.errors import OutputError
+from replay.pipeline.engine import prepared
+from replay.pipeline.run_result import RunResult
+from replay.prepare.assembly import Assembly
+from replay.prepare.convex_pieces import MOST_TRIANGLES, convex_pieces, solids_of
+from replay.prepare.sector_pieces import outside_by, sector_pieces
+from replay.tradeoffs.engine_knobs import Engine, engine_named
+from replay.tradeoffs.scoring import Scoring
+from replay.tradeoffs.settings import FASTEST, Setting, rate_of
+from sessions import MeshData, Session
+from sessions.whole_files import whole_folder
+
+MAX_FALSE: Final = 0.2
+"""Share of the reported contact time that may be false when nothing is said."""
+
+CUT_COUNTS: Final = (4, 16, 64)
+"""Pieces that CoACD is asked for, of a body that is not round."""
+
+WORTH: Final = 0.8
+"""The next step of a body fills at most this share of the volume that its pieces filled before."""
+
+SLACK: Final = 0.02
+"""Where the wanted share is not reached, so much more false contact is no reason to keep pieces."""
+
+MANIFEST: Final = "colliders.json"
+
+HULL: Final = "one hull"
+
+
+class _Ladder:
+    """Ways to stand for one mesh, from its hull to many pieces; steps of CoACD are cut when they are asked for."""
+
+    def __init__(self, mesh: TriangleMesh, cutting: bool) -> None:
+        parts = sector_pieces(mesh)
+        self.mesh, self.how = mesh, "by height and angle"
+        self.steps: list[Sequence[TriangleMesh] | int] = [1]
+        if parts is not None:
+            self.steps += parts[1:]
+        else:
+            self.how = "CoACD" if cutting else HULL
+            self.steps += CUT_COUNTS if cutting else ()
+
+    def above(self, step: int) -> list[int]:
+        """Steps to try next: the one that is worth it, and the last; CoACD takes too long for its last one."""
+        every = range(step + 1, len(self.steps))
+        if self.how == "CoACD":
+            return [*every[:1]]
+        filled = _filled(self.pieces(step))
+        worth = [higher for higher in every if _filled(self.pieces(higher)) <= WORTH * filled]
+        return sorted({*worth[:1], *every[-1:]})
+
+    def pieces(self, step: int) -> Sequence[TriangleMesh]:
+        """The pieces of a step."""
+        made = self.steps[step]
+        if isinstance(made, int):
+            made = self.steps[step] = convex_pieces(self.mesh, made)
+        return made
+
+
+def _filled(pieces: Sequence[TriangleMesh]) -> float:
+    """The sum of the volumes of closed pieces."""
+    return sum(MeshData(piece.vertices, piece.faces).volume for piece in pieces)
+
+
+@dataclass(frozen=True, eq=False)
+class Shipped:
+    """What was written.
+
+    Parameters
+    ----------
+    folder : where the files are.
+    engine : for which they are.
+    setting : what ``replay run`` takes, of the session in the folder, for the figures *after*.
+    bodies : plain data a body: ``body``, ``file``, ``pieces``, ``how``, ``triangles`` (of the largest piece) and
+        ``outside_mm``: how far the mesh lies outside its pieces at most.
+    before, after : plain data: the figures of a hull a body and of the pieces, as ``run`` counts them.
+    max_false : the share that was asked for.
+    result : the run that counted both, as ``before`` and ``after``.
+    """
+
+    folder: Path
+    engine: Engine
+    setting: str
+    bodies: tuple[dict[str, Any], ...]
+    before: dict[str, Any]
+    after: dict[str, Any]
+    max_false: float
+    result: RunResult
+
+    @property
+    def reached(self) -> bool:
+        """Whether false contact is at most what was asked for."""
+        return self.after["false"] is None or self.after["false"] <= self.max_false
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain data: what the manifest holds."""
+        return {
+            "engine": self.engine.name, "version": self.engine.version, "most_triangles": MOST_TRIANGLES,
+            "setting": self.setting, "max_false": self.max_false, "reached": self.reached, "before": self.before,
+            "after": self.after, "bodies": list(self.bodies),
+        }  # fmt: skip
+
+
+def ship_colliders(
+    session_or_path: Session | str | Path, folder: str | Path, *, engine: str, max_false: float = MAX_FALSE,
+    force: bool = False, progress: Progress | None = None, scene: str | Path | None = None, **asked: Any,
+) -> Shipped:  # fmt: skip
+    """Write the fewest convex pieces a body that keep false contact below a share, and replay the session with them.
+
+    Bodies that are round about an axis are cut by height and angle; others by CoACD where it is installed, else they
+    keep their hull. The step is that of a new project of the engine.
+
+    Parameters
+    ----------
+    session_or_path : a session, or the file of one.
+    folder : where the files go: ``BODY.glb``, ``colliders.json``, and ``session.mcap``, which carries the colliders.
+    engine : ``unity``, ``unreal`` or ``mujoco``.
+    max_false : share of the reported contact time that may be false, 0 to 1.
+    force : replace an earlier folder of the kind.
+    asked : ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
+
+    Raises ``TradeoffError``: no contact happens; ``OutputError``: the folder cannot be written; and as ``replay.run``.
+    """
+    progress, target, chosen = progress or Silent(), Path(folder), engine_named(engine)
+    # Before the work is done and not after.
+    if target.exists():
+        if not force:
+            raise OutputError(f"{target} exists; name another folder, or replace it with --force")
+        _listed(target)
+    held = opened(session_or_path, scene)
+    ready = prepared(
+        held, progress=progress, **{key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
+    )
+    every_frame = chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9)
+    rate = {} if every_frame else {"rate_hz": chosen.step_hz}
+    scoring = Scoring(
+        ready.assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU), ready.treatment.session
+    )
+    with progress.stage("convex pieces"):
+        pieces, how = _Search(ready.assembly, scoring, rate, max_false).fewest()
+    with whole_folder(target, OutputError, _listed if force else None) as place:
+        session, rows = _written(place, held, pieces, how)
+        sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
+        hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
+        result = run(session, detectors={"before": hulls, "after": setting}, **asked)
+        before = _figures(result, "before", len(rows))
+        after = _figures(result, "after", sum(row["pieces"] for row in rows))
+        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, result)
+        files = sorted([MANIFEST, *(path.name for path in place.iterdir())])
+        text = json.dumps({**shipped.as_json(), "files": files}, indent=1, allow_nan=False)
+        (place / MANIFEST).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return shipped
+
+
+def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
+    """What a detector of the run gets wrong and takes, and of how many pieces."""
+    seconds = result.summary["detectors"][label]["seconds"]
+    return wrong_in(result, label) | {"ms": 1e3 * seconds["per_frame_mean"], "pieces": pieces}
+
+
+def _listed(target: Path) -> Sequence[str]:
+    """Names of the files of an earlier folder; OutputError: it is none."""
+    try:
+        return list(json.loads((target / MANIFEST).read_text("utf-8"))["files"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise OutputError(f"{target} holds no colliders written by this verb and is not replaced") from error
+
+
+class _Search:
+    """Goes up the ladders of the bodies of the pair with most false contact, then down again where that is free."""
+
+    def __init__(self, assembly: Assembly, scoring: Scoring, rate: dict[str, float], max_false: float) -> None:
+        self._assembly, self._scoring, self._rate, self._max_false = assembly, scoring, rate, max_false
+        cutting = find_spec("coacd") is not None
+        by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
+        ladders = {mesh_hash: _Ladder(mesh, cutting) for mesh_hash, mesh in by_mesh.items()}
+        self._ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
+        self._known: dict[tuple[int, ...], tuple[float, Any]] = {}
+
+    def fewest(self) -> tuple[dict[str, Sequence[TriangleMesh]], dict[str, str]]:
+        """Pieces of each body, and how they were cut."""
+        steps = dict.fromkeys(self._ladders, 0)
+        false, by_pair = self._false(steps)
+        spent: set[int] = set()
+        while false > self._max_false:
+            order = np.argsort(by_pair)[::-1].tolist()
+            worst = next((column for column in order if column not in spent and by_pair[column]), None)
+            if worst is None:
+                break
+            found = [(self._false(tried), tried) for tried in self._above(steps, worst)]
+            better = min(found, key=lambda tried: (tried[0][0], sum(tried[1].values())), default=None)
+            if better is None or better[0][1][worst] >= by_pair[worst]:
+                spent.add(worst)
+                continue
+            (false, by_pair), steps = better
+        most = max(false + SLACK, self._max_false)
+        for name in sorted(steps, key=lambda body: -len(self._ladders[body].pieces(steps[body]))):
+            steps = {**steps, name: self._least(steps, name, most)}
+        made = {name: self._ladders[name].pieces(step) for name, step in steps.items()}
+        return made, {name: self._ladders[name].how if step else HULL for name, step in steps.items()}
+
+    def _least(self, steps: Mapping[str, int], name: str, most: float) -> int:
+        """The first step of a body with which false contact is at most so much: more pieces make it less."""
+
+        def enough(step: int) -> bool:
+            return self._false({**steps, name: step})[0] <= most
+
+        return bisect_left(range(steps[name]), True, key=enough)
+
+    def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
+        """More pieces of one body of a pair, or of both: one alone may change nothing."""
+        ends = [self._assembly.names[body] for body in self._assembly.pairs[column].tolist()]
+        higher = {name: self._ladders[name].above(steps[name]) for name in ends}
+        found = [{**steps, name: step} for name, more in higher.items() for step in more]
+        if all(higher.values()):
+            found.append({**steps, **{name: more[-1] for name, more in higher.items()}})
+        return found
+
+    def _false(self, steps: Mapping[str, int]) -> tuple[float, Any]:
+        """Share of the reported contact time that is false, and false frames of each pair; counted once."""
+        key = tuple(steps.values())
+        if key not in self._known:
+            solids = {name: solids_of(self._ladders[name].pieces(step)) for name, step in steps.items()}
+            bodies = tuple(replace(body, colliders=solids[body.name]) for body in self._assembly.bodies)
+            assembly = replace(self._assembly, bodies=bodies)
+            setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
+            detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
+            share = self._scoring.figures(detection, setting, assembly)["false"] or 0.0
+            self._known[key] = share, self._scoring.false_frames(detection)
+        return self._known[key]
+
+
+def _written(
+    place: Path, held: Session, pieces: Mapping[str, Sequence[TriangleMesh]], how: Mapping[str, str]
+) -> tuple[Session, list[dict[str, Any]]]:
+    """Write the files and read them again; the session with what was read, and a row a body."""
+    from sessions import write_session
+    from sessions.meshes.glb import meshes_to_glb
+    from sessions.meshes.mesh_match import read_colliders
+
+    colliders: dict[str, tuple[MeshData, ...]] = {}
+    rows: list[dict[str, Any]] = []
+    for number, (name, parts) in enumerate(pieces.items()):
+        file = place / f"{_file_name(name, number)}.glb"
+        file.write_bytes(meshes_to_glb({f"UCX_{name}_{k:02d}": _rounded(part) for k, part in enumerate(parts)}))
+        colliders |= read_colliders(file, [name])[0]
+        back = [TriangleMesh(part.vertices, part.faces) for part in colliders[name]]
+        mesh = TriangleMesh(held.meshes[name].vertices, held.meshes[name].faces)
+        rows.append({
+            "body": name, "file": file.name, "pieces": len(back), "how": how[name],
+            "triangles": max(len(part.faces) for part in back), "outside_mm": 1e3 * outside_by(mesh, back),
+        })  # fmt: skip
+    session = replace(held, colliders=colliders)
+    write_session(session, place / "session.mcap")
+    return session, rows
+
+
+def _file_name(name: str, number: int) -> str:
+    """The name of a body as that of a file; with a number where signs had to be left out."""
+    plain = re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")
+    return plain if plain == name else f"{plain or 'body'}-{number}"
+
+
+def _rounded(piece: TriangleMesh) -> MeshData:
+    """The piece in the numbers that a GLB has for any program."""
+    return MeshData(piece.vertices.astype(np.float32).astype(np.float64), piece.faces)

@@ -1,0 +1,97 @@
+"""Written colliders are those that an engine takes, and give the figures that are printed."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from support.shapes import revolved_mesh
+from support.small_worlds import STEP_NS, cube
+
+import replay
+from replay.api.collider_files import MANIFEST, ship_colliders
+from replay.cli.main import main
+from replay.errors import OutputError
+from sessions import MeshData, Session, load_mesh, read_session, write_session
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+
+
+def as_data(mesh):
+    return MeshData(mesh.vertices, mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def session():
+    """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then; a cube beside."""
+    meshes = {"beaker": as_data(revolved_mesh(WALL, 48)), "rod": as_data(revolved_mesh(ROD, 16)), "cube": cube(0.02)}
+    axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
+    side = (axis + 1) % 3
+    count = 60
+    places = {name: np.zeros((count, 3)) for name in meshes}
+    places["rod"][:, axis] = 0.05
+    places["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    places["cube"][:, side] = np.where(np.arange(count) > 50, 0.044, 0.3)
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    poses = {name: (place, still) for name, place in places.items()}
+    return Session.from_arrays(np.arange(count) * STEP_NS, poses, meshes)
+
+
+@pytest.fixture(scope="module")
+def shipped(session, tmp_path_factory):
+    return ship_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", max_false=0.3)
+
+
+def test_written_pieces_load_in_trimesh_are_convex_and_hold_their_mesh(session, shipped):
+    assert {row["body"] for row in shipped.bodies} == {"beaker", "rod", "cube"}
+    for row in shipped.bodies:
+        scene = trimesh.load(shipped.folder / row["file"], force="scene", process=False)
+        parts = [scene.geometry[name] for name in scene.geometry]
+        assert len(parts) == row["pieces"] and all(name.startswith(f"UCX_{row['body']}_") for name in scene.geometry)
+        assert all(part.is_convex and len(part.faces) <= 255 for part in parts)
+        mesh = session.meshes[row["body"]]
+        apart = [
+            ((mesh.vertices[:, None] - one.triangles[:, 0]) * one.face_normals).sum(axis=2).max(axis=1) for one in parts
+        ]
+        assert np.min(apart, axis=0).max() <= 1e-3 * row["outside_mm"] + 1e-6
+        assert load_mesh(shipped.folder / row["file"]) is not None
+
+
+def test_the_printed_figures_are_those_of_a_run_of_what_was_written(shipped):
+    told = json.loads((shipped.folder / MANIFEST).read_text("utf-8"))
+    assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
+    again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
+    audit = again.summary["audit"]["it"]
+    assert told["after"]["false"] == audit["phases"]["invented"]["share"]
+    over = audit["offsets"]["contacts_missed"]
+    assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over["smallest"], over["largest"]]
+
+
+def test_fewer_pieces_do_not_reach_it_and_more_are_not_written(session, shipped, tmp_path):
+    pieces = {row["body"]: row["pieces"] for row in shipped.bodies}
+    assert pieces["beaker"] > 1 == pieces["rod"] == pieces["cube"]
+    loose = ship_colliders(session, tmp_path / "loose", engine="unity", max_false=1.0)
+    assert all(row["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
+
+
+def test_before_and_after_are_printed_and_what_is_not_reached_fails(session, tmp_path, capsys):
+    file = tmp_path / "s.mcap"
+    write_session(session, file)
+    words = ["tradeoff", str(file), "--engine", "unity", "--colliders", str(tmp_path / "made"), "--max-false"]
+    assert main([*words, "0.3", "-v"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "before: a hull a body" in out and "after: these pieces" in out and "do not push" in out
+    assert "shape=shipped" in out and "mesh outside by, mm" in out
+    assert main([*words, "0", "--force", "--format", "json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert not told["reached"] and told["after"]["false"] > 0
+    assert main([*words, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
+    assert main(["tradeoff", str(file), "--colliders", str(tmp_path / "x")]) == 2
+
+
+def test_a_folder_of_something_else_is_not_replaced(session, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("x", "utf-8")
+    with pytest.raises(OutputError, match="is not replaced"):
+        ship_colliders(session, tmp_path / "mine", engine="unity", force=True)

@@ -1,0 +1,86 @@
+"""A round hollow body in convex pieces: they cover it, and leave its hollow free."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, revolved_mesh
+from trimesh import Trimesh
+
+from cdcore import TriangleMesh
+from replay.prepare.convex_pieces import convex_pieces, within_triangles
+from replay.prepare.sector_pieces import outside_by, round_axis, sector_pieces
+
+RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
+PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
+BEAKER = revolved_mesh(PROFILE, 48)
+
+
+@pytest.fixture(scope="module")
+def lists():
+    return sector_pieces(BEAKER)
+
+
+def spouted():
+    """The beaker with a fifth of its upper rim pulled outwards."""
+    corners = BEAKER.vertices.copy()
+    axis = int(np.argmax(round_axis(BEAKER)[1]))
+    across = [k for k in range(3) if k != axis]
+    away = np.arctan2(corners[:, across[1]], corners[:, across[0]])
+    pulled = (np.abs(away) < 0.6) & (corners[:, axis] > 0.9 * RIM)
+    corners[np.ix_(pulled, across)] *= 1.1
+    return TriangleMesh(corners, BEAKER.faces)
+
+
+def test_what_is_round_has_an_axis_also_with_a_spout_and_a_long_box_has_none():
+    for mesh in (BEAKER, spouted()):
+        point, way = round_axis(mesh)
+        height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
+        assert way[height] == 1.0 and np.allclose(np.delete(point, height), 0.0, atol=1e-3)
+    assert round_axis(box_mesh((0.1, 0.05, 0.2))) is None
+    assert sector_pieces(box_mesh((0.1, 0.05, 0.2))) is None
+
+
+def test_every_list_covers_the_beaker_and_begins_with_its_hull(lists):
+    counts = [len(pieces) for pieces in lists]
+    assert counts == sorted(set(counts)) and counts[0] == 1
+    for pieces in lists:
+        # trimesh is an independent judge: inside one piece, or that near to one.
+        points = np.concatenate([BEAKER.vertices, BEAKER.triangles.mean(axis=1)])
+        bodies = [Trimesh(piece.vertices, piece.faces, process=False) for piece in pieces]
+        assert all(body.is_convex and len(body.faces) <= 255 for body in bodies)
+        planes = [
+            ((points[:, None] - body.triangles[:, 0]) * body.face_normals).sum(axis=2).max(axis=1) for body in bodies
+        ]
+        assert np.min(planes, axis=0).max() <= outside_by(BEAKER, pieces) + 1e-9 < 5e-4
+
+
+@pytest.mark.parametrize("most", [10, 16])
+def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(lists, most):
+    pieces = next(some for some in lists if len(some) >= most)
+    axis = int(np.argmax(round_axis(BEAKER)[1]))
+    middle = np.zeros((9, 3))
+    middle[:, axis] = np.linspace(0.2 * RIM, 0.99 * RIM, 9)
+    inside = [Trimesh(piece.vertices, piece.faces, process=False) for piece in pieces]
+    held = [
+        (((middle[:, None] - one.triangles[:, 0]) * one.face_normals).sum(axis=2) < 0).all(axis=1) for one in inside
+    ]
+    assert not np.any(held)
+    assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), convex_pieces(BEAKER, 1)) == 0.0
+
+
+def test_how_far_a_mesh_lies_outside_is_the_distance_by_hand():
+    small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((1.0, 1.0, 3.0))
+    assert outside_by(large, [small]) == pytest.approx(1.0, abs=1e-6)
+    corner = TriangleMesh([[1, 1, 1], [0, 0, 0], [0, 0, 0.1]], [[0, 1, 2]])
+    assert outside_by(corner, [small]) == pytest.approx(0.75**0.5, abs=1e-6)
+    assert outside_by(small, [large]) == 0.0
+
+
+def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outside():
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.05)
+    piece = TriangleMesh(ball.vertices, ball.faces)
+    few = within_triangles(piece)
+    assert len(few.faces) <= 255 < len(piece.faces) and few.is_closed
+    assert 0.0 < outside_by(piece, [few]) < 0.04 * 0.05
+    assert within_triangles(few) is few
