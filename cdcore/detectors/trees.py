@@ -15,7 +15,6 @@ from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.numerics import IntArray
@@ -37,8 +36,7 @@ class TreeDetector(PairDetector[TreeSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
-        self._trees = TreeStage(bodies, pairs, search, settings)
+        self._trees = TreeStage(bodies, pairs, self.name, settings)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
         self._broad = BroadPhase(bodies, pairs, boxes=False)
 

@@ -7,9 +7,8 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of, words_of
-from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects
-from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.narrow.triangles.filter import pair_intersects
+from cdcore.numerics import FloatArray, IntArray
 
 
 @kernel
@@ -42,33 +41,14 @@ def faces_meet(
 
 
 @kernel
-def keep_found(found: IntArray, count: int, row: int, face_a: int, face_b: int, answer: int) -> IntArray:
-    """Write entry ``count`` of ``found`` (n, 4); the array, or one twice as long where it was full."""
+def keep_found(found: IntArray, count: int, row: int, face_a: int, face_b: int) -> IntArray:
+    """Write entry ``count`` of ``found`` (n, 3); the array, or one twice as long where it was full."""
     become_part_of_caller()
     if count == found.shape[0]:
-        longer = np.empty((2 * count, 4), dtype=np.int64)
+        longer = np.empty((2 * count, 3), dtype=np.int64)
         for k in range(count):  # assigning a slice compiles its error message, some four seconds
-            for column in range(4):
+            for column in range(3):
                 longer[k, column] = found[k, column]
         found = longer
-    found[count, 0], found[count, 1], found[count, 2], found[count, 3] = row, face_a, face_b, answer
+    found[count, 0], found[count, 1], found[count, 2] = row, face_a, face_b
     return found
-
-
-def decided_by_integers(
-    found: IntArray, corners: tuple[FloatArray, FloatArray], turns: tuple[FloatArray, FloatArray],
-    moves: tuple[FloatArray, FloatArray],
-) -> IntArray:  # fmt: skip
-    """The entries of ``found`` (n, 4) that meet, their UNDECIDED ones asked in integers; order is kept.
-
-    ``turns`` (K, 3, 3) and ``moves`` (K, 3) of both bodies, K rows.
-    """
-    meets = found[:, 3] == 1
-    for k in np.flatnonzero(found[:, 3] == UNDECIDED).tolist():
-        row, *faces = found[k, :3].tolist()
-        placed = [
-            place_points(corners[side][face], turns[side][row], moves[side][row]).tolist()
-            for side, face in enumerate(faces)
-        ]
-        meets[k] = pair_intersects_integers(placed)
-    return found[meets]

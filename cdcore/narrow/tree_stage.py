@@ -7,7 +7,6 @@ reference vertices. A search that its budget ends says what it found, and NOT_FO
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -15,12 +14,14 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.face_pair import decided_by_integers, faces_meet
+from cdcore.narrow.face_pair import faces_meet
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
-from cdcore.narrow.published_trees.tree_descent import PairPoses
-from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS
+from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
+from cdcore.narrow.tree_builder import build_tree
+from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
+from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
 
@@ -30,6 +31,8 @@ MARGIN_TESTS: Final = 128
 """Tests spent on whether surfaces are apart by a margin, before they are asked without one."""
 SMALLEST_MARGIN: Final = 1e-60
 """Metres: products of four lengths as small as this are still numbers; of surfaces nearer than that none is known."""
+UNLIMITED: Final = int(np.iinfo(np.int64).max)
+"""The budget of a search that runs to completion."""
 MODES: Final = ("all", "first")
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
@@ -63,46 +66,48 @@ class TreeAnswer:
 
 
 class TreeStage:
-    """Asks a search about pair-frames of its bodies.
+    """Asks trees of one kind, a row of ``TREE_KINDS``, about pair-frames of its bodies.
 
     Each of the ``pairs`` (P, 2) is tested in the order of its names; its order here does not matter.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, search: TreeSearch, settings: TreeSettings) -> None:
-        self._bodies = tuple(bodies)
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, kind: str, settings: TreeSettings) -> None:
+        self._kind = TREE_KINDS[kind]
+        self._counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
+        self._corners = [body.mesh.triangles for body in bodies]
+        built = [build_tree(corners, self._kind.rule, self._kind.leaf_faces) for corners in self._corners]
+        self.trees = [tree for tree, _ in built]
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
-        self._search = search
         self._budget = UNLIMITED if settings.budget is None else settings.budget
         # writable: the kernels are compiled for such arrays
         self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
-        self._reach = [_reach(body.mesh.triangles) for body in bodies]
-        self._corners, self._digits = np.empty((6, 3)), new_digits()
+        self._reach = [_reach(corners) for corners in self._corners]
+        # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
+        self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)
+        self._pair, self._digits = np.empty((6, 3)), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
-        work = dict.fromkeys((*self._search.counters, "exhaustive"), 0)
+        work = dict.fromkeys((*self._counters, "exhaustive"), 0)
 
         def ask(column: int, pose_a: Poses, pose_b: Poses) -> Iterable[tuple[NDArray[np.int32], bool]]:
             a, b = self._ends[column]
-            poses, large = self._poses(a, b, pose_a, pose_b)
-            near = np.flatnonzero(~large)
-            near_poses = PairPoses(*(part[near] for part in poses))
-            searched = self._search.search(a, b, near_poses, every=every, budget=self._budget)
-            searched.found[:, 0] = near[searched.found[:, 0]]
-            cut = np.zeros(len(large), dtype=np.bool_)
-            cut[near] = searched.truncated
-            found = self._found(a, b, poses, searched.found, every)
-            for k in np.flatnonzero(large).tolist():
-                meeting = meeting_faces_placed(
-                    self._bodies[a].mesh.triangles, (poses.turn_a[k], poses.move_a[k]),
-                    self._bodies[b].mesh.triangles, (poses.turn_b[k], poses.move_b[k]),
-                )  # fmt: skip
-                found[k] = meeting[: None if every else 1]
-            for name, count in zip(self._search.counters, searched.counts.sum(axis=0).tolist(), strict=True):
+            poses = self._poses(a, b, pose_a, pose_b)
+            found, counts, ended = self.search(a, b, poses, every=every, budget=self._budget)
+            order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
+            if not every:
+                _, order = np.unique(found[:, 0], return_index=True)
+            bounds = np.searchsorted(found[order, 0], np.arange(1, len(ended)))
+            sets = np.split(found[order, 1:].astype(np.int32), bounds)
+            left = np.flatnonzero(ended == UNDECIDED).tolist()
+            for k in left:
+                first, second = ((turns[k], moves[k]) for turns, moves in (pose_a, pose_b))
+                meeting = meeting_faces_placed(self._corners[a], first, self._corners[b], second)
+                sets[k] = meeting[: None if every else 1]
+            for name, count in zip((*work,), (*counts.sum(axis=0).tolist(), len(left)), strict=True):
                 work[name] += count
-            work["exhaustive"] += int(large.sum())
-            return zip([turned_faces(one) for one in found] if self._turned[column] else found, cut, strict=True)
+            return zip(map(turned_faces, sets) if self._turned[column] else sets, ended == CUT_SHORT, strict=True)
 
         answers, which = ask_changed_poses(motion, self._ordered, frames, columns, ask)
         sets = [faces for faces, _ in answers]
@@ -110,6 +115,22 @@ class TreeStage:
         truncated = np.array([cut for _, cut in answers], dtype=np.bool_)[which]
         work |= {"tree_queries": len(answers), "reused": len(frames) - len(answers)}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
+
+    def search(
+        self, a: int, b: int, poses: PairPoses, *, every: bool, budget: int
+    ) -> tuple[IntArray, IntArray, ByteArray]:
+        """Look for faces of two bodies that meet in K poses: ``every`` one, or the first; at most ``budget`` tests.
+
+        Returns ``found`` (M, 3) row, face of A, face of B, in order of discovery; ``counts`` (K, C) of each row, node
+        and leaf tests first; and ``ended`` (K,): 0 where done, CUT_SHORT, or UNDECIDED: ask every pair of faces.
+        """
+        counts = np.zeros((len(poses.pad), len(self._counters)), dtype=np.int64)
+        ended = np.zeros(len(poses.pad), dtype=np.uint8)
+        found = search_rows(
+            self._kind.search, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
+            ended,
+        )  # fmt: skip
+        return found, counts, ended
 
     def decide_now(
         self, last_met: dict[int, tuple[int, int]], now: Motion, column: int, margin: float
@@ -126,10 +147,9 @@ class TreeStage:
         away = math.hypot(*poses.move_a[0].tolist()) + math.hypot(*poses.move_b[0].tolist())
         size = self._reach[a] + self._reach[b] + away
         if not size <= LARGEST_SIZE:
-            hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
-            return (CONTACT if hit else CLEAR), False
-        corners, met = (self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles), last_met.pop(column, None)
-        if met is not None and self._meet_again(corners, met):
+            return self._exhaustive(now, column), False
+        met = last_met.pop(column, None)
+        if met is not None and self._meet_again(a, b, met):
             last_met[column] = met
             return CONTACT, False
         tight = position_pad(size, SKEW) + UNDERFLOW_PAD
@@ -138,46 +158,35 @@ class TreeStage:
         reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if tried else ((0.0, UNLIMITED),)
         for extra, budget in reaches:
             poses.pad[0] = tight + extra
-            found, counts, truncated = self._search.search(a, b, poses, every=False, budget=budget)
-            meeting = self._decided(a, b, poses, found) if len(found) else found
-            if len(meeting):
-                last_met[column] = meeting[0, 1], meeting[0, 2]
+            found, counts, ended = self.search(a, b, poses, every=False, budget=budget)
+            if ended[0] == UNDECIDED:
+                return self._exhaustive(now, column), False
+            if len(found):
+                last_met[column] = found[0, 1], found[0, 2]
                 return CONTACT, False
-            if not truncated[0]:
+            if not ended[0]:
                 break
-        return CLEAR, bool(extra > 0.0 and counts[0, self._search.undismissed] == 0)
+        return CLEAR, bool(extra > 0.0 and counts[0, self._kind.undismissed] == 0)
 
-    def _meet_again(self, corners: tuple[FloatArray, FloatArray], faces: tuple[int, int]) -> bool:
+    def _exhaustive(self, now: Motion, column: int) -> int:
+        return CONTACT if self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0] else CLEAR
+
+    def _meet_again(self, a: int, b: int, faces: tuple[int, int]) -> bool:
         """Whether two faces meet in the pose of now; False too where only integers can tell."""
         now = self._now
         answer = faces_meet(
-            corners[0], faces[0], now.turn_a[0], now.move_a[0], corners[1], faces[1], now.turn_b[0], now.move_b[0],
-            self._corners, self._digits,
+            self._corners[a], faces[0], now.turn_a[0], now.move_a[0], self._corners[b], faces[1], now.turn_b[0],
+            now.move_b[0], self._pair, self._digits,
         )  # fmt: skip
         return answer == 1
 
-    def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> tuple[PairPoses, BoolArray]:
-        """The poses to ask about, and which of them lie so far out that the pads no longer hold."""
+    def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> PairPoses:
+        """The poses to ask about; the pad is infinite where they lie so far out that it no longer holds."""
         (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
         with np.errstate(over="ignore"):
             size = self._reach[a] + self._reach[b] + np.linalg.norm(move_a, axis=1) + np.linalg.norm(move_b, axis=1)
-        large = ~(size <= LARGEST_SIZE)
-        pad = position_pad(1.0, SKEW) * np.where(large, 0.0, size) + UNDERFLOW_PAD
-        return PairPoses(turn_a, move_a, turn_b, move_b, pad), large
-
-    def _decided(self, a: int, b: int, poses: PairPoses, found: IntArray) -> IntArray:
-        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        return decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
-
-    def _found(self, a: int, b: int, poses: PairPoses, found: IntArray, every: bool) -> list[NDArray[np.int32]]:
-        """Per pose the faces that meet, (k, 2), sorted."""
-        found = self._decided(a, b, poses, found)
-        order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
-        if not every:
-            _, order = np.unique(found[:, 0], return_index=True)
-        bounds = np.searchsorted(found[order, 0], np.arange(len(poses.pad) + 1)).tolist()
-        faces = found[order, 1:3].astype(np.int32)
-        return [faces[start:stop] for start, stop in pairwise(bounds)]
+        size[~(size <= LARGEST_SIZE)] = np.inf
+        return PairPoses(turn_a, move_a, turn_b, move_b, position_pad(1.0, SKEW) * size + UNDERFLOW_PAD)
 
 
 def _reach(triangles: FloatArray) -> float:

@@ -5,11 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support.random_worlds import bodies_of
 from support.shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import triangles_intersect
 from cdcore.narrow.published_trees.tree_descent import PairPoses
-from cdcore.narrow.published_trees.tree_search import TreeSearch
+from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.numerics import place_points
 
 
@@ -128,18 +129,23 @@ complete_first_hit_or_cut_short = pytest.mark.parametrize(
 )
 
 
+def searched(kind, corners):
+    """Trees of a kind over two bodies."""
+    return TreeStage(bodies_of(corners), np.array([[0, 1]]), kind, TreeSettings())
+
+
 def assert_as_slow(scene, kind, slow, every, budget):
     """The compiled search gives counts, faces and truncation of the slow one, row by row."""
     corners, poses = SCENES[scene]()
-    search = TreeSearch(kind, corners)
+    search = searched(kind, corners)
     limit = np.iinfo(np.int64).max if budget is None else budget
-    fast = search.search(0, 1, poses, every=every, budget=limit)
+    found, counts, ended = search.search(0, 1, poses, every=every, budget=limit)
     hits = 0
     for row in range(len(poses.pad)):
         want = slow(search.trees, *poses_of(poses, row), every=every, budget=budget).run()
-        assert fast.counts[row, :2].tolist() == [want.node_tests, want.leaf_tests]
-        assert bool(fast.truncated[row]) == want.truncated
-        assert [tuple(r) for r in fast.found[fast.found[:, 0] == row, 1:3].tolist()] == want.found
+        assert counts[row, :2].tolist() == [want.node_tests, want.leaf_tests]
+        assert bool(ended[row]) == want.truncated
+        assert [tuple(r) for r in found[found[:, 0] == row, 1:].tolist()] == want.found
         hits += bool(want.found)
     assert hits or budget
 

@@ -21,13 +21,18 @@ from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, 
 from cdcore.narrow.face_pair import faces_meet, keep_found
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
+from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 WORLD, OBB, RAPID, SOLID = range(4)
 
+CUT_SHORT = 1
+"""How a search ended that its budget stopped."""
+
 
 class PairPoses(NamedTuple):
-    """K poses of two bodies, (K, 3, 3) and (K, 3) each, and by how much two volumes must be apart in each, (K,)."""
+    """K poses of two bodies, (K, 3, 3) and (K, 3) each, and by how much two volumes must be apart in each, (K,),
+    infinite: only all pairs of faces can tell."""
 
     turn_a: FloatArray
     move_a: FloatArray
@@ -110,9 +115,10 @@ def open_nodes(
 @kernel
 def search_rows(  # noqa: C901 - one loop with its stack
     kind: int, tree_a: BoxNodes, tree_b: BoxNodes, poses: PairPoses, every: bool, budget: int, stack: IntArray,
-    digits: IntArray, counts: IntArray, truncated: ByteArray,
+    digits: IntArray, counts: IntArray, ended: ByteArray,
 ) -> IntArray:  # fmt: skip
-    """Faces that meet, (M, 4), in K poses.
+    """Faces that meet, (M, 3) row, face of A, face of B, in K poses; marks in ``ended`` (K,) which are CUT_SHORT, and
+    which UNDECIDED, where only integers, or tests without bounds of rounding, can tell.
 
     ``counts`` (K, 2): node tests, leaf tests; of SOLID (K, 5), also leaf tests that the cached axis ended, steps of
     GJK, exact face tests.
@@ -121,14 +127,16 @@ def search_rows(  # noqa: C901 - one loop with its stack
     turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     box_a, box_b, pair = np.empty(6), np.empty(6), np.empty((6, 3))
     points, room, axis = np.empty(18), np.empty(36), np.array([1.0, 0.0, 0.0])
-    found, known = np.empty((64, 4), dtype=np.int64), 0
+    found, known = np.empty((64, 3), dtype=np.int64), 0
     for row in range(len(pad)):
         pose_seen_from(turn_a[row], move_a[row], turn_b[row], move_b[row], turn, move)
-        tests, depth, done = 0, 1, False
+        tests, depth, done = 0, 1, pad[row] == np.inf
+        if done:
+            ended[row] = UNDECIDED
         stack[0, 0], stack[0, 1] = 0, 0
         while depth > 0 and not done:
             if tests == budget:
-                truncated[row] = 1
+                ended[row] = CUT_SHORT
                 break
             depth -= 1
             a, b = stack[depth, 0], stack[depth, 1]
@@ -156,7 +164,7 @@ def search_rows(  # noqa: C901 - one loop with its stack
                     if done:
                         break
                     if tests == budget:
-                        truncated[row], done = 1, True
+                        ended[row], done = CUT_SHORT, True
                         break
                     tests += 1
                     counts[row, 1] += 1
@@ -172,8 +180,10 @@ def search_rows(  # noqa: C901 - one loop with its stack
                         tree_a.corners, face_a, turn_a[row], move_a[row], tree_b.corners, face_b, turn_b[row],
                         move_b[row], pair, digits,
                     )  # fmt: skip
-                    if answer != 0:
-                        found = keep_found(found, known, row, tree_a.number[face_a], tree_b.number[face_b], answer)
+                    if answer == UNDECIDED:
+                        ended[row], done = UNDECIDED, True
+                    elif answer == 1:
+                        found = keep_found(found, known, row, tree_a.number[face_a], tree_b.number[face_b])
                         known += 1
-                        done = answer == 1 and not every
+                        done = not every
     return found[:known]

@@ -7,7 +7,6 @@ from support.shapes import lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
-from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
@@ -92,7 +91,7 @@ def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
     faces = np.array([[[2e-300, 1e-301, 1e-300], *below]] * 400)
     faces[200, 0] = 0.2, 0.2, 1.0
     bodies = [body_of("a", slope), body_of("b", faces)]
-    stage = TreeStage(bodies, PAIR, TreeSearch(name, [body.mesh.triangles for body in bodies]), TreeSettings())
+    stage = TreeStage(bodies, PAIR, name, TreeSettings())
     assert stage.decide_now({}, still(bodies, np.zeros((2, 3))), 0, 1e-3) == (Verdict.CONTACT, False)
 
 
@@ -101,8 +100,7 @@ def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyo
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
     far = share * LARGEST_SIZE
     sheets = [Body(name, TriangleMesh([[-far, 0, 0], [far, 0, 0], [0, far, 0]], [[0, 1, 2]])) for name in "ab"]
-    search = TreeSearch("obb", [sheet.mesh.triangles for sheet in sheets])
-    stage = TreeStage(sheets, PAIR, search, TreeSettings())
+    stage = TreeStage(sheets, PAIR, "obb", TreeSettings())
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
     first = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond

@@ -12,11 +12,12 @@ from support.slow_trees import (
     complete_first_hit_or_cut_short,
     corners_apart_along,
     each_scene,
+    searched,
 )  # fmt: skip
 
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
-from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
 from cdcore.narrow.tree_builder import build_tree
+from cdcore.narrow.tree_stage import UNLIMITED
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
 
@@ -84,10 +85,10 @@ def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, bu
 
 def test_the_kept_axis_of_solid_ends_most_leaf_tests_and_what_gjk_leaves_open_is_asked_exactly():
     corners, poses = SCENES["ball and beaker"]()
-    searched = TreeSearch("solid-style", corners).search(0, 1, poses, every=True, budget=UNLIMITED)
-    _, leaf, hits, steps, exact = searched.counts.sum(axis=0).tolist()
+    found, counts, _ = searched("solid-style", corners).search(0, 1, poses, every=True, budget=UNLIMITED)
+    _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
-    assert 0 < len(searched.found) <= exact <= 1.01 * len(searched.found) + 2
+    assert 0 < len(found) <= exact <= 1.01 * len(found) + 2
     assert 0 < leaf - hits - exact <= steps
 
 
