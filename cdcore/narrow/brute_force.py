@@ -7,6 +7,7 @@ from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import FloatArray, IntArray, place_points
 
 Pose = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and translation (3,)."""
 PAIRS_AT_ONCE = 1 << 20
 """Keeps each array of comparisons at a mebibyte, which stays in the processor's cache."""
 

@@ -5,7 +5,7 @@ The leaf test of every hierarchy. It is compiled once, so that a search which ca
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, kernel, stay_one_function
 from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.triangles.filter import pair_intersects
 from cdcore.numerics import FloatArray, IntArray
@@ -13,31 +13,19 @@ from cdcore.numerics import FloatArray, IntArray
 
 @kernel
 def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArray, pair: FloatArray, o: int) -> None:
-    """World corners of a face to rows ``o`` to ``o + 2`` of ``pair``, rounded as the reference vertices."""
+    """World corners of a face, nine numbers, to ``pair[o:]``, rounded as the reference vertices."""
     stay_one_function()
     for c in range(3):
         x, y, z = corners[face, c, 0], corners[face, c, 1], corners[face, c, 2]
         for k in range(3):
-            pair[o + c, k] = ((turn[k, 0] * x + turn[k, 1] * y) + turn[k, 2] * z) + move[k]
+            pair[o + 3 * c + k] = ((turn[k, 0] * x + turn[k, 1] * y) + turn[k, 2] * z) + move[k]
 
 
 @kernel
 def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
-    """1 or 0 for the faces in the two halves of ``pair``, (6, 3) or (18,); UNDECIDED where only integers can tell."""
+    """1 or 0 for the faces in the two halves of ``pair`` (18,); UNDECIDED where only integers can tell."""
     stay_one_function()
     return pair_intersects(doubles_of(pair), words_of(digits))
-
-
-@kernel
-def faces_meet(
-    corners_a: FloatArray, face_a: int, turn_a: FloatArray, move_a: FloatArray, corners_b: FloatArray, face_b: int,
-    turn_b: FloatArray, move_b: FloatArray, pair: FloatArray, digits: IntArray,
-) -> int:  # fmt: skip
-    """1, 0 or UNDECIDED for a face of A and a face of B, corners (f, 3, 3) in their own frames."""
-    stay_one_function()
-    place_face(corners_a, face_a, turn_a, move_a, pair, runtime_int(0))
-    place_face(corners_b, face_b, turn_b, move_b, pair, runtime_int(3))
-    return placed_pair_meets(pair, digits)
 
 
 @kernel

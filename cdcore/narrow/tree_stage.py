@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.face_pair import faces_meet
+from cdcore.narrow.face_pair import place_face, placed_pair_meets
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
 from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
@@ -85,7 +85,7 @@ class TreeStage:
         self._reach = [_reach(corners) for corners in self._corners]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
         self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)
-        self._pair, self._digits = np.empty((6, 3)), new_digits()
+        self._pair, self._digits = np.empty(18), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
@@ -173,12 +173,10 @@ class TreeStage:
 
     def _meet_again(self, a: int, b: int, faces: tuple[int, int]) -> bool:
         """Whether two faces meet in the pose of now; False too where only integers can tell."""
-        now = self._now
-        answer = faces_meet(
-            self._corners[a], faces[0], now.turn_a[0], now.move_a[0], self._corners[b], faces[1], now.turn_b[0],
-            now.move_b[0], self._pair, self._digits,
-        )  # fmt: skip
-        return answer == 1
+        now, pair = self._now, self._pair
+        place_face(self._corners[a], faces[0], now.turn_a[0], now.move_a[0], pair, 0)
+        place_face(self._corners[b], faces[1], now.turn_b[0], now.move_b[0], pair, 9)
+        return placed_pair_meets(pair, self._digits) == 1
 
     def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> PairPoses:
         """The poses to ask about; the pad is infinite where they lie so far out that it no longer holds."""

@@ -92,12 +92,11 @@ COUNT = 150
 
 def proper(pairs):
     """Which pairs have no face without area, exactly."""
-    from cdcore.narrow.triangles.integers import integers_on_one_scale, normal
+    from cdcore.narrow.triangles.integers import integer_points, normal
 
     found = []
-    for pair in pairs.reshape(-1, 18).tolist():
-        n = integers_on_one_scale(pair)
-        p = [tuple(n[k : k + 3]) for k in range(0, 18, 3)]
+    for pair in pairs:
+        p, _ = integer_points(pair)
         found.append(any(normal(p[:3])) and any(normal(p[3:])))
     return np.array(found)
 

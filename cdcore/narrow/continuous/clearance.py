@@ -36,5 +36,5 @@ def keep_reach(
     for k in range(len(poses)):
         for entry in range(12):
             room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
-        room.waiting[0, 1], room.waiting[0, 2] = 0, 0
+        room.waiting[0, 0], room.waiting[0, 1] = 0, 0
         apart[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, runtime_int(0)) == 0

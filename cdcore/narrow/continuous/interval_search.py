@@ -49,11 +49,11 @@ COUNTERS: Final = 4
 class Room(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
-    ``items`` (n, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be tested within a part;
-    ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their items, first
-    and count; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested, two to build
-    them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
-    faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
+    ``items`` (n, 3) kind, A, B; ``waiting`` (n, 2) pairs of nodes still to be tested within a part;
+    ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their first item and
+    the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested,
+    two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the faces
+    (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
     """
 
     items: Items
@@ -72,7 +72,7 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Room(
-        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
+        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 2), dtype=np.int32), np.empty((MOST_PARTS, 2)),
         np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
         np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
     )  # fmt: skip
@@ -139,7 +139,7 @@ def boxes_left(
     waiting, depth = room.waiting, 1
     while depth > 0:
         depth -= 1
-        a, b = int(waiting[depth, 1]), int(waiting[depth, 2])
+        a, b = int(waiting[depth, 0]), int(waiting[depth, 1])
         room.work[BOX_TESTS] += 1
         box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
         if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin):
@@ -156,24 +156,24 @@ def boxes_left(
             continue
         split_a = leaf_b >= 0 or (leaf_a < 0 and box_a[15] > box_b[15])
         for child in range(2):
-            waiting[depth, 1] = tree_a.links[a, 0] + child if split_a else a
-            waiting[depth, 2] = b if split_a else tree_b.links[b, 0] + child
+            waiting[depth, 0] = tree_a.links[a, 0] + child if split_a else a
+            waiting[depth, 1] = b if split_a else tree_b.links[b, 0] + child
             depth += 1
     return end
 
 
 @hot_kernel
 def items_left(
-    tree_a: BoxTree, tree_b: BoxTree, first: int, count: int, motion: float, margin: float, room: Room
+    tree_a: BoxTree, tree_b: BoxTree, first: int, after: int, motion: float, margin: float, room: Room
 ) -> int:
-    """Append after items ``first`` to ``first + count`` what of them may meet in the part; new end or -1."""
+    """Append what of the items ``first`` to ``after`` may meet in the part; new end or -1."""
     stay_one_function()
-    items, end = room.items, first + count
+    items, end = room.items, after
     chord = turned_between(room.poses[0], room.poses[1])
-    for k in range(first, first + count):
+    for k in range(first, after):
         a, b = int(items[k, 1]), int(items[k, 2])
         if items[k, 0] == BOXES:
-            room.waiting[0, 1], room.waiting[0, 2] = a, b
+            room.waiting[0, 0], room.waiting[0, 1] = a, b
             end = boxes_left(tree_a, tree_b, motion, margin, chord, room, end)
         else:
             room.work[FACE_TESTS] += 1
@@ -218,13 +218,11 @@ def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, 
 
 
 @hot_kernel
-def halve(room: Room, depth: int, start: float, stop: float, first: int, end: int) -> None:
-    """Put both halves of a part on the stack, the earlier one on top, each with items ``first`` to ``end``."""
-    middle = 0.5 * (start + stop)
-    for k in range(2):
-        room.parts[depth + k, 0] = middle if k == 0 else start
-        room.parts[depth + k, 1] = stop if k == 0 else middle
-        room.spans[depth + k, 0], room.spans[depth + k, 1] = first, end - first
+def keep_part(room: Room, depth: int, start: float, stop: float, first: int, after: int) -> int:
+    """Put a part with items ``first`` to ``after`` on the stack; its new depth."""
+    room.parts[depth, 0], room.parts[depth, 1] = start, stop
+    room.spans[depth, 0], room.spans[depth, 1] = first, after
+    return depth + 1
 
 
 @kernel
@@ -238,13 +236,17 @@ def first_contact(
     spent on the others. ``bounds`` (4,). A contact at the very start is not looked for: who asks knows it.
     """
     stay_one_function()
-    items, parts, spans, found = room.items, room.parts, room.spans, room.found
-    items[0, 0], items[0, 1], items[0, 2] = BOXES, 0, 0
-    parts[0, 0], parts[0, 1], spans[0, 0], spans[0, 1] = 0.0, 1.0, 0, 1
-    depth, state, spent = 1, FREE, 0
+    items, found = room.items, room.found
+    depth = keep_part(room, 0, 0.0, 1.0, 0, keep_item(items, 0, BOXES, 0, 0))
+    state, spent = FREE, 0
     while depth > 0:
         depth -= 1
-        start, stop, first, count = parts[depth, 0], parts[depth, 1], spans[depth, 0], spans[depth, 1]
+        start, stop, first, after = (
+            room.parts[depth, 0],
+            room.parts[depth, 1],
+            room.spans[depth, 0],
+            room.spans[depth, 1],
+        )
         width = stop - start
         motion = bounds[SPEED] * width
         slow = motion <= tolerance
@@ -253,16 +255,17 @@ def first_contact(
         place_ends(leg_a, leg_b, start, stop, room)
         before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
         margin = bounds[PAD] + 0.125 * width * width * bounds[ACCELERATION]
-        end = items_left(tree_a, tree_b, first, count, 0.0 if last else motion, margin, room)
+        end = items_left(tree_a, tree_b, first, after, 0.0 if last else motion, margin, room)
         if slow:
             spent += room.work[BOX_TESTS] + room.work[FACE_TESTS] - before
-        if end == first + count:
+        if end == after:
             continue
         if end >= 0 and not last:
-            halve(room, depth, start, stop, first + count, end)
-            depth += 2
+            middle = 0.5 * (start + stop)
+            depth = keep_part(room, depth, middle, stop, after, end)
+            depth = keep_part(room, depth, start, middle, after, end)
             continue
-        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, first + count, end, room) if end >= 0 else -1.0
+        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, after, end, room) if end >= 0 else -1.0
         if state == FREE:
             found[0] = start
         if share >= 0.0:
@@ -270,7 +273,7 @@ def first_contact(
             return HIT
         found[1] = stop
         if end >= 0:
-            found[2], found[3] = items[first + count, 1], items[first + count, 2]
+            found[2], found[3] = items[after, 1], items[after, 2]
         state = max(state, TOO_CLOSE if width <= bounds[SHORTEST] else TOO_LONG)
     return state
 

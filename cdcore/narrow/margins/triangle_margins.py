@@ -6,13 +6,12 @@ on one power-of-two scale, shifted to a common origin there, and only the root a
 
 from collections.abc import Iterator
 from fractions import Fraction
-from itertools import chain
 from math import isqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.narrow.triangles.integers import Triangle, Vector, cross, difference, dot, integers_on_one_scale, normal
+from cdcore.narrow.triangles.integers import Triangle, Vector, cross, difference, dot, integer_points, normal
 from cdcore.narrow.triangles.predicates import checked_triangles, triangles_intersect
 from cdcore.numerics import BoolArray, FloatArray
 
@@ -45,11 +44,8 @@ def triangle_margins(triangles: ArrayLike) -> tuple[BoolArray, FloatArray]:
 
 def _margin(pair: FloatArray, meet: bool) -> float:
     """Penetration or clearance of one pair (2, 3, 3)."""
-    numbers = list(chain.from_iterable(chain.from_iterable(pair.tolist())))
-    scale = max(value.as_integer_ratio()[1] for value in numbers)
-    whole = integers_on_one_scale(numbers)
-    origin: Vector = (whole[0], whole[1], whole[2])
-    p = [difference((whole[k], whole[k + 1], whole[k + 2]), origin) for k in range(0, 18, 3)]
+    points, scale = integer_points(pair)
+    p = [difference(point, points[0]) for point in points]
     first, second = (p[0], p[1], p[2]), (p[3], p[4], p[5])
     squares = _overlaps(first, second) if meet else _distances(first, second)
     return _root(min(squares, default=Fraction(0)), scale)

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.face_pair import faces_meet, keep_found
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
 from cdcore.narrow.triangles.filter import UNDECIDED
@@ -82,20 +82,6 @@ def offset_of_centres(
 
 
 @hot_kernel
-def bring_faces(
-    corners_a: FloatArray, face_a: int, corners_b: FloatArray, face_b: int, turn: FloatArray, move: FloatArray,
-    points: FloatArray,
-) -> None:  # fmt: skip
-    """Both faces in A's frame, nine of the ``points`` (18,) each."""
-    stay_one_function()
-    for c in range(3):
-        x, y, z = corners_b[face_b, c, 0], corners_b[face_b, c, 1], corners_b[face_b, c, 2]
-        for k in range(3):
-            points[3 * c + k] = corners_a[face_a, c, k]
-            points[9 + 3 * c + k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + move[k]
-
-
-@hot_kernel
 def open_nodes(
     child_a: IntArray, a: int, child_b: IntArray, b: int, both: bool, first_is_larger: bool, stack: IntArray, depth: int
 ) -> int:  # fmt: skip
@@ -125,8 +111,8 @@ def search_rows(  # noqa: C901 - one loop with its stack
     """
     turn_a, move_a, turn_b, move_b, pad = poses
     turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
-    box_a, box_b, pair = np.empty(6), np.empty(6), np.empty((6, 3))
-    points, room, axis = np.empty(18), np.empty(36), np.array([1.0, 0.0, 0.0])
+    box_a, box_b, pair = np.empty(6), np.empty(6), np.empty(18)
+    room, axis = np.empty(36), np.array([1.0, 0.0, 0.0])
     found, known = np.empty((64, 3), dtype=np.int64), 0
     for row in range(len(pad)):
         pose_seen_from(turn_a[row], move_a[row], turn_b[row], move_b[row], turn, move)
@@ -168,18 +154,16 @@ def search_rows(  # noqa: C901 - one loop with its stack
                         break
                     tests += 1
                     counts[row, 1] += 1
+                    place_face(tree_a.corners, face_a, turn_a[row], move_a[row], pair, runtime_int(0))
+                    place_face(tree_b.corners, face_b, turn_b[row], move_b[row], pair, runtime_int(9))
                     if kind == SOLID:
-                        bring_faces(tree_a.corners, face_a, tree_b.corners, face_b, turn, move, points)
-                        steps = steps_to_separate(points, axis, pad[row], room)
+                        steps = steps_to_separate(pair, axis, pad[row], room)
                         if steps != MEETING:
                             counts[row, 2] += 1 if steps == 0 else 0
                             counts[row, 3] += steps
                             continue
                         counts[row, 4] += 1
-                    answer = faces_meet(
-                        tree_a.corners, face_a, turn_a[row], move_a[row], tree_b.corners, face_b, turn_b[row],
-                        move_b[row], pair, digits,
-                    )  # fmt: skip
+                    answer = placed_pair_meets(pair, digits)
                     if answer == UNDECIDED:
                         ended[row], done = UNDECIDED, True
                     elif answer == 1:

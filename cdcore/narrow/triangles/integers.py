@@ -7,18 +7,23 @@ test is checked against.
 Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996), for separating axes of convex bodies.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import chain
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdcore.numerics import FloatArray
 
 Vector = tuple[int, int, int]
 Triangle = tuple[Vector, Vector, Vector]
 
 
-def integers_on_one_scale(values: Sequence[float]) -> list[int]:
-    """The doubles as integers, all multiplied by the same power of two."""
-    fractions = [value.as_integer_ratio() for value in values]
+def integer_points(coordinates: FloatArray) -> tuple[list[Vector], int]:
+    """Points (..., 3) of finite doubles, row by row, all multiplied by a power of two, which comes second."""
+    fractions = [value.as_integer_ratio() for value in coordinates.ravel().tolist()]
     shared = max(denominator for _, denominator in fractions)
-    return [numerator * (shared // denominator) for numerator, denominator in fractions]
+    whole = [numerator * (shared // denominator) for numerator, denominator in fractions]
+    return list(zip(whole[::3], whole[1::3], whole[2::3], strict=True)), shared
 
 
 def difference(a: Vector, b: Vector) -> Vector:
@@ -77,9 +82,8 @@ def separates(axis: Vector, first: Triangle, second: Triangle) -> bool:
     return max(one) < min(other) or max(other) < min(one)
 
 
-def pair_intersects_integers(pair: Sequence[Sequence[Sequence[float]]]) -> bool:
-    """Exact answer for one pair (2, 3, 3) of finite Python floats."""
-    numbers = integers_on_one_scale(list(chain.from_iterable(chain.from_iterable(pair))))
-    points: list[Vector] = [(numbers[i], numbers[i + 1], numbers[i + 2]) for i in range(0, 18, 3)]
-    first, second = (points[0], points[1], points[2]), (points[3], points[4], points[5])
+def pair_intersects_integers(pair: ArrayLike) -> bool:
+    """Exact answer for one pair (2, 3, 3) of finite doubles."""
+    (a, b, c, d, e, f), _ = integer_points(np.asarray(pair, dtype=np.float64))
+    first, second = (a, b, c), (d, e, f)
     return not any(separates(axis, first, second) for axis in candidate_axes(first, second))
