@@ -69,7 +69,10 @@ class MarginStage:
         poses = np.concatenate([rotations.reshape(-1, 18), translations.reshape(-1, 6)], axis=1)
         _, same, which = np.unique(poses, axis=0, return_index=True, return_inverse=True)
         rotations, translations = rotations[same], translations[same]
-        answer = ~self._certainly_apart(pair, rotations, translations)
+        trees = [self._tree(body) for body in pair]
+        size = np.abs(translations).sum(axis=(1, 2)) + trees[0].reach + trees[1].reach
+        pose_a, pose_b = ((rotations[:, side], translations[:, side]) for side in (0, 1))
+        answer = ~certainly_apart(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
         for row in np.flatnonzero(answer):
             first, second = (
                 self._placed(body, rotations[row, side], translations[row, side]) for side, body in enumerate(pair)
@@ -85,12 +88,6 @@ class MarginStage:
         apart = overlap_bounds(pairs)[2]
         nearest = np.argsort(apart, kind="stable")[: int((apart <= self._tau).sum())]
         return any(triangle_margins(pairs[[row]])[1][0] <= self._tau for row in nearest)
-
-    def _certainly_apart(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
-        trees = [self._tree(body) for body in pair]
-        size = np.abs(translations).sum(axis=(1, 2)) + trees[0].reach + trees[1].reach
-        pose_a, pose_b = ((rotations[:, side], translations[:, side]) for side in (0, 1))
-        return certainly_apart(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
         return place_points(self._triangles[body], rotation, translation)

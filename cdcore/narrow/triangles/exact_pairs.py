@@ -100,8 +100,10 @@ def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
         return segments_meet_2d(p, a, b, c, d, axis, w)
     if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
         return False
-    apart = ranges_apart(p, a, b, c, d, runtime_int(0)) or ranges_apart(p, a, b, c, d, runtime_int(1))
-    return not (apart or ranges_apart(p, a, b, c, d, runtime_int(2)))
+    apart = False
+    for k in range(3):
+        apart = apart or ranges_apart(p, a, b, c, d, k)
+    return not apart
 
 
 @hot_kernel

@@ -2,22 +2,14 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate, motion_of
+from support.motions import KINDS, grid_plate, motion_of, placed
+from support.random_worlds import bodies_of
 from support.shapes import ball_mesh, box_mesh, merged
 
-from cdcore import Body, TriangleMesh
+from cdcore import Body
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.margins.triangle_margins import triangle_margins
-from cdcore.numerics import place_points
-
-
-def body(triangles, name="it"):
-    return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
-
-
-def placed(triangles, turn, move):
-    return place_points(triangles.reshape(-1, 3), turn, move).reshape(-1, 3, 3)
 
 
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
@@ -25,8 +17,8 @@ def placed(triangles, turn, move):
 def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
     rng = np.random.default_rng(4)
     meshes = [KINDS[kind](rng, 10) for _ in range(2)]
-    turn, move = motion_of(kind, rng, 24, 2)
-    stage = MarginStage([body(meshes[0], "a"), body(meshes[1], "b")], tau)
+    turn, move, bodies = *motion_of(kind, rng, 24, 2), bodies_of(meshes)
+    stage = MarginStage(bodies, tau)
     near = stage.near((0, 1), turn, move)
     for frame in range(0, 24, 3):
         first, second = (placed(meshes[k], turn[frame, k], move[frame, k]) for k in range(2))
@@ -40,7 +32,7 @@ def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
         assert stage.shallow((0, 1), faces, turn[frame], move[frame]) == (margin[meets].max() <= tau)
         deepest = margin[meets].max()
         for border in {deepest, np.nextafter(deepest, 0.0)}:
-            exact = MarginStage([body(meshes[0], "a"), body(meshes[1], "b")], border)
+            exact = MarginStage(bodies, border)
             assert exact.shallow((0, 1), faces, turn[frame], move[frame]) == (border == deepest)
 
 
@@ -97,5 +89,5 @@ def test_a_plug_that_fits_its_hole_exactly_comes_loose_though_no_shift_frees_it(
 
 def test_a_tool_on_an_open_sheet_comes_loose_whichever_way_the_sheet_looks():
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
-        bodies = [body(faces, "sheet"), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
+        bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.motions import placed, rotations, soup
+from support.random_worlds import bodies_of
 from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
 
-from cdcore import Body, Motion, TriangleMesh, intersecting_faces
+from cdcore import Body, Motion, intersecting_faces
 from cdcore.errors import InvalidPoseError
 from cdcore.narrow import brute_force as exhaustive
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -80,16 +81,13 @@ def test_each_column_comes_once_with_all_its_rows_in_order(columns):
         assert list(found) == sorted(found)
 
 
-def mesh_of(triangles):
-    return TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
-
-
 def test_it_equals_the_exhaustive_test():
     rng = np.random.default_rng(1)
     a, b = soup(rng, 60), soup(rng, 50)
+    meshes = [body.mesh for body in bodies_of([a, b])]
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotations(rng, (2,)), rng.normal(size=(2, 3)) * 0.3
-    found = intersecting_faces(mesh_of(a), mesh_of(b), *poses)
+    found = intersecting_faces(*meshes, *poses)
     want = meeting_faces_exhaustive(*(placed(t, p[:3, :3], p[:3, 3]) for t, p in zip((a, b), poses, strict=True)))
     assert found.dtype == np.int64
     assert len(want) > 5
@@ -97,7 +95,7 @@ def test_it_equals_the_exhaustive_test():
 
 
 def test_a_pose_that_is_none_is_refused_by_its_body():
-    mesh = mesh_of(np.zeros((1, 3, 3)))
+    mesh = box_mesh()
     with pytest.raises(InvalidPoseError, match="body B"):
         intersecting_faces(mesh, mesh, np.eye(4), np.full((4, 4), np.nan))
 

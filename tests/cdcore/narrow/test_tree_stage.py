@@ -2,45 +2,15 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, exhaustive, motion_of
+from support.random_worlds import bodies_of
 from support.shapes import lab, still
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore import Motion, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
-FRAMES = 24
 PAIR = np.array([[0, 1]])
-
-
-def body_of(name, triangles):
-    return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
-
-
-def scene(kind, scale, away=0.0):
-    rng = np.random.default_rng(7)
-    meshes = [KINDS[kind](rng) * scale for _ in range(3)]
-    turn, move = motion_of(kind, rng, FRAMES, 3)
-    move = move * scale + away
-    return meshes, [body_of(f"b{k}", mesh) for k, mesh in enumerate(meshes)], Motion(np.arange(FRAMES) / 90, move, turn)
-
-
-@pytest.mark.parametrize("name", TREES)
-@pytest.mark.parametrize(
-    ("kind", "scale", "away"),
-    [
-        *((kind, 1.0, 0.0) for kind in KINDS),
-        ("soup", 1e-6, 1e3),
-        pytest.param("lattice", 2.0**-700, 0.0, marks=pytest.mark.slow),
-        ("soup", 1e90, 0.0),
-    ],
-)
-def test_faces_equal_the_exhaustive_test(name, kind, scale, away):
-    meshes, bodies, motion = scene(kind, scale, away)
-    detection = create_detector(name, bodies, containment=False).detect(motion, faces=True)
-    assert sum(len(want) for _, _, want in exhaustive(detection, meshes, motion, 4))
-    assert (detection.work["exhaustive"] > 0) == (scale > 1e75)
 
 
 @pytest.mark.parametrize("name", TREES)
@@ -90,7 +60,7 @@ def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
     slope, below = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
     faces = np.array([[[2e-300, 1e-301, 1e-300], *below]] * 400)
     faces[200, 0] = 0.2, 0.2, 1.0
-    bodies = [body_of("a", slope), body_of("b", faces)]
+    bodies = bodies_of([slope, faces])
     stage = TreeStage(bodies, PAIR, name, TreeSettings())
     assert stage.decide_now({}, still(bodies, np.zeros((2, 3))), 0, 1e-3) == (Verdict.CONTACT, False)
 
@@ -99,7 +69,7 @@ def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
 def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyond):
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
     far = share * LARGEST_SIZE
-    sheets = [Body(name, TriangleMesh([[-far, 0, 0], [far, 0, 0], [0, far, 0]], [[0, 1, 2]])) for name in "ab"]
+    sheets = bodies_of([np.array([[[-far, 0, 0], [far, 0, 0], [0, far, 0]]])] * 2)
     stage = TreeStage(sheets, PAIR, "obb", TreeSettings())
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
     first = np.zeros(1, dtype=np.int64)
