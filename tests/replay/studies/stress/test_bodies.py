@@ -65,4 +65,4 @@ def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
     (one,) = run_cases(["exact"], [43])
     assert one.changed == 3 and "blocks 1" in one.reason
     assert len(StressResult(100, 1, 0.0, (one,)).broken) == 1
-    assert one.asked == 8
+    assert one.asked == 4
