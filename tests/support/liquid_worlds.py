@@ -16,14 +16,14 @@ LOW = 0.2
 """The receiving glass stands this far below the pouring one."""
 
 
-def glass(name, volume_ml=0.0, *, solute="", molar=0.0, cavity=None, **liquid) -> SceneBody:
-    """A cylindrical glass, its lip towards +X."""
+def glass(name, volume_ml=0.0, *, cavity=None, properties=None, **liquid) -> SceneBody:
+    """A cylindrical glass, its lip towards +X, with so much liquid and other properties."""
     sizes = {
         "capacity_ml": 50.0, "floor": 0.0, "mark": 50e-6 / (np.pi * RADIUS**2), "radius": RADIUS, "height": HEIGHT,
         "opening": [0.0, HEIGHT, 0.0], "opening_radius": RADIUS, "lip": [RADIUS, HEIGHT, 0.0],
     }  # fmt: skip
-    told = {"volume_ml": volume_ml, "solute": solute, "molar": molar, **liquid}
-    return SceneBody(name, extra={"cavity": {**sizes, **(cavity or {})}, "properties": {"liquid": told}})
+    told = {"liquid": {"volume_ml": volume_ml, **liquid}, **(properties or {})}
+    return SceneBody(name, extra={"cavity": sizes | (cavity or {}), "properties": told})
 
 
 def tilted(degrees, lip=(0.0, LOW, 0.0)):

@@ -135,7 +135,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_what_falls_breaks_a_fifth_above_the_threshold_and_never_below(height, rate):
-    for row in np.random.default_rng(rate).permutation(len(FALLS))[:4].tolist():
+    for row in np.random.default_rng(rate).permutation(len(FALLS))[:2].tolist():
         check_fall(height, rate, *FALLS[row])
 
 

@@ -99,9 +99,7 @@ ZINC = "Zn + 2 HCl -> ZnCl2 + H2"
 
 
 def on_zinc(grams, volume=0.0, **more):
-    flask = glass("b", volume, **more)
-    flask.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": grams}
-    return flask
+    return glass("b", volume, properties={"solid": {"formula": "Zn", "mass_g": grams}}, **more)
 
 
 def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():

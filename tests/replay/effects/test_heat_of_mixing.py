@@ -12,11 +12,8 @@ MIX = ("mixing", {"in": ["a", "b"]})
 
 
 def vessel(name, volume, solute, molar, **properties):
-    body = glass(name, volume, solute=solute, molar=molar)
-    if isinstance(molar, dict):
-        body.extra["properties"]["liquid"] = {"volume_ml": volume, "solutes": molar}
-    body.extra["properties"].update(properties)
-    return body
+    told = {"solutes": molar} if isinstance(molar, dict) else {"solute": solute, "molar": molar}
+    return glass(name, volume, properties=properties, **told)
 
 
 def reacted(first, second, equation, more=(), **reaction):
@@ -38,39 +35,16 @@ def reacted(first, second, equation, more=(), **reaction):
      (("NaOH", 0.5), ("NH4Cl", 1.0), "NH4Cl + NaOH -> NH3 + NaCl + H2O", 3.6),
      (("NaOH", 0.5), ("HF", 1.0), "HF + NaOH -> NaF + H2O", 68.0),
      (("NaOH", 0.5), ("NaHCO3", 1.0), "NaHCO3 + NaOH -> Na2CO3 + H2O", 41.0),
-     (("AgNO3", 0.5), ("NaCl", 1.0), "AgNO3 + NaCl -> AgCl + NaNO3", 65.49)],
+     (("AgNO3", 0.5), ("NaCl", 1.0), "AgNO3 + NaCl -> AgCl + NaNO3", 65.49),
+     # CO3^2- + H+ gives 14.85; soda stands in water as HCO3- and OH- to 1 % at 2 mol/L and to 4.5 % at 0.1, and that
+     # share gives the 55.84 of H+ + OH-.
+     *((("HCl", molar), ("Na2CO3", molar), "Na2CO3 + HCl -> NaHCO3 + NaCl", kj_mol)
+       for molar, kj_mol in ((2.0, 15.2), (1.0, 15.4), (0.1, 16.6)))],
 )  # fmt: skip
 def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(first, second, equation, kj_mol):
     kelvin, moved, _ = reacted(first, second, equation)
     per_mol = kelvin * PER_ML * (20.0 + moved) / (first[1] * moved * 1e-3) / 1e3
-    assert per_mol == pytest.approx(kj_mol, rel=0.02)
-
-
-def enthalpy_of_carbonate(sodium, chloride, carbonate):
-    """kJ of a litre above its ions without protons and water, by an own bisection of the charges: pKa 6.35, 10.33."""
-    low, high = 0.0, 14.0
-    for _ in range(60):
-        ph = 0.5 * (low + high)
-        proton, hydroxide = 10.0**-ph, 10.0 ** (ph - 13.995)
-        weights = np.array([1.0, 10.0 ** (10.33 - ph), 10.0 ** (16.68 - 2.0 * ph)])
-        ion, one, two = carbonate * weights / weights.sum()
-        charge = sodium + proton - hydroxide - chloride - 2.0 * ion - one
-        low, high = (ph, high) if charge > 0.0 else (low, ph)
-    return one * (677.14 - 691.99) + two * (677.14 - 699.63) + hydroxide * (285.83 - 229.99)
-
-
-@pytest.mark.parametrize(("molar", "kj_mol"), [(2.0, 15.2), (1.0, 15.4), (0.1, 16.6)])
-def test_the_first_acid_on_soda_gives_15_kj_and_what_its_hydroxide_gives(molar, kj_mol):
-    """CO3^2- + H+ -> HCO3- gives 14.85 kJ/mol. Soda stands in water as HCO3- and OH- to 1 % at 2 mol/L and to 4.5 % at
-    0.1; that share gives the 55.84 of H+ + OH-. So 15 within 2 % is the heat at 2 mol/L alone."""
-    kelvin, moved, _ = reacted(("HCl", molar), ("Na2CO3", molar), "Na2CO3 + HCl -> NaHCO3 + NaCl")
-    per_mol = kelvin * PER_ML * (20.0 + moved) / (molar * moved * 1e-3) / 1e3
-    share = moved / (20.0 + moved)
-    ends = enthalpy_of_carbonate(2.0 * molar * (1.0 - share), molar * share, molar * (1.0 - share))
-    begins = enthalpy_of_carbonate(2.0 * molar, 0.0, molar) * (1.0 - share)
-    assert per_mol == pytest.approx((begins - ends) / (molar * share), rel=1e-6)
-    assert per_mol == pytest.approx(kj_mol, rel=0.005)
-    assert (abs(per_mol - 15.0) < 0.02 * 15.0) == (molar == 2.0)
+    assert per_mol == pytest.approx(kj_mol, rel=0.01)
 
 
 def test_the_constant_of_the_vessel_and_the_starting_temperature_count():

@@ -20,12 +20,7 @@ def ramp(first, last, degrees):
 
 
 def holding(name, volume, solids=None, cavity=None, **solutes):
-    body = glass(name, volume, solutes=solutes, **({"cavity": cavity} if cavity else {}))
-    for key in ("solute", "molar"):
-        del body.extra["properties"]["liquid"][key]
-    if solids:
-        body.extra["properties"]["solid"] = solids
-    return body
+    return glass(name, volume, solutes=solutes, cavity=cavity, properties=solids and {"solid": solids})
 
 
 def titration():

@@ -36,19 +36,13 @@ TITRATIONS = [
 ]  # fmt: skip
 
 
-def titrated(flask, burette, equations=(ACID,), hz=90, seconds=8.0, more=()):
+def titrated(flask, burette, equations=(ACID,), hz=90):
     """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
-    bodies = []
-    for name, volume, solutes in (("flask", 10.0, flask), ("burette", 50.0, burette)):
-        bodies.append(glass(name, volume, solutes=solutes, **({"cavity": COLUMN} if name == "burette" else {})))
-        for key in ("solute", "molar"):
-            del bodies[-1].extra["properties"]["liquid"][key]
+    acid, base = glass("flask", 10.0, solutes=flask), glass("burette", 50.0, solutes=burette, cavity=COLUMN)
     tables = [("reaction", {"equation": equation}) for equation in equations]
-    degrees = [0.0, 0.0, *([90.0] * round(seconds * hz)), 0.0]
+    degrees = [0.0, 0.0, *([90.0] * 8 * hz), 0.0]
     settings = {"full_area_m2": 1.2e-6}
-    return run_in(
-        degrees, MIX, *tables, *more, acid=bodies[0], base=bodies[1], step_ns=round(1e9 / hz), settings=settings
-    )
+    return run_in(degrees, MIX, *tables, acid=acid, base=base, step_ns=round(1e9 / hz), settings=settings)
 
 
 def true_ph(flask, burette, added):
