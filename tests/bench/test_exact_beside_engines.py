@@ -19,11 +19,12 @@ pytestmark = pytest.mark.bench
 
 PATIENCE_S = 3.0
 """A peer that takes longer is asked once."""
-AT_MOST = {"bool": {"exact": 0.1, "hybrid": 0.65}, "faces": {"exact": 0.2, "hybrid": 0.95}}
+AT_MOST = {"bool": {"exact": 0.1, "hybrid": 0.65}, "faces": {"exact": 0.3, "hybrid": 0.95}}
 """Share of the loop over python-fcl."""
 CONTAINMENT_AT_MOST = 1.15
-LIVE_AT_MOST = dict.fromkeys(("collider", "hybrid", "static", "rapid-style", "solid-style"), 2.0)
-LIVE_AT_MOST |= {"exact": 0.75, "hybrid-qaco": 4.0, "aabb": 1.1, "obb": 1.1, "sphere": 1.1}
+LIVE = (
+    "exact", "collider", "hybrid", "hybrid-qaco", "static", "rapid-style", "solid-style", "aabb", "obb", "sphere",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("what", AT_MOST)
@@ -47,18 +48,18 @@ def test_exact_and_hybrid_answer_as_python_fcl_in_a_share_of_its_time(faces, wha
     assert least["exact"] < CONTAINMENT_AT_MOST * least[SURFACES]
 
 
-def test_a_live_look_takes_at_most_its_share_of_the_loops_time():
+def test_a_live_look_takes_at_most_the_time_of_the_loop():
     load = make_workload(5_000)
     loop, motion = ENGINES[YARDSTICK](load), Own(load).motion()
     frames = [motion.frames(k, k + 1) for k in range(len(motion))]
     asked = {YARDSTICK: lambda: loop.ask("bool")}
-    for name in LIVE_AT_MOST:
+    for name in LIVE:
         live = Own(load, name).detector.live
         asked[name] = lambda live=live: [look(now) for look in [live().look] for now in frames]
     turns = [{name: seconds(ask) for name, ask in asked.items()} for _ in range(4)][1:]
     share = {name: min(turn[name] for turn in turns) / min(turn[YARDSTICK] for turn in turns) for name in asked}
     print("".join(f"\n{name}: {spent:.2f} of the loop" for name, spent in share.items()), end="")
-    assert {name for name, most in LIVE_AT_MOST.items() if share[name] > most} == set()
+    assert max(share.values()) <= 1.0
 
 
 def test_99_percent_of_three_live_runs_differ_by_30_percent_at_most_or_the_table_says_why():

@@ -73,7 +73,7 @@ class Own:
 
 
 class Candidate:
-    """``exact`` for ``peers.py --candidate support.bench_engines:run`` of a common benchmark, with ``tests`` on the path."""
+    """``exact`` for ``peers.py --candidate support.bench_engines:run``, with ``tests`` on the path."""
 
     engine = None
 
