@@ -37,15 +37,6 @@ def test_each_operator_is_one_fault_and_text_is_none(script, root):
     assert all(SOURCE.encode()[one.begin : one.end].decode() == one.right and one.line == 2 for one in faults)
 
 
-def test_a_draw_of_a_module_is_fixed_by_its_seed_whatever_is_written_elsewhere(script, root):
-    before = [one for one in script.drawn(root, 9, 1) if "small" in one.module]
-    (root / "sessions/other.py").write_text("A = 1 + 1 + 1 - 1\n")
-    assert before == [one for one in script.drawn(root, 9, 1) if "small" in one.module] != []
-    assert len({str(script.drawn(root, 9, seed)) for seed in range(20)}) > 1
-    own = script.stages(root, before[0])["own"]
-    assert own[0] == "tests/cdcore/test_small.py" and len(own) == script.MOST_OWN
-
-
 @pytest.mark.parametrize(("status", "by"), [(1, "own"), (0, "nothing"), (5, "nothing")])
 def test_a_fault_is_there_while_tests_run_and_gone_afterwards(script, root, monkeypatch, status, by):
     fault = next(one for one in script.faults_of(root, root / "cdcore/small.py") if one.right == "+")

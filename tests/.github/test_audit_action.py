@@ -35,7 +35,7 @@ def filled(text, inputs):
 
 def audited(folder, **given):
     """Run the step *Audit* in a folder: its exit code, the page of the job, and what it hands on."""
-    inputs = {name: one.get("default", "") for name, one in ACTION["inputs"].items()}
+    inputs = {name: one.get("default", "") for name, one in ACTION["inputs"].items()} | {"options": "--no-picture"}
     inputs |= {name.replace("_", "-"): value for name, value in given.items()}
     step, files = STEPS["Audit"], {name: folder / f"{name}.md" for name in ("GITHUB_STEP_SUMMARY", "GITHUB_OUTPUT")}
     values = {name: filled(value, inputs) for name, value in step["env"].items()}

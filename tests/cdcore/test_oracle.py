@@ -59,7 +59,7 @@ def truth(key, frames):
     return answer
 
 
-def assert_true(key, name, frames=(0, 5, 12)):
+def assert_true(key, name, frames=(0, 12)):
     """Verdicts and faces of a detector are those of brute force; how many face pairs met."""
     detection = create_detector(name, world_of(key).bodies, **PLAIN).detect(world_of(key).motion, faces=True)
     count = 0

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from support.prisms import inscribed_depth, prism
+from support.prisms import prism
 
 from sessions.geometry.rotations import Array, quaternion_about
 from sessions.geometry.solids import box, pointed_ball
 from sessions.synthetic import analytic
 from sessions.synthetic.analytic import BALL, AnalyticCase, on_axis, within
-from sessions.synthetic.motion_profiles import MotionProfile, Swing, joined, passes
+from sessions.synthetic.motion_profiles import MotionProfile, Swing, joined
 from sessions.synthetic.paths import Poses, Standing
 from sessions.synthetic.truth import Interval, ordered
 
@@ -78,25 +78,6 @@ def outside(profile: MotionProfile, bound: float, far: float, seconds: float) ->
     )
 
 
-def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
-    """A ball flies past another with half an overlap: facets meet, so tessellation leaves a band open."""
-    count = max(1, int(seconds / 1.2))
-    profile = passes(rng.uniform(0.3, 1.5, count).tolist(), rng.uniform(0.1, 0.5, count).tolist(), 0.1)
-    aside = 0.75 * 2.0 * BALL
-    meshes = {"ball": pointed_ball(BALL, 4), "other-ball": pointed_ball(BALL, 4)}
-
-    def contact(level: float) -> list[Interval]:
-        square = (2.0 * BALL + level) ** 2 - aside**2
-        return profile.between(-math.sqrt(square), math.sqrt(square), seconds) if square >= 0.0 else []
-
-    return AnalyticCase(
-        meshes,
-        {"ball": on_axis(2, profile), "other-ball": Standing((aside, 0.0, 0.0))},
-        {ordered("ball", "other-ball"): contact},
-        tessellation=2.0 * inscribed_depth(meshes["ball"]),
-    )
-
-
 def spinning_rod(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     """A rod turns on the spot past a post, both ends in turn: nothing moves but the rotation."""
     half_width, post, distance, sides = 1.0 / 256.0, 1.0 / 256.0, 0.125, 16
@@ -148,6 +129,6 @@ def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
 
 ANALYTIC = analytic.ANALYTIC | {
-    make.__name__.replace("_", "-"): make for make in (ball_ball_oblique, spinning_rod, grazing_ball, ball_in_box)
+    make.__name__.replace("_", "-"): make for make in (spinning_rod, grazing_ball, ball_in_box)
 }
 make_analytic = partial(analytic.make_analytic, cases=ANALYTIC)

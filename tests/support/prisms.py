@@ -1,4 +1,4 @@
-"""Prisms whose outermost points along X are exact, and how far facets lie inside a ball."""
+"""Prisms whose outermost points along X are exact."""
 
 import numpy as np
 
@@ -18,15 +18,6 @@ def prism(sides: int, radius: float, length: float) -> MeshData:
     low, high = np.full(sides, 2 * sides), np.full(sides, 2 * sides + 1)
     faces = [[i, j, j + sides], [i, j + sides, i + sides], [low, j, i], [high, i + sides, j + sides]]
     return MeshData(points, np.concatenate([np.stack(face, axis=1) for face in faces]))
-
-
-def inscribed_depth(mesh: MeshData) -> float:
-    """How far the flattest face of a convex mesh about the origin lies inside the sphere through its corners."""
-    corners = mesh.triangles
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    distance = np.einsum("ij,ij->i", normal, corners[:, 0])
-    return float(np.linalg.norm(mesh.vertices, axis=1).max() - distance.min())
 
 
 def _level(outline: Array, height: float) -> Array:
