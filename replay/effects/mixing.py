@@ -1,7 +1,5 @@
 """What is in each vessel after all that was poured and run in: perfectly mixed, volumes added."""
 
-from typing import Final
-
 import numpy as np
 
 from replay.effects.chemistry import check_chemistry
@@ -10,8 +8,6 @@ from replay.effects.matter import matter_of
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.output import EffectOutput, Findings, Series
 from replay.effects.protocol import spec_of
-
-MOVERS: Final = ("pour", "burette")
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
