@@ -35,7 +35,6 @@ def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
     assert LOW <= covered(found, slope) <= HIGH
 
 
-<<<<<<< HEAD
 def test_intervals_of_a_multiple_regression_hold_the_truth():
     """Predictors correlate at 0.4; the truth is the standardised coefficient of the population."""
     betas = np.array([0.5, -0.3])
@@ -52,8 +51,6 @@ def test_intervals_of_a_multiple_regression_hold_the_truth():
         assert LOW <= covered([one[column] for one in found], truth) <= HIGH
 
 
-=======
->>>>>>> 978a353a (Drop tests whose faults the oracles of truth notice: CGAL, permuted and split faces, memory of ties, undeclared time)
 def test_intervals_of_alpha_hold_the_truth():
     """Five items of common correlation r have alpha = 5 r / (1 + 4 r)."""
     r, k = 0.4, 5
