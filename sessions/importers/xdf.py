@@ -28,6 +28,8 @@ from sessions.scene_files.toml_table import nearest
 
 MAGIC: Final = b"XDF:"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
+SAMPLES, HEAD_BYTES = b"\x03\x00", 6
+"""The tag of a chunk of samples; behind it and the number of the stream a byte says how wide their count is."""
 ASSUMED: Final = "openxr"
 UNITY: Final = "unity."
 """How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
@@ -58,6 +60,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
 
     Raises ``ImportFileError``: names file, stream and channel.
     """
+    is_whole = _is_whole(source)
     streams, notes = _streams(source)
     bodies: dict[str, tuple[_LslStream, list[int], PoseColumns]] = {}
     units: set[str] = set()
@@ -82,7 +85,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
             f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
             "; say which channels are a pose with --mapping FILE"
         )
-    if not _is_whole(source):
+    if not is_whole:
         notes.append("the file is cut short or damaged: the last pose of each body is flagged as lost")
         for table in tables.values():
             assert table.valid is not None
@@ -247,14 +250,23 @@ def _check_size(source: Path) -> None:
 
 
 def _is_whole(source: Path) -> bool:
-    """Whether the last chunk ends with the file. Of one cut short pyxdf fills the last sample with older bytes."""
+    """Whether the last chunk ends with the file. Of one cut short pyxdf fills the last sample with older bytes.
+
+    Raises ``ImportFileError``: a chunk claims more samples than the file has bytes; pyxdf would make room for them all.
+    """
     size = source.stat().st_size
     with source.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:  # compressed: the reader notices
             return True
         while width := file.read(1):
             length = file.read(width[0])
-            end = file.tell() + int.from_bytes(length, "little")
+            start = file.tell()
+            head, width_of_count = file.read(HEAD_BYTES), file.read(1)
+            claimed = int.from_bytes(file.read(max(width_of_count, default=0)), "little")
+            if head.startswith(SAMPLES) and claimed > size:
+                what = f"a chunk claims {claimed:,} samples of at least a byte"
+                raise ImportFileError(f"{source} is no whole XDF file ({what}); record it again")
+            end = start + int.from_bytes(length, "little")
             if end > size or len(length) < width[0]:
                 return False
             file.seek(end)

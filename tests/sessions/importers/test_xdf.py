@@ -181,6 +181,8 @@ BROKEN = {
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
     "poses of text": (lambda: [stream_header(1, "M", "MoCap", channels(), "string"), samples(1, [1.0], ["a"])],
                       "stream 'M': its samples are not the numbers its channels describe"),
+    "a claim": (lambda: [chunk(3, struct.pack("<IBI", 1, 4, 5_000_000) + bytes(9))],
+                r"a chunk claims 5,000,000 samples of at least a byte.; record it again"),
     "two units": (lambda: take(head=stream_header(1, "M", "MoCap", channels("m")[:7] + channels("mm")[7:])),
                   "lengths are in m, mm; record all in one of m, cm, mm"),
 }  # fmt: skip
