@@ -130,4 +130,7 @@ def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
     for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
         with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):
             pass
+    # A full disk is no other program, also where there is a file already.
+    with pytest.raises(RefusalError, match=r"cannot be written .No space"), whole_file(tmp_path / "file", RefusalError):
+        raise OSError(28, "No space left")
     assert names(tmp_path) == ["file"]

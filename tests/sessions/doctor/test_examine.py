@@ -25,10 +25,13 @@ def test_whatever_is_in_a_file_becomes_findings(tmp_path):
     (tmp_path / "magic.mcap").write_bytes(b"\x89MCAP0\r\n")
     (tmp_path / "broken.glb").write_bytes(b"glTF????")
     (tmp_path / "scene.toml").write_text("[[body]]\nid = 3\n")
+    (tmp_path / "points.obj").write_text("v 0 0 0\n")
+    (tmp_path / "nothing.stl").write_bytes(b"")
     assert codes(tmp_path / "empty.mcap") == codes(tmp_path / "text.mcap") == ["not-mcap"]
     assert codes(tmp_path / "magic.mcap") == ["torn", "no-poses"]
     assert codes(tmp_path / "broken.glb") == ["mesh-unreadable"]
     assert codes(tmp_path / "scene.toml") == ["bad-scene"]
+    assert codes(tmp_path / "points.obj") == codes(tmp_path / "nothing.stl") == ["mesh-empty"]
 
 
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):

@@ -9,7 +9,7 @@ from sessions.model.scene import SceneBody
 
 
 def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
-    roles = roles_of(("camera", "leftHand", "right", "beaker-left", "rod"), Scene())
+    roles = roles_of(("camera", "leftHand", "right", "beaker-left", "head-strap"), Scene())
     assert roles == {"head": 0, "left": 1, "right": 2}
     roles = roles_of(("flask", "hand-right", "headset"), Scene(bodies=(SceneBody("headset", parent="flask"),)))
     assert roles == {"right": 1}

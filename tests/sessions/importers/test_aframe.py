@@ -37,6 +37,7 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
     assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "cup", '{"id": 1}')
+    assert not session.hands  # of a device that is no wand nobody knows which button is the trigger
 
 
 def press(stamp, button, name="buttondown"):

@@ -14,7 +14,7 @@ from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
 from sessions.model.frames import Frames
-from sessions.model.scene import Scene
+from sessions.model.scene import Pose, Scene, SceneBody
 
 
 @pytest.mark.parametrize("length", [1, 7, 3000, 10_000])
@@ -63,3 +63,11 @@ def test_a_body_is_drawn_with_its_own_triangles_unless_these_are_too_many(monkey
     assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
     monkeypatch.setattr("sessions.mcap_format.scene_update.DRAWING_BYTES", 10)
     assert entities({"cup": mesh}) == {}
+
+
+@pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
+def test_a_body_that_never_moves_is_drawn_where_it_is_fixed(parent, frame):
+    fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
+    entity = entities({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
+    (part,) = entity.triangles
+    assert (entity.frame_id, part.pose.position.z, part.pose.orientation.w) == (frame, 3.0, 1.0) and part.color.a < 1.0

@@ -101,6 +101,13 @@ def test_what_is_no_hand_is_one_sentence(values, words):
         HandTrack(*values)
 
 
+def test_the_frames_between_two_stamps_know_where_they_stood():
+    session = Session.from_tracks({"a": track_of([1, 3, 4, 9])})
+    part = session.between(3, 4)
+    assert part.frames.stamp_ns.tolist() == [3, 4]
+    assert (part.part.first_ns, part.part.numbers.tolist()) == (1, [1, 2])
+
+
 def test_pairs_are_those_declared_or_all_but_of_one_group_and_ignored_ones():
     bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"))
     scene = Scene(bodies=bodies, ignore=(("d", "a"),))
