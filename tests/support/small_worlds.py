@@ -28,11 +28,12 @@ def along_x(places, quaternion=STILL):
     return positions, np.tile(quaternion, (len(places), 1))
 
 
-def cubes(places, *, step_ns=STEP_NS, scene=None, **more) -> Session:
+def cubes(places, *, step_ns=STEP_NS, first_ns=0, scene=None, **more) -> Session:
     """Unit cubes on the X axis: name -> where in each frame."""
     count = len(next(iter(places.values())))
     poses = {name: along_x(where) for name, where in places.items()}
-    return Session.from_arrays(np.arange(count) * step_ns, poses, {name: cube() for name in places}, scene, **more)
+    stamps = first_ns + np.arange(count) * step_ns
+    return Session.from_arrays(stamps, poses, {name: cube() for name in places}, scene, **more)
 
 
 def jumping(places=(7, 3, -3, -6, -5, -0.9, -0.8, -3)) -> Session:

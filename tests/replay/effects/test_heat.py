@@ -37,6 +37,7 @@ def test_over_the_flame_it_warms_and_beside_it_it_cools():
     assert event.values["to_c"] == pytest.approx(peak, rel=1e-9)
     told = run_.series["dish/temperature"]
     assert told.values.max() == pytest.approx(peak, rel=1e-9) and told.values[0] == 20.0
+    assert told.times[:3].tolist() == pytest.approx([0.0, 0.4, 0.5])
     after = 20.0 + (peak - 20.0) * np.exp(-(told.times[-1] - 10.5) * 0.4 / 60.0)
     assert told.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
 

@@ -10,7 +10,7 @@ from sessions import ScalarTrack
 
 
 def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_not():
-    bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100})
+    bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
     stamps = bare.stamps()
     pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")
     session = replace(bare, scalars={"pulse": pulse, "late": ScalarTrack(stamps + 10**10, np.zeros(100))})

@@ -102,6 +102,8 @@ BY_HAND = [
       for solid, protons in (("CaCO3", 0.02), ("Mg(OH)2", 0.02), ("Cu(OH)2", 0.02), ("Fe(OH)3", 0.03))),
     # 2 HCO3- + Ca^2+ = CaCO3 + CO2 + H2O: near 45 % of the carbonate falls out and near 45 % stays as CO2.
     ({"CaCl2": 0.05, "NaHCO3": 0.05}, ["CaCO3"], [], 5.7, {"CaCO3(s)": 0.0225}),
+    # Of 0.1 mol CO2 a litre keeps 3.3e-4 mol/(m3 Pa) times an atmosphere; [H]^2 is 10^-6.35 of that.
+    ({"NaHCO3": 0.1, "HCl": 0.1}, [], ["CO2"], 3.91, {"CO2(g)": 0.1 - 0.0334}),
     # pKa 9.25 and 9.21 against 6.35: [CO2] stays near 0.1 * 10^(6.35 - 7.8), a tenth of what bubbles.
     *(({acid: 0.1, "NaHCO3": 0.1}, [], ["CO2"], 7.79, {"CO2(g)": 0.0}) for acid in ("NH4Cl", "HCN")),
     # [H]^2 / (0.1 - [H]) = 10^-2.19 and 10^-4.97; copper: 2 Cu^2+ = Cu2(OH)2^2+ + 2 H+ with 10^-10.36, and HSO4-.
