@@ -119,5 +119,6 @@ def test_a_slip_is_refused_before_the_run_in_words_that_say_what_to_give(words, 
     assert any(re.search("^scene.toml: .*" + words, fault) for fault in refused.value.faults), refused.value.faults
 
 
-def test_the_scene_without_a_slip_is_planned():
+def test_the_scene_without_a_slip_is_planned_with_a_solute_that_keeps_its_protons_too():
     assert plan(scene()).effects
+    assert plan(scene(f"{SOLUTES}.C4H8O2", 0.1, "neutral.acids", {"C4H8O2": []})).effects
