@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from choosing import with_table
 
 from cdcore import Motion
 from cdcore.bounding.hull import hull_collider
@@ -19,7 +20,6 @@ from cdcore.numerics import BoolArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
-from replay.guide.choosing import with_table
 from replay.guide.pages import FOLDER
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly

@@ -18,7 +18,7 @@ from replay.cli.options import (
     replaying,
 )
 from replay.cli.project_settings import ProjectCommand
-from replay.cli.session_files import session_files, several
+from replay.cli.session_files import session_files
 
 STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
 NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
@@ -28,9 +28,8 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
 @click.command(cls=ProjectCommand)
-@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
+@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
-@click.option("--view", is_flag=True, help="Open the picture when it is written.")
 @lineup
 @click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_WORDS)
 @click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
@@ -42,8 +41,7 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 @replaying
 @answering("text", "json", MARKDOWN)
 def command(
-    sessions: tuple[Path, ...], out: Path | None, view: bool, people: People, as_json: bool, as_markdown: bool,
-    **asked: Any,
+    sessions: tuple[Path, ...], out: Path | None, people: People, as_json: bool, as_markdown: bool, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each FILE.mcap through detectors and say what each missed, why, and what mends it.
 
@@ -51,11 +49,11 @@ def command(
     colliders recorded with the bodies, or else convex hulls, and the meshes, at the step rate; the paper's pipeline;
     and every triangle of every frame, the reference.
 
-    Several, a folder of them or a text file that lists them, go into a folder of run folders; killed, the same command
-    goes on where it stopped. What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
+    Several, or a folder of them, go into a folder of run folders; killed, the same command goes on where it stopped.
+    What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
 
     \b
-    replay run session.mcap --out run1 --view
+    replay run session.mcap --out run1
     replay run session.mcap --out run1 --step-rate 72
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
@@ -64,8 +62,6 @@ def command(
     from replay.pipeline.gates import Gates
 
     picture = not asked.pop("no_picture")
-    if view and (out is None or not picture):
-        raise click.UsageError("--view shows the picture of a run folder; name one with --out, leave out --no-picture")
     if asked["step_rate"] is None:
         del asked["step_rate"]
     elif asked["detectors"]:
@@ -73,9 +69,8 @@ def command(
     limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_invented")))
     how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
-    if len(files) > 1 or how["scheduler"] is not None or several(sessions):
-        if view:
-            raise click.UsageError("--view is for one session, replayed here; leave it out")
+    # A folder gets a run folder for each of its sessions, though it hold one only.
+    if len(files) > 1 or how["scheduler"] is not None or any(path.is_dir() for path in sessions):
         if how["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
@@ -96,8 +91,4 @@ def command(
         code = close_run(result, people)
     else:
         code = report_run(result, people, broken, as_json=as_json, recording=files[0])
-    if view and out is not None:
-        from replay.cli.view import watch
-
-        watch([out], people)
     return people.gate(broken, code)

@@ -30,7 +30,7 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
     replay view runs/before runs/after
     """
     with TemporaryDirectory(prefix="replay-view-") as folder:
-        watch([run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs], people, miss, false, by)
+        _watch([run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs], people, miss, false, by)
     return 0
 
 
@@ -44,9 +44,7 @@ def _pictured(session: Path, folder: Path, people: People) -> Path:
     return out
 
 
-def watch(
-    runs: Sequence[Path], people: People, miss: int | None = None, false: int | None = None, by: str = ""
-) -> None:
+def _watch(runs: Sequence[Path], people: People, miss: int | None, false: int | None, by: str) -> None:
     """Open the pictures of run folders and wait until their window is closed."""
     from replay.outputs.results.run_folder import read_run_folder
 

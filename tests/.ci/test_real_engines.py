@@ -8,16 +8,17 @@ import pytest
 from support.shared_data import DATA, needs_data
 
 from cdcore.detectors import ENGINE_MODULE
-from replay.guide.choosing import with_table
 from replay.guide.pages import page
 from replay.prepare.assemble import assemble
 from sessions.synthetic.scenes import make_scene_session
 
 SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "real_engines.py"
 specification = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
+sys.path.append(str(SCRIPT.parent))  # where it finds its neighbours
 command = sys.modules[SCRIPT.stem] = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(command)
 BEGIN, END, RECORDINGS, TWINS = command.BEGIN, command.END, command.RECORDINGS, command.TWINS
+with_table = command.with_table
 
 
 @pytest.fixture(scope="module")

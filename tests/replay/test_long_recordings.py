@@ -3,27 +3,18 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.rows import ROWS
-from support.small_worlds import along_x, cube
+from support.small_worlds import swinging_cubes
 
 from replay.base.constants import HELD_FRAMES
 from replay.cli.main import main
 from replay.detection import run_detector as detecting
 from replay.pipeline.engine import compute
-from sessions import Session, write_session
+from sessions import write_session
 
 FRAMES = 2_000
-STEP_NS = 11_111_111
 FAST = "sphere,aabb,hybrid,slow=discrete[rate_hz=7.5]"
-
-
-def two_cubes(frames):
-    """A cube of 2 cm that swings through another at up to 1.9 m/s, once in two seconds; 12 faces each."""
-    time = np.arange(frames) * (STEP_NS / 1e9)
-    poses = {"a": along_x(np.zeros(frames)), "b": along_x(0.6 * np.sin(np.pi * (time + 0.31)))}
-    return Session.from_arrays(np.arange(frames) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
 
 
 def answers(result):
@@ -50,14 +41,14 @@ def test_a_detector_answers_alike_on_both_sides_of_an_hour(name, monkeypatch):
     for limit in (frames, frames - 1):
         monkeypatch.setattr(detecting, "HELD_FRAMES", limit)
         monkeypatch.setattr(detecting, "WHOLE_FRAMES", frames // 3)
-        found.append(answers(compute(two_cubes(frames), **asked)))
+        found.append(answers(compute(swinging_cubes(frames), **asked)))
     assert repr(found[0]) == repr(found[1]) and any(found[0][3].values())
 
 
 @pytest.mark.slow
 def test_every_verb_reads_a_recording_of_more_than_an_hour(tmp_path):
     file, run, runs, frames = tmp_path / "long.mcap", tmp_path / "run", tmp_path / "runs", HELD_FRAMES + 1
-    write_session(two_cubes(frames), file)
+    write_session(swinging_cubes(frames), file)
     asked = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
     window = ["--start", "1", "--end", "10"]
     lines = [

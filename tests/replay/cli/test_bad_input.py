@@ -47,27 +47,13 @@ def refused(capsys, code, expected, *words):
     assert [word for word in words if word not in errors[0]] == [], errors[0]
 
 
-POSES = {
-    "NaN": ([np.nan, 0, 0], [0, 0, 0, 1], "is not finite"),
-    "infinity": ([0, np.inf, 0], [0, 0, 0, 1], "is not finite"),
-    "zero quaternion": ([0, 0, 0], [0, 0, 0, 0], "norm 0, not 1"),
-    "long quaternion": ([0, 0, 0], [0, 0, 0, 1.1], "norm 1.1, not 1"),
-    "NaN quaternion": ([0, 0, 0], [0, np.nan, 0, 1], "not 1"),
-}
-
-
-@pytest.mark.parametrize("name", POSES)
-def test_a_pose_that_is_none_is_refused_by_frame_time_and_body(name, tmp_path, capsys):
-    place, turn, words = POSES[name]
+def test_a_pose_that_is_none_is_refused_and_flagged_as_lost_it_gives_no_pose_and_never_clear(tmp_path, capsys):
+    place, turn = [np.nan, 0, 0], [0, 0, 0, 1]
     code = run(session_file(tmp_path, with_pose(place, turn)), tmp_path)
-    refused(capsys, code, FAILURE, "frame 2 (0.020000 s), body b", words)
+    refused(capsys, code, FAILURE, "frame 2 (0.020000 s), body b", "is not finite")
     assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize("name", POSES)
-def test_the_same_numbers_flagged_as_lost_give_no_pose_and_never_clear(name, tmp_path, capsys):
-    place, turn, _ = POSES[name]
-    file = session_file(tmp_path, with_pose(place, turn, Status.LOST))
+    file = tmp_path / "lost.mcap"
+    write_session(with_pose(place, turn, Status.LOST), file)
     assert run(file, tmp_path, "--format", "json", "--oracle", "none") == 0
     verdicts = json.loads(capsys.readouterr().out)["detectors"]["hybrid"]["verdicts"]
     assert verdicts["NO_POSE"] == 1 and verdicts.get("CLEAR", 0) == 3 - verdicts.get("CONTACT", 0)
@@ -108,6 +94,7 @@ def test_a_file_that_cannot_be_replayed_is_refused_and_told_what_to_do(content, 
         (["--detectors", "hybird"], ("no detector 'hybird'", "hybrid")),
         (["--detectors", "hybrid[speed=3]"], ("no setting 'speed'",)),
         (["--detectors", "discrete[rate_hz=-1]"], ("rate_hz=-1",)),
+        (["--detectors", "discrete[rate_hz=fast]"], ("rate_hz='fast'", "give looks per second")),
         (["--detectors", "hybrid["], ("names no detector",)),
         (["--detectors", "hybrid,hybrid"], ("two detectors are called 'hybrid'",)),
         (["--detectors", "hybrid", "--start", "99"], ("no frame lies between 99 and",)),

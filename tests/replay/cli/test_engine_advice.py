@@ -4,7 +4,9 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.api import advisor
+from replay.cli import engine_advice
 from replay.cli.main import main
+from replay.prepare import convex_pieces
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -29,6 +31,16 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
         and told["rows"][0]["number"] == 1
     )
     assert (out / "report.html").is_file() and str(out) in err
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_that_pieces_are_cut_first_is_said_where_none_are_kept(file, kept, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(engine_advice, "find_spec", lambda name: True)
+    monkeypatch.setattr(convex_pieces, "cache_folder", lambda: tmp_path)
+    if kept:
+        (tmp_path / "pieces-1.npz").touch()
+    assert main(["tradeoff", file, "--engine", "unity"]) == 0
+    assert ("cutting meshes" in capsys.readouterr().err) != kept
 
 
 def test_an_engine_has_settings_of_its_own(file, capsys):

@@ -92,8 +92,3 @@ def test_other_settings_need_another_folder_or_force(files, tmp_path, capsys):
     assert capsys.readouterr().err.count("done") == 2
     assert main([*words, "--seed", "1"]) == 0
     assert capsys.readouterr().err.count("kept") == 2
-
-
-def test_what_is_for_one_session_is_refused_for_several(files, tmp_path, capsys):
-    assert main(["run", *files, "-o", str(tmp_path / "runs"), "--view"]) == 2
-    assert "--view is for one session" in capsys.readouterr().err and not (tmp_path / "runs").exists()

@@ -1,6 +1,5 @@
 """What a terminal says of a run, in every state."""
 
-import io
 from dataclasses import replace
 from io import StringIO
 
@@ -23,21 +22,20 @@ from sessions.model.scene import SceneBody
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
-def text(result, width=120):
-    stream = io.StringIO()
-    console = Console(file=stream, width=width)
-    console.print(run_tables(result))
-    console.print(run_screen(result))
-    return stream.getvalue()
+def printed(*shown, width=200):
+    console = Console(width=width, record=True, file=StringIO())
+    for one in shown:
+        console.print(one)
+    return console.export_text()
 
 
-def screen(result, width=200):
-    return printed(run_screen(result), width)
+def text(result):
+    return printed(run_tables(result), run_screen(result))
 
 
 def test_proxies_and_the_limits_of_exactness_are_always_said():
     scene = Scene(bodies=(SceneBody("a", proxy=True),))
-    shown = text(compute(cubes(PLACES, scene=scene), detectors="hybrid"), width=200)
+    shown = text(compute(cubes(PLACES, scene=scene), detectors="hybrid"))
     assert "Proxy meshes stand in for: a." in shown and "0.14-0.77 mm" in shown
 
 
@@ -73,16 +71,10 @@ def test_a_hull_is_said_to_fill_a_hollow_only_where_the_other_body_is_in_it(plac
     assert f"{answer.moment.seconds:.1f} s" in answer.why and f"{1e3 * answer.moment.metres:.0f} mm" in answer.why
 
 
-def printed(shown, width):
-    console = Console(width=width, record=True, file=StringIO())
-    console.print(shown)
-    return console.export_text()
-
-
 def test_what_is_suspicious_about_units_comes_before_every_answer():
     far = {"a": [0.0] * 12, "b": [3000, 3000, 3000, 3000, 0.9, 3000, 3000, 3000, 0.9, 0.8, 0.9, 3000]}
     result = compute(cubes(far), detectors="hybrid")
-    first, *rest = screen(result, width=400).splitlines()
+    first, *rest = printed(run_screen(result), width=400).splitlines()
     assert first.startswith("Warning, unit-suspect: positions look like millimetres") and "(b: 3000 m from" in first
     assert "no contact of 2 missed, none false" in " ".join(rest)
     for words in (answer_text(result), report_html(result)):
@@ -93,7 +85,7 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
 def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     (truth, said, headline), result = STATES[state], run(state)
     outcome, (contacts, lost) = became(truth, said), missed(truth, said)
-    shown = text(result, 200)
+    shown = text(result)
     assert headline in " ".join(shown.split())
     contact = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
     whole, parts = contact.count({"MISSED"}), contact.count({"MISSED", "both"})
@@ -107,7 +99,7 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     frames = [int(line.split()[5]) for line in listed.splitlines() if " a - b " in line]
     assert frames == sorted(wrong, reverse=True) and listed.count("unexplained") == len(wrong)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
-    figures = printed(terminal(audit_table(result.summary["audit"])), 200)
+    figures = printed(terminal(audit_table(result.summary["audit"])))
     rows = [line.split() for line in figures.splitlines()]
     assert [row for row in rows if row[:1] in (["both"], ["missed"], ["false"])][:3] == [
         ["both", str(counts[0])], ["missed", str(counts[1])], ["false", str(counts[2])]

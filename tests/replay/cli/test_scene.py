@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from support.import_mutants import MUTANTS, tried
 from support.shared_data import DATA
@@ -161,7 +162,7 @@ def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scen
     folder, out = files / "meshes", files / "csv.mcap"
     folder.mkdir()
     for name, edge in (("a", 10.0), ("B (Clone)", 0.1)):
-        corners = edge * cube().vertices
+        corners = edge * (cube().vertices + np.array([0.1, 0, 0]))
         lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in cube().faces + 1]
         (folder / f"{name}.obj").write_text("\n".join(lines))
     rows = [f"{t},{name},{t},0,0,0,0,0,1" for t in (0, 0.1) for name in ("a", "b", "c")]
@@ -176,14 +177,17 @@ def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scen
     assert words in " ".join(capsys.readouterr().err.split())
     session = read_session(out)
     assert session.facts["conversions"].endswith(words) and {*session.meshes} == {"a", "b"}
-    assert session.meshes["a"].bounds.tolist() == [[-0.05] * 3, [0.05] * 3]
+    placed = [[-0.04, -0.05, -0.05], [0.06, 0.05, 0.05]]
+    assert np.allclose(session.meshes["a"].bounds, placed, rtol=0, atol=1e-12)
     assert main(["scene", "new", str(out), "--meshes", str(folder), "-o", str(files / "deep" / "new.toml")]) == 0
     scene = parse_scene((files / "deep" / "new.toml").read_text())
     assert (scene.body("a").mesh, scene.body("a").scale) == ("../meshes/a.obj", 0.01)
     assert main(["scene", "check", str(files / "deep" / "new.toml")]) == 0
-    assert read_session(out, scene=files / "deep" / "new.toml").meshes["a"].bounds.tolist() == [[-0.05] * 3, [0.05] * 3]
-    units = ["import", "csv", str(files / "x.csv"), "-o", str(files / "mm.mcap"), *given, "--mesh-units", "mm"]
-    assert main(units) == 0 and read_session(files / "mm.mcap").meshes["a"].bounds[1, 0] == 0.005
+    kept = read_session(out, scene=files / "deep" / "new.toml").meshes["a"].bounds
+    assert np.allclose(kept, placed, rtol=0, atol=1e-12)
+    how = ["--mesh-units", "mm", "--mesh-axes", "x-flipped"]
+    assert main(["import", "csv", str(files / "x.csv"), "-o", str(files / "mm.mcap"), *given, *how]) == 0
+    assert read_session(files / "mm.mcap").meshes["a"].bounds[:, 0] == pytest.approx([-0.006, 0.004])
 
 
 @pytest.mark.slow

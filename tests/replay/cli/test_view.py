@@ -1,4 +1,4 @@
-from typing import ClassVar
+from functools import partial
 
 import pytest
 from support.small_worlds import cubes
@@ -19,11 +19,9 @@ def run_folder(tmp_path_factory):
 class Viewer:
     """Stands in for a window: notes what it was opened with, and that somebody waited for its end."""
 
-    opened: ClassVar[list] = []
-
-    def __init__(self, *runs, miss, false, by):
-        self.opened.append((*runs, miss, false, by))
-        self.process = self
+    def __init__(self, opened, *runs, miss, false, by):
+        opened.append((*runs, miss, false, by))
+        self.opened, self.process = opened, self
 
     def __enter__(self):
         return self
@@ -35,58 +33,39 @@ class Viewer:
         self.opened.append("waited")
 
 
-def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, monkeypatch, capsys):
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
-    monkeypatch.setattr(Viewer, "opened", [])
+@pytest.fixture
+def opened(monkeypatch):
+    noted = []
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", partial(Viewer, noted))
+    return noted
+
+
+def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, opened, capsys):
     assert main(["view", str(run_folder), "--miss", "1"]) == 0
-    assert Viewer.opened == [(run_folder, 1, None, ""), "waited", "closed"]
+    assert opened == [(run_folder, 1, None, ""), "waited", "closed"]
     assert "at miss 1" in capsys.readouterr().err
     assert main(["view", str(run_folder), "--false", "2", "--by", "slow"]) == 0
-    assert Viewer.opened[3] == (run_folder, None, 2, "slow")
+    assert opened[3] == (run_folder, None, 2, "slow")
     assert "at false contact 2" in capsys.readouterr().err
 
 
-def test_view_opens_several_runs_in_one_viewer(run_folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
-    monkeypatch.setattr(Viewer, "opened", [])
+def test_view_opens_several_runs_in_one_viewer(run_folder, tmp_path, opened, capsys):
     bare, other = tmp_path / "bare", tmp_path / "other"
     for out, picture in ((bare, False), (other, True)):
         replay.run(cubes(PLACES), detectors="sphere", oracle="none", out=out, picture=picture)
-    assert main(["view", str(run_folder), str(bare)]) == 1 and Viewer.opened == []
+    assert main(["view", str(run_folder), str(bare)]) == 1 and opened == []
     assert f"{bare} holds no picture" in capsys.readouterr().err
     assert main(["view", str(run_folder), str(other), "--miss", "1"]) == 0
-    assert Viewer.opened == [(run_folder, other, 1, None, ""), "waited", "closed"]
+    assert opened == [(run_folder, other, 1, None, ""), "waited", "closed"]
     told = " ".join(capsys.readouterr().err.split())
     assert f"{run_folder / 'run.rrd'} and {other / 'run.rrd'} at miss 1" in told
 
 
-def test_a_run_opens_its_own_picture_when_asked(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
-    monkeypatch.setattr(Viewer, "opened", [])
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
-    asked = [
-        "run",
-        str(tmp_path / "s.mcap"),
-        "--out",
-        str(tmp_path / "run"),
-        "--detectors",
-        "sphere",
-        "--oracle=static",
-    ]
-    assert main([*asked, "--view", "--no-picture"]) == 2 and not Viewer.opened
-    assert "leave out --no-picture" in capsys.readouterr().err
-    assert main([*asked, "--view"]) == 0
-    assert Viewer.opened == [(tmp_path / "run", None, None, ""), "waited", "closed"]
-    assert main([*asked, "--force"]) == 0 and len(Viewer.opened) == 3
-
-
-def test_view_draws_a_session_that_was_never_run(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
-    monkeypatch.setattr(Viewer, "opened", [])
+def test_view_draws_a_session_that_was_never_run(tmp_path, opened, capsys):
     write_session(cubes(PLACES), tmp_path / "made.mcap")
     assert main(["view", str(tmp_path / "made.mcap")]) == 0
-    shown = Viewer.opened[0][0]
-    assert shown.name == "made" and Viewer.opened[1:] == ["waited", "closed"] and not shown.exists()
+    shown = opened[0][0]
+    assert shown.name == "made" and opened[1:] == ["waited", "closed"] and not shown.exists()
     assert "made.mcap as it was recorded" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "made.mcap"), "--miss", "1"]) == 1
     assert "no miss 1" in capsys.readouterr().err

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import cubes, swinging_cubes
 
 from replay.errors import AssemblyError
 from replay.pipeline.engine import compute
 from replay.prepare import holding_poses
 from replay.prepare.holding_poses import decoded_once
-from sessions import Frames, Session, Status, read_session, write_session
+from sessions import Frames, Status, read_session, write_session
 
 PLACES = {"a": range(50), "b": [70] * 50}
-STEP_NS, FRAMES = 11_111_111, 2_000
+FRAMES = 2_000
 
 
 class Counted:
@@ -42,11 +42,7 @@ def test_a_file_is_decoded_once_while_its_frames_can_be_held(monkeypatch):
 
 
 def two_cubes(lost=()):
-    """A cube of 2 cm that swings through another once in two seconds; 12 faces each."""
-    time = np.arange(FRAMES) * (STEP_NS / 1e9)
-    stamps = 1_700_000_000 * 10**9 + np.arange(FRAMES) * STEP_NS
-    poses = {"a": along_x(np.zeros(FRAMES)), "b": along_x(0.6 * np.sin(np.pi * (time + 0.31)))}
-    session = Session.from_arrays(stamps, poses, {"a": cube(0.02), "b": cube(0.02)})
+    session = swinging_cubes(FRAMES, 1_700_000_000 * 10**9)
     status = session.frames.status.copy()
     status[list(lost), 1] = Status.LOST
     return replace(session, source=replace(session.frames, status=status))

@@ -53,6 +53,10 @@ def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves
     ]
     slow = [found[0], {**usual, "mean_high": 0.05}, found[2]]
     assert advice_of(slow)[1].startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
+    for times, said in (
+        ({"p99_ms": None}, "get no cheaper."), ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms.")
+    ):  # fmt: skip
+        assert advice_of([found[0], usual | times, found[2]])[1].endswith(f"; slow frames (p99) {said}")
     wrong = [price_row("paper", 0.2, 1), price_row("a", 0.3, 2), price_row("b", 0.4, 3)]
     assert advice_of(wrong)[0].startswith("The fewest wrong contacts, 1, cost 0.2 ms")
     assert "No setting that was tried is surely quicker" in advice_of(wrong)[1]

@@ -1,12 +1,18 @@
 """The guide's table of detectors is the one its detectors write."""
 
+import importlib.util
+from pathlib import Path
+
 import pytest
 
 from cdcore.detectors import DETECTORS, OPTIONAL
-from replay.guide.choosing import BEGIN, END, choosing_table, with_table
 from replay.guide.pages import page
-from replay.studies.synthetic_sessions import made_up_names, synthetic_session
-from sessions.errors import SessionError
+
+SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "choosing.py"
+specification = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
+command = importlib.util.module_from_spec(specification)
+specification.loader.exec_module(command)
+BEGIN, END, choosing_table, with_table = command.BEGIN, command.END, command.choosing_table, command.with_table
 
 
 def test_the_table_of_the_guide_is_current():
@@ -27,15 +33,3 @@ def test_only_what_stands_between_the_marks_is_replaced():
     assert with_table(f"a\n{BEGIN}\nold\n{END}\nb", "new") == f"a\n{BEGIN}\nnew\n{END}\nb"
     with pytest.raises(ValueError, match="put both where the table belongs"):
         with_table("no marks", "new")
-
-
-def test_an_analytic_session_is_made_by_its_name_and_seed():
-    assert "fast-ball" in made_up_names()
-    one, same, other = (synthetic_session("fast-ball", seed)[0] for seed in (1, 1, 2))
-    assert one.frames.position.tobytes() == same.frames.position.tobytes()
-    assert one.frames.position.tobytes() != other.frames.position.tobytes()
-
-
-def test_an_unknown_name_is_answered_with_those_there_are():
-    with pytest.raises(SessionError, match="no made-up session 'bench'; there are: bench-bumps"):
-        synthetic_session("bench")

@@ -1,8 +1,11 @@
-"""The guide's table of detectors, written from the detectors themselves: ``python -m replay.guide.choosing``."""
+"""The guide's table of detectors, written from the detectors themselves: ``python .ci/choosing.py``."""
 
 import inspect
 import re
 from typing import Any, Final
+
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from replay.guide.pages import FOLDER
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
 END: Final = "<!-- end of the table that choosing.py makes -->"
@@ -11,8 +14,6 @@ HEAD: Final = "| name | kind | live | what it does | choose it when | it cannot 
 
 def choosing_table() -> str:
     """Markdown: a row for each detector of the table, in its order, those that need an extra engine last."""
-    from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
-
     return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS | OPTIONAL)])
 
 
@@ -33,7 +34,5 @@ def _row(name: str, detector: type[Any]) -> str:
 
 
 if __name__ == "__main__":
-    from replay.guide.pages import FOLDER
-
     place = FOLDER / "detectors.md"
     place.write_text(with_table(place.read_text("utf-8"), choosing_table()), encoding="utf-8")
