@@ -45,7 +45,6 @@ SAMPLED = {
     "test_a_session_that_is_not_in_the_store_fails_alone_and_with_its_name": 2,
     "test_sessions_and_runs_in_a_store_have_the_digest_of_those_here": 2,
     "test_verbs_take_urls_for_sessions_and_runs": 2,
-    "test_the_same_numbers_flagged_as_lost_give_no_pose_and_never_clear": 3,
     "test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame": 3,
     "test_the_table_is_diagonal_in_other_sessions_too": 4,
     "test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say": 2,
