@@ -18,7 +18,7 @@ def files(tmp_path_factory):
 def test_a_clean_session_can_be_trusted_and_its_notes_are_one_line(files, capsys):
     assert main(["doctor", str(files[0])]) == 0
     text = capsys.readouterr().out
-    assert "clean.mcap  nothing suspicious found" in text and "notes (-v lists them): off-unit-quaternion" in text
+    assert "clean.mcap  nothing suspicious found" in text and "notes (-v lists them): off-unit-quaternion\n" in text
     assert main(["doctor", str(files[0]), "-v"]) == 0
     assert "the rotation was rounded" in " ".join(capsys.readouterr().out.split())
 

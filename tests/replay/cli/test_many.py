@@ -1,10 +1,12 @@
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
+from replay.cli.many_sessions import session_table
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -43,6 +45,13 @@ def test_several_sessions_get_a_folder_each_and_one_last_table_the_most_missed_f
     assert "1 of 2  apart: kept" in said and "2 of 2  missed: kept" in said
 
 
+@pytest.mark.parametrize(("count", "notes"), [(20, ()), (22, ("… and 2 more",))])
+def test_of_many_sessions_twenty_are_listed(count, notes):
+    run = {"session": {"frames": 3, "dropped_frames": {}}, "audit": {}}
+    made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
+    assert len(made.rows) == 21 and tuple(made.notes) == notes and made.rows[-1][1] == 3 * count
+
+
 def test_without_a_folder_nothing_is_written_and_the_figures_are_the_same(
     files, replayed, tmp_path, capsys, monkeypatch
 ):
@@ -60,6 +69,10 @@ def test_without_a_folder_nothing_is_written_and_the_figures_are_the_same(
 def test_a_folder_stands_for_the_session_files_in_it(files, tmp_path, capsys):
     assert main(["run", str(Path(files[0]).parent), "-o", str(tmp_path / "runs"), *SLOW]) == 0
     assert "2 of 2 sessions are in" in capsys.readouterr().out
+    (tmp_path / "one").mkdir()
+    write_session(cubes(PLACES), tmp_path / "one" / "s.mcap")
+    assert main(["run", str(tmp_path / "one"), "-o", str(tmp_path / "of one"), *SLOW]) == 0
+    assert (tmp_path / "of one" / "s" / "summary.json").is_file()
     (tmp_path / "empty").mkdir()
     assert main(["run", str(tmp_path / "empty"), *SLOW]) == 2
     assert "holds no session files" in capsys.readouterr().err

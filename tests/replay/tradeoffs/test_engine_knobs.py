@@ -54,6 +54,9 @@ def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():
         step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
         assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3)), choice
         assert (settings.get("pieces") == 16) == ("16" in " ".join(knobs.values()))
+        assert lacking(choice) == (
+            "mujoco" if choice.detector == "mujoco" else "coacd" if "16" in " ".join(knobs.values()) else ""
+        )
         if "Is Trigger" in knobs:
             offset = float(knobs["Default Contact Offset"]) if knobs["Is Trigger"] == "off" else 0.0
             assert settings.get("skin_m", 0.0) == offset
