@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
+from support.mcap_samples import protobuf_messages, random_frames, write_foreign
 from support.small_worlds import cube
 
 from replay.cli.main import main
@@ -70,26 +70,13 @@ def test_a_format_or_an_option_that_means_nothing_is_refused_by_name(format_, op
 
 def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
     source = tmp_path / "foreign.mcap"
-    with source.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start()
-        schema = writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
-        for topic in ("/tf", "/other"):
-            channel = writer.register_channel(topic, "json", schema)
-            for stamp in (1, 2):
-                pose = {
-                    "child_frame_id": topic,
-                    "translation": dict.fromkeys("xyz", 0),
-                    "rotation": {"x": 0, "y": 0, "z": 0, "w": 1},
-                }
-                writer.add_message(channel, stamp, json.dumps(pose).encode(), stamp)
-        writer.finish()
-    out = str(tmp_path / "s.mcap")
-    assert main(["import", "mcap", str(source), "-o", out, "--topic", "/tf"]) == 0
-    assert "2 frames of tf\n" in (said := capsys.readouterr().err)
+    write_foreign(source, protobuf_messages(random_frames(1, 3, 1)))
+    words = ["import", "mcap", str(source), "-o", str(tmp_path / "s.mcap"), "--force"]
+    assert main([*words, "--topic", "/tf"]) == 0
+    said = capsys.readouterr().err
     assert "assumed: axes ros" in said and "name other axes with --convention" in said
-    assert main(["import", "mcap", str(source), "-o", out, "--force", "--convention", "openxr"]) == 0
-    assert "of tf, other" in (said := capsys.readouterr().err) and "axes ros" not in said
+    assert main([*words, "--convention", "openxr"]) == 0 and "axes ros" not in capsys.readouterr().err
+    assert main([*words, "--topic", "/other"]) == 1 and "/other" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("reported", [True, False])
