@@ -2,8 +2,8 @@ import json
 
 import numpy as np
 import pytest
-from support.mcap_samples import protobuf_messages, random_frames, write_foreign
-from support.small_worlds import cube
+from support.mcap_samples import protobuf_messages, write_foreign
+from support.small_worlds import cube, cubes
 
 from replay.cli.main import main
 from sessions import read_session
@@ -70,7 +70,7 @@ def test_a_format_or_an_option_that_means_nothing_is_refused_by_name(format_, op
 
 def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
     source = tmp_path / "foreign.mcap"
-    write_foreign(source, protobuf_messages(random_frames(1, 3, 1)))
+    write_foreign(source, protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))
     words = ["import", "mcap", str(source), "-o", str(tmp_path / "s.mcap"), "--force"]
     assert main([*words, "--topic", "/tf"]) == 0
     said = capsys.readouterr().err
