@@ -4,6 +4,8 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from support.motions import grid_plate
+from support.random_worlds import bodies_of
 from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
@@ -137,6 +139,17 @@ def test_flush_cubes_come_apart_by_a_step_of_their_depth_and_no_shorter_one(seed
 def test_a_plug_too_large_for_its_hole_on_all_sides_needs_the_step_it_is_too_large_by(step, free):
     hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     assert freed(box_mesh((1.002, 1.002, 3)), hole, step) == free
+
+
+@pytest.mark.parametrize(("depth", "free"), [(0.99e-3, True), (1.01e-3, False)])
+def test_a_tool_sunk_in_a_sheet_comes_out_along_the_normal_where_faces_look_either_way(depth, free):
+    """Shells of such faces go both ways at once: only a shift frees them."""
+    faces = [box_mesh().triangles.copy(), grid_plate() + [0, 0, 1]]
+    for triangles in faces:
+        triangles[::2] = triangles[::2, ::-1]
+    tool, sheet = (body.mesh for body in bodies_of(faces))
+    turn = random_rotations(np.random.default_rng(2), 1)[0]
+    assert freed(tool, sheet, 1e-3, turn, (2.6, 2.7, 1.5 - depth)) == free
 
 
 def test_the_corners_of_a_cube_move_every_face_by_one():
