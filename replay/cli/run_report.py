@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer, print_json
-from replay.outputs.contact_tables import false_rows, miss_rows
 from replay.outputs.results.run_folder import PICTURE
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -111,9 +110,8 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 def run_json(result: RunResult) -> dict[str, Any]:
     """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
-    tables = {"misses": miss_rows(result), "false": false_rows(result)}
     rows = {
-        name: {label: table.where(detector=label).plain() for label in result.comparisons}
-        for name, table in tables.items()
+        name: {label: result.tables[name].where(detector=label).plain() for label in result.comparisons}
+        for name in ("misses", "false")
     }
     return {**result.summary, **rows, "out": None if result.out is None else str(result.out)}

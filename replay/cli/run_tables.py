@@ -13,7 +13,6 @@ from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
-from replay.outputs.contact_tables import false_rows, miss_rows
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
 from replay.pipeline.headline import beside, doubts, price, undecided
@@ -131,7 +130,7 @@ def no_detection(result: RunResult) -> str:
 def fault_tables(result: RunResult) -> list[Table]:
     """Of each detector what it missed, never found ones first; then what is false, longest first."""
     more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
-    tables, misses, false = [], miss_rows(result), false_rows(result)
+    tables, misses, false = [], result.tables["misses"], result.tables["false"]
     for label in (rank.label for rank in result.ranking[:-1]):
         for made, name in ((built.miss_table(misses, label), "misses"), (built.false_table(false, label), "false")):
             if made.rows:

@@ -21,11 +21,6 @@ FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WIT
 """Outcomes that every table of pair-frames counts, in its order."""
 
 
-def address(kind: str, number: int, by: str = "") -> str:
-    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
-    return f"{kind}={number}" + (f"&by={by}" if by else "")
-
-
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
 
 NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for none"

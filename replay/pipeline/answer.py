@@ -66,6 +66,13 @@ class Answer:
             told["moment"]["pair"] = list(self.moment.pair)
         return told
 
+    @staticmethod
+    def of(plain: Mapping[str, Any]) -> "Answer":
+        """The answer that ``as_json`` gave."""
+        moment, fix = plain["moment"], plain["fix"]
+        made = KeyMoment(**moment | {"pair": tuple(moment["pair"])}) if moment else None
+        return Answer(plain["label"], plain["sentence"], plain["why"], Fix(**fix) if fix else None, made)
+
 
 def cost(summary: Mapping[str, Any], oracle: str) -> str:
     """What the reference takes, in the same statistic as the table; ``""``: nothing was audited."""

@@ -15,11 +15,11 @@ from replay.detection.recorded import RECORDED
 from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, milliseconds
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import Rank, Share, counts_over_offsets, fault_words, lost_words, part_of
-from replay.pipeline.run_result import Measured
+from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import detector_words, plural, sentence_of
 
 
-def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
+def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
     """One for each audited detector, in the order of ``ranks``, the worst first."""
     found = []
     for number, rank in enumerate(ranks[:-1]):
@@ -32,7 +32,7 @@ def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank])
     return tuple(found)
 
 
-def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: bool) -> str:
+def _sentence(result: RunResult, summary: Mapping[str, Any], rank: Rank, worst: bool) -> str:
     """What is wrong with a detector; ``worst``: it is the worst of several."""
     cut = summary["audit"][rank.label].get("contacts_cut", 0)
     more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
@@ -48,7 +48,7 @@ def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: b
     return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
 
 
-def _nothing_happened(result: Measured, summary: Mapping[str, Any], label: str) -> str:
+def _nothing_happened(result: RunResult, summary: Mapping[str, Any], label: str) -> str:
     """Why there is no contact that a detector could miss."""
     outcome = result.comparisons[label].outcome
     if (outcome == Outcome.LEFT_OUT).all():
@@ -60,7 +60,7 @@ def _nothing_happened(result: Measured, summary: Mapping[str, Any], label: str) 
     return f"No contact happened, so none for {label} to miss, and it reported none."
 
 
-def _key_fault(result: Measured, rank: Rank) -> Miss | FalseContact | None:
+def _key_fault(result: RunResult, rank: Rank) -> Miss | FalseContact | None:
     """Of the larger fault of a detector, of its most frequent cause, the longest: the most to look at."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     if (rank.leads_false and false) or not misses:
@@ -80,7 +80,7 @@ def _main_cause(faults: Sequence[Miss | FalseContact]) -> str:
     return frames.most_common(1)[0][0] if frames else ""
 
 
-def _moment(result: Measured, fault: Miss | FalseContact) -> KeyMoment:
+def _moment(result: RunResult, fault: Miss | FalseContact) -> KeyMoment:
     pair, times = (fault.body_a, fault.body_b), result.assembly.motion.times
     if isinstance(fault, FalseContact):
         gap = fault.gap if fault.gap == fault.gap else None
@@ -89,7 +89,7 @@ def _moment(result: Measured, fault: Miss | FalseContact) -> KeyMoment:
     return KeyMoment("miss", fault.number, frame, later, float(times[frame]) + later / 1e9, pair, fault.cut_length)
 
 
-def _fix(result: Measured, summary: Mapping[str, Any], rank: Rank, fault: Miss | FalseContact) -> Fix | None:
+def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss | FalseContact) -> Fix | None:
     """What mends a fault: figures where this run holds them, else the command that measures it."""
     figures = summary["detectors"][rank.label]
     spec = parse_detector(f"fix={figures.get('asked', figures['name'])}")
@@ -132,7 +132,7 @@ DECIDED_BY_TRIANGLES: Final = frozenset((
 """Causes that testing every triangle removes."""
 
 
-def _at_every_frame(result: Measured, rank: Rank, spec: DetectorSpec) -> Fix:
+def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
     """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets."""
     words = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
@@ -147,7 +147,7 @@ def _at_every_frame(result: Measured, rank: Rank, spec: DetectorSpec) -> Fix:
     return Fix(f"{words}: {told}{took} (measured on this session).", True)
 
 
-def _recorded_rate(result: Measured) -> str:
+def _recorded_rate(result: RunResult) -> str:
     """`` (90 Hz)``, the usual rate of the recording; ``""`` of a single frame."""
     steps = np.diff(result.assembly.motion.times)
     return f" ({1.0 / float(np.median(steps)):.3g} Hz)" if len(steps) else ""

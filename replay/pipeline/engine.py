@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, Final
 
@@ -30,7 +30,8 @@ from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
 from replay.pipeline.faces import face_source
 from replay.pipeline.ranking import ranking
-from replay.pipeline.run_result import Measured, RunResult
+from replay.pipeline.result_tables import result_tables
+from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import plural, why_false, why_missed
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
@@ -106,24 +107,23 @@ def compute(
     tidy()
     runs = _detected(ready, lineup, settings, progress)
     tidy()
-    measured = _audited(ready, lineup, runs, settings, progress)
+    result = _audited(ready, lineup, runs, settings, progress)
     if blur:
         with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
-            trusted, truth = runs[lineup.oracle], measured.episodes[lineup.oracle]
+            trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
             noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
-            measured = replace(measured, noise=noise)
-    effects = recorded(measured.session, ready.assembly)
+            result = replace(result, noise=noise)
+    effects = recorded(result.session, ready.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
             effects |= _effects(ready, runs, lineup.oracle)
-    measured = replace(measured, effects=effects)
-    summary = summarise(measured, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began)
+    result = replace(result, effects=effects)
+    summary = summarise(result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began)
     tidy()
     ranks = ranking(summary)
-    told = answers(measured, summary, ranks)
+    told = answers(result, summary, ranks)
     summary["answers"] = [answer.as_json() for answer in told]
-    computed = {part.name: getattr(measured, part.name) for part in fields(Measured)}
-    return RunResult(**computed, summary=summary, ranking=ranks, answers=told)
+    return replace(result, tables=result_tables(result), summary=summary, ranking=ranks, answers=told)
 
 
 def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
@@ -157,20 +157,20 @@ def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: 
 
 def _audited(
     ready: Prepared, lineup: Lineup, runs: dict[str, Run], settings: RunSettings, progress: Progress
-) -> Measured:
+) -> RunResult:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
     assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
     again = face_source(assembly, settings.seed, runs.get(oracle))
     tolerance = Tolerance(assembly, again, settings.tau)
     found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
-    measured = Measured(
+    result = RunResult(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=oracle, comparisons={}, episodes=found, misses={}, treatment=ready.treatment,
+        oracle=oracle, episodes=found, treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
     if not oracle:
-        return measured
+        return result
     audited = {label: run for label, run in runs.items() if label != oracle}
     total = (2 * EXAMINING + STEPS) * len(audited)
     # Misses are examined with other kernels.
@@ -202,8 +202,8 @@ def _audited(
             )
             advance(EXAMINING)
     return replace(
-        measured, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
-        phases=phases, counts=counts, holdings=reference.holdings,
+        result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
+        phases=phases, counts=counts, holdings=reference.holdings, loose=reference.contacts,
     )  # fmt: skip
 
 

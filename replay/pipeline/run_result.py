@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Protocol
 
 from cdcore import Detection, Detector
+from replay.base.tables import Table
 from replay.comparison.causes import Causes
 from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.false_contacts import FalseContact
@@ -57,36 +57,6 @@ class Tradeoff:
         return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists}
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """What a run computed: everything that its summary is made of. Mappings are by the label of a detector."""
-
-    session: Session  # what was replayed
-    assembly: Assembly  # bodies, motion and pairs that the detectors saw
-    detections: Mapping[str, Detection]  # in the order asked for; all on the frames of ``assembly``
-    treatment: Repair  # the findings of the doctor, and what the policy did about them
-    flags: Flags  # which verdicts rest on a pose in doubt
-    oracle: str  # label of the detection the others are compared with, or ``""``
-    comparisons: Mapping[str, Comparison]  # with the oracle
-    episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection
-    misses: Mapping[str, tuple[Miss, ...]]  # numbered, in order of time
-    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)  # numbered, in order of time
-    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
-    causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
-    phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
-    counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
-    holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
-    effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
-    noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
-    detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
-
-    @cached_property
-    def loose(self) -> tuple[Episode, ...]:
-        """The oracle's contacts but those of a hand with what it holds."""
-        held = set(self.holdings)
-        return tuple(contact for contact in self.episodes[self.oracle] if contact not in held)
-
-
 class Summarised(Protocol):
     """A run as far as its summary tells of it: in memory, or read again from its folder."""
 
@@ -102,16 +72,40 @@ class Summarised(Protocol):
     def ranking(self) -> tuple[Rank, ...]:
         """The audited detectors, the worst first, and the oracle last."""
 
+    @property
+    def answers(self) -> tuple[Answer, ...]:
+        """What is said first of each audited detector, in the order of the ranking."""
+
 
 @dataclass(frozen=True, eq=False)
-class RunResult(Measured):
-    """The outcome of ``replay.run``: what it computed, its summary, and where it was written.
+class RunResult:
+    """The outcome of ``replay.run``: all that it computed, each fact once, and where it was written.
 
-    ``summary`` holds settings, seeds, counts, digests and machine as JSON can; ``tradeoff`` is what other settings
-    would have missed and taken, where that was measured; ``out`` is the run folder, or ``None`` when nothing was
-    written.
+    Mappings are by the label of a detector. ``summary`` holds settings, seeds, counts, digests and machine as JSON can;
+    ``tradeoff`` is what other settings would have missed and taken, where that was measured; ``out`` is the run folder,
+    or ``None`` when nothing was written.
     """
 
+    session: Session  # what was replayed
+    assembly: Assembly  # bodies, motion and pairs that the detectors saw
+    detections: Mapping[str, Detection]  # in the order asked for; all on the frames of ``assembly``
+    treatment: Repair  # the findings of the doctor, and what the policy did about them
+    flags: Flags  # which verdicts rest on a pose in doubt
+    oracle: str  # label of the detection the others are compared with, or ``""``
+    episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection
+    detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
+    comparisons: Mapping[str, Comparison] = field(default_factory=dict)  # with the oracle
+    misses: Mapping[str, tuple[Miss, ...]] = field(default_factory=dict)  # numbered, in order of time
+    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)  # numbered, in order of time
+    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
+    causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
+    phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
+    counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
+    holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
+    loose: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
+    effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
+    noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
+    tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``
     summary: Mapping[str, Any] = field(default_factory=dict)
     ranking: tuple[Rank, ...] = ()  # the worst audited detector first, the oracle last; none without an audit
     answers: tuple[Answer, ...] = ()  # of each audited detector, in the order of the ranking

@@ -17,7 +17,7 @@ from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.noisy_contacts import HOLDS
 from replay.comparison.outcome import Outcome, counts_by_pair
-from replay.pipeline.run_result import Measured
+from replay.pipeline.run_result import RunResult
 
 NOT_EXAMINED: Final = "not examined"
 """Stands for a count of contacts between frames where both detectors decide at instants only."""
@@ -29,7 +29,7 @@ SPREADS: Final = ("onset_error", "duration_error")
 """Errors of matched contacts do not add up from their middles; each session keeps its own."""
 
 
-def score(result: Measured, label: str) -> dict[str, Any]:
+def score(result: RunResult, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
     comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
@@ -98,7 +98,7 @@ def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str
     }  # fmt: skip
 
 
-def pair_figures(result: Measured) -> list[dict[str, Any]]:
+def pair_figures(result: RunResult) -> list[dict[str, Any]]:
     """Of every pair its contacts by detector, in seconds, and what audited detectors made of it; of no contact nothing.
 
     Contacts of a hand with what it holds stand apart.
@@ -126,14 +126,14 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
     return rows
 
 
-def _held(result: Measured, label: str, pairs: Sequence[int]) -> dict[str, int]:
+def _held(result: RunResult, label: str, pairs: Sequence[int]) -> dict[str, int]:
     """What a detector says of some pairs while a hand holds the body."""
     verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
     apart = tuple(set(result.episodes[result.oracle]) - set(result.loose))
     return held_counts(result.comparisons[label], verdicts, apart, pairs)
 
 
-def _between(result: Measured, label: str) -> int | str:
+def _between(result: RunResult, label: str) -> int | str:
     """Pair-frames of contact that only the motion between frames shows, if a detector decides there."""
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
@@ -161,7 +161,7 @@ def reasons_of(detection: Detection) -> dict[str, int]:
     return dict((+found).most_common(MOST_REASONS))
 
 
-def undecided_share(result: Measured, label: str) -> dict[str, Any]:
+def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
     """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see.
 
     The interval is over pairs.

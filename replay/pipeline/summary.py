@@ -20,7 +20,7 @@ from replay.comparison.outcome import counts_by_pair
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
-from replay.pipeline.run_result import Measured
+from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import pair_figures, score
 from replay.pipeline.settings import Lineup, RunSettings
 from replay.prepare.session_scan import SessionScan
@@ -38,7 +38,7 @@ REPORTED_FACTS: Final = frozenset((
 
 
 def summarise(
-    result: Measured, runs: Mapping[str, Run], seen: SessionScan, planned: Plan, *, settings: RunSettings,
+    result: RunResult, runs: Mapping[str, Run], seen: SessionScan, planned: Plan, *, settings: RunSettings,
     lineup: Lineup, began: float,
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
@@ -68,7 +68,7 @@ def summarise(
     }  # fmt: skip
 
 
-def _flagged(result: Measured, label: str) -> dict[str, int]:
+def _flagged(result: RunResult, label: str) -> dict[str, int]:
     """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
     detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
     for start in range(0, len(detection.verdict), VERDICT_FRAMES):
@@ -78,7 +78,7 @@ def _flagged(result: Measured, label: str) -> dict[str, int]:
     return {verdict.name: int(count[verdict]) for verdict in Verdict if count[verdict] and verdict != Verdict.NO_POSE}
 
 
-def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
+def _session(result: RunResult, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
@@ -98,7 +98,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def session_digest(result: Measured) -> str:
+def session_digest(result: RunResult) -> str:
     """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
     stretch = result.assembly.stamp_ns[[0, -1]].tolist()
     return hashlib.sha256(f"{result.treatment.digest} {stretch}".encode()).hexdigest()[:16]

@@ -75,6 +75,11 @@ class Section:
         return address_of(self.short)
 
 
+def moment_address(kind: str, number: int, by: str = "") -> str:
+    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    return f"{kind}={number}" + (f"&by={by}" if by else "")
+
+
 def address_of(words: str) -> str:
     """Words as the part of an address."""
     return re.sub(r"\W+", "-", words.lower()).strip("-")

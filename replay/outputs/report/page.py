@@ -1,7 +1,6 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -9,20 +8,17 @@ import numpy as np
 
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import titration_curves
-from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
 from replay.outputs.plots import curve
 from replay.outputs.report.charts import curve_figure
 from replay.outputs.report.first_screen import first_screen, page_head
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
-from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, run_view
+from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, session_names
 from replay.outputs.report.sections import effect_section, fault_sections, last_section, words_section
 from replay.outputs.report.still import CARD, FIRST, fault_still
 from replay.outputs.report.tradeoff import tradeoff_parts
-from replay.outputs.results.parquet_tables import event_table
 from replay.outputs.run_tables import contact_table
 from replay.pipeline.headline import beside, undecided
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import session_name
 
 WARMED = ("warmest", "coldest", "heated", "boil")
 """Names of events that tell of a temperature."""
@@ -35,13 +31,19 @@ def write_report(result: RunResult, path: Path) -> None:
 
 def report_html(result: RunResult) -> str:
     """The page as text."""
-    return page_of(view_of(result), _other_sections(result), [*_temperatures(result), *_titrations(result)])
+    curves = [*_temperatures(result), *_titrations(result)]
+    notes = beside(result)[len(undecided(result)) :]
+    return page_of(view_of(result), notes, _other_sections(result), curves)
 
 
-def page_of(view: RunView, more: Iterable[Section] = (), curves: Sequence[Markup] = ()) -> str:
-    """The page of a run; ``more`` sections come first, ``curves`` stand above what the effects found."""
+def page_of(view: RunView, notes: Sequence[str], more: Iterable[Section] = (), curves: Sequence[Markup] = ()) -> str:
+    """The page of a run.
+
+    ``notes``: what was not counted, or is chance; ``more`` sections come first, ``curves`` stand above what the effects
+    found.
+    """
     sections = [
-        *more, *fault_sections(view), *effect_section(view, curves), last_section(view), *words_section(view),
+        *more, *fault_sections(view), *effect_section(view, curves), last_section(view, notes), *words_section(view),
     ]  # fmt: skip
     # What a reader must know before the answer.
     doubts = [element("p", line, class_="doubt") for line in view.doubts]
@@ -51,21 +53,17 @@ def page_of(view: RunView, more: Iterable[Section] = (), curves: Sequence[Markup
 
 def view_of(result: RunResult) -> RunView:
     """A run in memory, its faults with a picture each, and the command that shows it in motion."""
-    rows = {
-        "misses": miss_rows(result).plain(), "false": false_rows(result).plain(),
-        "episodes": episode_rows(result).plain(), "events": event_table(result).to_pylist(),
-    }  # fmt: skip
-    name = session_name(result.session, result.summary["session"]["id"])
-    notes = beside(result)[len(undecided(result)) :]
-    hero = None if result.tradeoff is None else Hero(result.tradeoff.answer)
-    view = run_view(result, rows, name, notes, hero)
     folder = str(result.out or "RUN")
 
     def look(fault: Fault) -> Markup:
-        by = f" --by {fault.label}" if len(view.answers) > 1 else ""
+        by = f" --by {fault.label}" if len(result.answers) > 1 else ""
         return element("code", f"replay view {folder} --{fault.kind} {fault.number}{by}")
 
-    return replace(view, folder=folder, still=partial(_still, result), look=look)
+    return RunView(
+        run=result, rows=lambda name: result.tables[name].plain(), name=session_names(result.summary)[0],
+        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer), folder=folder,
+        still=partial(_still, result), look=look,
+    )  # fmt: skip
 
 
 def _still(result: RunResult, fault: Fault, first: bool) -> tuple[Markup, str]:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Any, Final
 
@@ -10,16 +11,17 @@ from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
-from replay.outputs.report.markup import Markup
-from replay.outputs.results.parquet_tables import EFFECT
-from replay.outputs.words import NOT_LOOKED_FOR, address, tallied
-from replay.pipeline.answer import Answer, Fix, KeyMoment
+from replay.outputs.report.markup import Markup, moment_address
+from replay.outputs.words import NOT_LOOKED_FOR, tallied
+from replay.pipeline.answer import Answer
 from replay.pipeline.headline import doubts_of
 from replay.pipeline.ranking import Rank
+from replay.pipeline.result_tables import EFFECT
 from replay.pipeline.run_result import Summarised
 from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
+from sessions.mcap_format.metadata import NOT_STATED
 
 MISS: Final = "miss"
 FALSE: Final = "false"
@@ -84,21 +86,61 @@ class Hero:
 
 @dataclass(frozen=True, eq=False)
 class RunView:
-    """A run as far as its page tells of it; mappings are by the label of a detector."""
+    """A run as far as its page tells of it, in memory or in a folder; mappings are by the label of a detector."""
 
-    summary: Mapping[str, Any]  # what ``summary.json`` holds
-    oracle: str  # label of the reference, or ``""``
-    ranking: tuple[Rank, ...]  # the audited detectors, the worst first, and the reference last
-    answers: tuple[Answer, ...]  # what is said first of each audited detector, in the order of the ranking
-    faults: Mapping[str, Sequence[Fault]]  # of every audited detector, false contacts first
-    contacts: Mapping[str, Rows]  # of every detector, in order of time; of the reference those not held
-    events: Rows  # what effects found, in order of time; ``source`` is the kind of effect
+    run: Summarised
+    rows: Callable[[str], Rows]  # of the tables ``misses``, ``false``, ``episodes`` and ``events``
     name: str  # what pages call the session
-    hero: Hero | None  # what stands first in place of an answer
-    notes: Sequence[str]  # what was not counted, or is chance
+    asked: Hero | None = None  # what stands first where something else was asked than detectors
     folder: str = "RUN"  # the run folder, as a command names it
     still: Still | None = None
     look: Look | None = None
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """What ``summary.json`` holds."""
+        return self.run.summary
+
+    @property
+    def oracle(self) -> str:
+        """Label of the reference, or ``""``."""
+        return self.run.oracle
+
+    @property
+    def ranking(self) -> tuple[Rank, ...]:
+        """The audited detectors, the worst first, and the reference last."""
+        return self.run.ranking
+
+    @property
+    def answers(self) -> tuple[Answer, ...]:
+        """What is said first of each audited detector, in the order of the ranking."""
+        return self.run.answers
+
+    @cached_property
+    def faults(self) -> Mapping[str, Sequence[Fault]]:
+        """Of every audited detector, false contacts first."""
+        return faults_of(self.summary["audit"], self.rows("misses"), self.rows("false"))
+
+    @cached_property
+    def contacts(self) -> Mapping[str, Rows]:
+        """Of every detector, in order of time; of the reference those that no hand holds: only they are counted."""
+        found: dict[str, list[Row]] = {label: [] for label in self.summary["detectors"]}
+        for row in self.rows("episodes"):
+            if not (row["held"] and row["detector"] == self.oracle):
+                found[row["detector"]].append(row)
+        return found
+
+    @cached_property
+    def events(self) -> Rows:
+        """What effects found, in order of time; ``source`` is the kind of effect."""
+        found = (row for row in self.rows("events") if row["source"].startswith(EFFECT))
+        events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in found]
+        return sorted(events, key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
+
+    @cached_property
+    def hero(self) -> Hero | None:
+        """What stands first in place of an answer."""
+        return self.asked or (None if self.answers else _without_audit(self.summary, self.events))
 
     @property
     def title(self) -> str:
@@ -112,35 +154,12 @@ class RunView:
         return doubts_of(findings_of(self.summary))
 
 
-def run_view(run: Summarised, rows: Mapping[str, Rows], name: str, notes: Sequence[str], hero: Hero | None) -> RunView:
-    """A run in memory or in a folder, from ``rows`` of the tables misses, false, episodes and events.
-
-    ``hero`` is what stands first where something else was asked than detectors.
-    """
-    summary, answers = run.summary, answers_of(run.summary)
-    found = (row for row in rows["events"] if row["source"].startswith(EFFECT))
-    events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in found]
-    events.sort(key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
-    contacts: dict[str, list[Row]] = {label: [] for label in summary["detectors"]}
-    for row in rows["episodes"]:
-        # What a hand holds is not counted.
-        if not (row["held"] and row["detector"] == run.oracle):
-            contacts[row["detector"]].append(row)
-    return RunView(
-        summary=summary, oracle=run.oracle, ranking=run.ranking, answers=answers,
-        faults=faults_of(summary["audit"], rows["misses"], rows["false"]), contacts=contacts, events=events, name=name,
-        hero=hero or (None if answers else _without_audit(summary, events)), notes=notes,
-    )  # fmt: skip
-
-
-def answers_of(summary: Mapping[str, Any]) -> tuple[Answer, ...]:
-    """What a summary says first of each audited detector."""
-    made = []
-    for answer in summary["answers"]:
-        moment = answer["moment"] and KeyMoment(**{**answer["moment"], "pair": tuple(answer["moment"]["pair"])})
-        fix = answer["fix"] and Fix(**answer["fix"])
-        made.append(Answer(answer["label"], answer["sentence"], answer["why"], fix, moment))
-    return tuple(made)
+def session_names(summary: Mapping[str, Any]) -> list[str]:
+    """What a page may call a session: its scene, its pseudonym, its id; never its file, which may name a person."""
+    session = summary["session"]
+    pseudonym = session["facts"].get("pseudonym", NOT_STATED)
+    names = [session["scene"], "" if pseudonym == NOT_STATED else pseudonym, f"session {session['id']}"]
+    return [name for name in names if name]
 
 
 def _without_audit(summary: Mapping[str, Any], events: Rows) -> Hero:
@@ -218,7 +237,7 @@ def key_fault(view: RunView, answer: Answer) -> Fault | None:
 def fault_address(view: RunView, fault: Fault) -> str:
     """Where a page has a fault; the detector that was asked first needs no name."""
     first = next(iter(view.summary["audit"]))
-    return address(fault.kind, fault.number, "" if fault.label == first else fault.label)
+    return moment_address(fault.kind, fault.number, "" if fault.label == first else fault.label)
 
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:

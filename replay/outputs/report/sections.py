@@ -172,9 +172,9 @@ def words_section(view: RunView) -> Iterator[Section]:
         yield Section("Words", "Words", lines)
 
 
-def last_section(view: RunView) -> Section:
+def last_section(view: RunView, notes: Sequence[str]) -> Section:
     """Recording, counts, times and settings, folded; what was not counted stands open."""
-    return Section("Session", "Session", [*view.notes, *_folds(view)])
+    return Section("Session", "Session", [*notes, *_folds(view)])
 
 
 def _folds(view: RunView) -> Iterator[Fold]:

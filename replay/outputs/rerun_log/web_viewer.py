@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Final
 from urllib.request import urlopen
 
+from replay.outputs.report.markup import moment_address
 from replay.outputs.rerun_log import viewer
 from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import SESSION
-from replay.outputs.words import address
 
 SCRIPT: Final = "re_viewer.js"
 PROGRAM: Final = "re_viewer_bg.wasm"
@@ -68,7 +68,7 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
     at: dict[str, int] = {}
     for one in read_moments(recording):
         if one.number:
-            at[address(one.kind, one.number, "" if one.label == labels[0] else one.label)] = one.session_ns
+            at[moment_address(one.kind, one.number, "" if one.label == labels[0] else one.label)] = one.session_ns
         if one.leads:
             at[""] = one.session_ns
     return {name: cursor_at(ns) for name, ns in at.items()} | {"layout": _field(11, _field(1, LAYOUT))}

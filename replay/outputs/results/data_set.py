@@ -13,10 +13,9 @@ import pyarrow.compute as pc
 from replay.base.tables import types_of
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
-from replay.outputs import contact_tables
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
-from replay.outputs.results.parquet_tables import EVENT_COLUMNS, MEASURED
+from replay.outputs.results.parquet_tables import MEASURED
 from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import (
     EPISODES,
@@ -27,6 +26,7 @@ from replay.outputs.results.run_folder import (
     READ_TABLES,
     SUMMARY,
 )
+from replay.pipeline import result_tables
 from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}
@@ -35,10 +35,10 @@ ADDED: Final = ("run", *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
-    "episodes": (EPISODES, RUN | types_of(contact_tables.EPISODES) | KEYS),
-    "misses": (MISSES, RUN | types_of(contact_tables.MISSES) | KEYS),
-    "false_contacts": (FALSE_CONTACTS, RUN | types_of(contact_tables.FALSE_CONTACTS) | KEYS),
-    "events": (EVENTS, RUN | EVENT_COLUMNS | KEYS),
+    "episodes": (EPISODES, RUN | types_of(result_tables.EPISODES) | KEYS),
+    "misses": (MISSES, RUN | types_of(result_tables.MISSES) | KEYS),
+    "false_contacts": (FALSE_CONTACTS, RUN | types_of(result_tables.FALSE_CONTACTS) | KEYS),
+    "events": (EVENTS, RUN | types_of(result_tables.EVENTS) | KEYS),
     "metrics": (METRICS, RUN | METRIC_COLUMNS | MEASURED),
 }
 """Table -> the file in a run folder, and its columns."""

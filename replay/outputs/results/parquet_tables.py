@@ -1,6 +1,5 @@
 """A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
@@ -15,7 +14,6 @@ from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
 from replay.comparison.outcome import Miss, Outcome
-from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult
@@ -67,52 +65,6 @@ def timing_table(result: RunResult) -> pa.Table:
     return pa.table(columns)
 
 
-EVENT_COLUMNS: Final[dict[str, type]] = {
-    "stamp_ns": int, "end_stamp_ns": int, "source": str, "name": str, "body": str, "level": str, "message": str,
-    "values": str, "time": float, "end_time": float,
-}  # fmt: skip
-
-
-def event_table(result: RunResult) -> pa.Table:
-    """What the recording says happened, and what the effects found: moments, and spans with an end.
-
-    ``source`` is ``event``, a span's kind, or ``effect/<kind>``; ``values`` holds an effect's numbers as JSON, and is
-    empty for what was recorded. Columns: ``stamp_ns time end_stamp_ns end_time source name body level message values``.
-    """
-    zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
-    rows = [
-        _event(zero, (e.time_ns, None), "event", name=e.name, body=e.body, level=e.level, message=e.message)
-        for e in result.session.events
-    ]
-    for i in result.session.intervals:
-        told = "; ".join(f"{k}={v}" for k, v in i.data.items())
-        rows.append(_event(zero, (i.start_ns, i.end_ns), i.kind, name=i.name, message=told))
-    for kind, run in result.effects.items():
-        for event in run.events:
-            end = None if event.end is None else zero + round(event.end * 1e9)
-            values = dict(event.values) | ({} if event.point is None else {"point": list(event.point)})
-            rows.append(_event(
-                zero, (zero + round(event.time * 1e9), end), EFFECT + kind, name=event.name,
-                body=" ".join(event.bodies), level=event.level, message=event.text,
-                values=json.dumps(values, sort_keys=True, default=plain_value),
-            ))  # fmt: skip
-    rows.sort(key=lambda row: row["stamp_ns"])
-    return table_of(rows, EVENT_COLUMNS)
-
-
-EFFECT: Final = "effect/"
-"""``source`` of an event that an effect found: this and its kind."""
-
-
-def _event(zero: int, stamps: tuple[int, int | None], source: str, **words: str) -> dict[str, Any]:
-    """A row of the table of events; ``zero`` is the stamp of second 0."""
-    stamp, end = stamps
-    return {
-        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **words,
-        "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
-    }  # fmt: skip
-
-
 def series_table(result: RunResult) -> pa.Table:
     """Every value of every series of the effects: ``effect series unit time value``."""
     parts = [(kind, name, one) for kind, run in result.effects.items() for name, one in run.series.items()]
@@ -162,10 +114,8 @@ def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
 
 
 def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
-    flag = np.zeros(len(rows), dtype=np.uint16)
-    if result.flags is not None:
-        ends = result.assembly.pairs[columns]
-        flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
+    ends = result.assembly.pairs[columns]
+    flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
     codes, place = np.unique(flag, return_inverse=True)
     named = pa.array(place.reshape(-1).astype(np.int32), mask=flag == 0)
     return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))

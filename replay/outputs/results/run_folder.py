@@ -18,11 +18,12 @@ from replay.base.tables import types_of
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
-from replay.outputs import contact_tables
 from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
+from replay.pipeline import result_tables
+from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
@@ -44,26 +45,23 @@ PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 TABLES: Final = {
-    EPISODES: lambda result: contact_tables.episode_rows(result).to_arrow(),
-    MISSES: lambda result: contact_tables.miss_rows(result).to_arrow(),
-    FALSE_CONTACTS: lambda result: contact_tables.false_rows(result).to_arrow(), EVENTS: parquet_tables.event_table,
     METRICS: parquet_tables.metrics_table, TIMING: parquet_tables.timing_table, SERIES: parquet_tables.series_table,
 }  # fmt: skip
-"""File -> what makes its table; that of the series only where there are effects, of times where there are any."""
+"""File -> what makes its table, beside those of the result: of series where there are effects, of times where known."""
 
-SPAN: Final = frozenset(types_of((*contact_tables.HEADS, *contact_tables.SPAN)))
+SPAN: Final = frozenset(types_of((*result_tables.HEADS, *result_tables.SPAN)))
 
 CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
-    EPISODES: (types_of(contact_tables.EPISODES), SPAN | {"frames"}),
-    MISSES: (types_of(contact_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
-    FALSE_CONTACTS: (types_of(contact_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
+    EPISODES: (types_of(result_tables.EPISODES), SPAN | {"frames"}),
+    MISSES: (types_of(result_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
+    FALSE_CONTACTS: (types_of(result_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
 }
 """File -> columns of its own with their types, and the columns that no row may lack."""
 
 READ_TABLES: Final = {
     **{name: (own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
     METRICS: (METRIC_COLUMNS | parquet_tables.MEASURED | KEYS, frozenset(("session", "settings", "detector"))),
-    EVENTS: (parquet_tables.EVENT_COLUMNS | KEYS, frozenset(("stamp_ns", "source", "name", "message", "time"))),
+    EVENTS: (types_of(result_tables.EVENTS) | KEYS, frozenset(("stamp_ns", "source", "name", "message", "time"))),
 }
 """The tables that are read again as rows."""
 
@@ -147,6 +145,8 @@ def write_run_folder(
         advance(3)
         timed = any(frame_seconds(detection) is not None for detection in result.detections.values())
         wanted = {SERIES: bool(result.effects), TIMING: timed}
+        for name, rows in result.tables.items():
+            pq.write_table(with_keys(rows.to_arrow(), result), folder / f"{name}.parquet", compression="zstd")
         for name, table_of in TABLES.items():
             if wanted.get(name, True):
                 table = table_of(result)
@@ -185,6 +185,11 @@ class RunFolder:
     def ranking(self) -> tuple[Rank, ...]:
         """The audited detectors, the worst first, and the oracle last."""
         return ranking(self.summary)
+
+    @cached_property
+    def answers(self) -> tuple[Answer, ...]:
+        """What is said first of each audited detector, in the order of the ranking."""
+        return tuple(Answer.of(answer) for answer in self.summary["answers"])
 
     @property
     def picture(self) -> Path:

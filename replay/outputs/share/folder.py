@@ -20,21 +20,11 @@ from replay.base.tables import Marked, table
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED, Markup, element, page_html, rendered
 from replay.outputs.report.page import page_of
-from replay.outputs.report.run_view import Fault, Hero, RunView, fault_address, run_view
-from replay.outputs.results.run_folder import (
-    EPISODES,
-    EVENTS,
-    FALSE_CONTACTS,
-    MISSES,
-    PICTURE,
-    FolderKind,
-    RunFolder,
-    result_folder,
-    write_summary,
-)
+from replay.outputs.report.run_view import Fault, Hero, RunView, fault_address, session_names
+from replay.outputs.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
 from replay.pipeline.headline import held
 from replay.pipeline.sentences import plural
-from sessions.mcap_format.metadata import NOT_STATED, SHARE
+from sessions.mcap_format.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
 INDEX: Final = "index.html"
@@ -95,7 +85,7 @@ def _packed(content: bytes) -> bytes:
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
     view = folder_view(run, pictured=pictured)
-    text = page_of(view)
+    text = page_of(view, held(run))
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
@@ -142,19 +132,11 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
-    tables = {"misses": MISSES, "false": FALSE_CONTACTS, "episodes": EPISODES, "events": EVENTS}
-    rows, told = {name: run.rows(file) for name, file in tables.items()}, run.summary.get("tradeoff")
+    told, names = run.summary.get("tradeoff"), ", ".join(session_names(run.summary))
     hero = Hero(str(told["answer"]), told["advice"]) if told else None
-    view = run_view(run, rows, _who(run), held(run), hero)
+    view = RunView(run, lambda name: run.rows(f"{name}.parquet"), names, hero)
 
     def look(fault: Fault) -> Markup:
         return element("p", element("a", "show it in the picture", href=f"#{fault_address(view, fault)}"))
 
     return replace(view, look=look) if pictured else view
-
-
-def _who(run: RunFolder) -> str:
-    session = run.summary["session"]
-    pseudonym = session["facts"].get("pseudonym", NOT_STATED)
-    named = [session["scene"], "" if pseudonym == NOT_STATED else pseudonym, f"session {session['id']}"]
-    return ", ".join(name for name in named if name)

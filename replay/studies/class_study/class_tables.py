@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay.base.tables import Cell, Column, Marked, Table
+from replay.outputs.report.markup import moment_address
 from replay.outputs.results.run_folder import REPORT
-from replay.outputs.words import address
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import plural
 from replay.studies.class_study.class_runs import ClassRuns, Row
@@ -307,5 +307,5 @@ def _depth(miss: Row) -> tuple[bool, float, int]:
 
 def _look(miss: Row, page: str, by: str) -> Marked:
     words = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
-    at = address("miss", miss["number"], quote(by))
+    at = moment_address("miss", miss["number"], quote(by))
     return Marked(words, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")

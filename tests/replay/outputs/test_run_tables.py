@@ -9,7 +9,6 @@ from support.price_rows import price_row
 from support.small_worlds import cube, cubes, grazing, jumping
 
 from replay.base.tables import Column, Marked, text_of
-from replay.outputs.contact_tables import miss_rows
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
@@ -58,11 +57,13 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
     truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / turned
     assert miss.touch.free <= truth <= miss.touch.moment
-    (row,) = miss_rows(result).plain()
+    (row,) = result.tables["misses"].plain()
     assert (row["touch_free"], row["touch"]) == (miss.touch.free, miss.touch.moment)
     bound = f"within {1e6 * (row['touch'] - row['touch_free']):.2g} microseconds"
     moment = f"{miss.touch.moment:.3f}"
-    assert column(miss_table(miss_rows(result), "exact"), "at s") == [moment if known else Marked(moment, "", bound)]
+    assert column(miss_table(result.tables["misses"], "exact"), "at s") == [
+        moment if known else Marked(moment, "", bound)
+    ]
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 

@@ -10,10 +10,8 @@ from support.planted_faults import FAULTS, clean
 from support.report_states import STATES, read_page, state_of
 from support.small_worlds import cubes
 
-from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
 from replay.outputs.report.markup import element, safe
 from replay.outputs.report.page import report_html, write_report
-from replay.outputs.results.parquet_tables import event_table
 from replay.pipeline.engine import compute
 
 
@@ -37,8 +35,7 @@ FIXED = {90.0, 99.0, 16.0, 1000 / 90}
 @in_every_state
 def test_every_number_of_the_page_is_in_the_summary_or_in_a_table(state):
     result, page = state_of(state)
-    tables = [table(result).plain() for table in (miss_rows, false_rows, episode_rows)]
-    tables.append(event_table(result).to_pylist())
+    tables = [result.tables[name].plain() for name in ("misses", "false", "episodes", "events")]
     frames = [row["last"] - row["first"] + 1 for rows in tables[:2] for row in rows]
     told = result.summary
     of_pair = [

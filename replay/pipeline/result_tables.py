@@ -1,5 +1,6 @@
-"""Contacts, misses and false contacts as tables: what each column holds is said here, once."""
+"""Contacts, misses, false contacts and events of a run as tables: what each column holds is said here, once."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
@@ -7,7 +8,8 @@ import numpy as np
 
 from replay.base.tables import Column, Table
 from replay.comparison.holding import within
-from replay.comparison.outcome import Episode, Miss
+from replay.comparison.outcome import Episode
+from replay.effects.output import plain_value
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 
@@ -89,8 +91,68 @@ FALSE_CONTACTS: Final = (
 )
 
 
-def episode_rows(result: RunResult) -> Table:
-    """Every contact of every detector, in order of time."""
+EVENTS: Final = (
+    Column("stamp_ns", int, "when it begins, on the clock of the recording", unit="ns"),
+    Column("end_stamp_ns", int, "when it ends; null: it is a moment", unit="ns"),
+    Column("source", str, "`event`, the kind of a span, or `effect/` and a kind"),
+    Column("name", str, "what happened"),
+    Column("body", str, "whom it is about"),
+    Column("level", str, "info, warning or error"),
+    Column("message", str, "the sentence about it"),
+    Column("values", str, "numbers of an effect, as JSON; empty of what was recorded"),
+    Column("time", float, "when it begins", unit="s"),
+    Column("end_time", float, "when it ends", unit="s"),
+)
+
+EFFECT: Final = "effect/"
+"""``source`` of an event that an effect found: this and its kind."""
+
+
+def result_tables(result: RunResult) -> dict[str, Table]:
+    """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
+    return {
+        "episodes": _episodes(result),
+        "misses": Table.of(
+            MISSES, _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.episode)})
+        ),
+        "false": Table.of(FALSE_CONTACTS, _entries(result, result.false, lambda *_: {})),
+        "events": Table.of(EVENTS, sorted(_events(result), key=lambda row: row["stamp_ns"])),
+    }
+
+
+def _events(result: RunResult) -> Iterator[dict[str, Any]]:
+    """What the recording says happened, and what the effects found: moments, and spans with an end."""
+    zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
+    for event in result.session.events:
+        yield _event(
+            zero, (event.time_ns, None), "event", name=event.name, body=event.body, level=event.level,
+            message=event.message,
+        )  # fmt: skip
+    for span in result.session.intervals:
+        said = "; ".join(f"{key}={value}" for key, value in span.data.items())
+        yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=said)
+    for kind, run in result.effects.items():
+        for found in run.events:
+            end = None if found.end is None else zero + round(found.end * 1e9)
+            values = dict(found.values) | ({} if found.point is None else {"point": list(found.point)})
+            yield _event(
+                zero, (zero + round(found.time * 1e9), end), EFFECT + kind, name=found.name,
+                body=" ".join(found.bodies), level=found.level, message=found.text,
+                values=json.dumps(values, sort_keys=True, default=plain_value),
+            )  # fmt: skip
+
+
+def _event(zero: int, stamps: tuple[int, int | None], source: str, **words: str) -> dict[str, Any]:
+    """A row of the table of events; ``zero`` is the stamp of second 0."""
+    stamp, end = stamps
+    return {
+        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **words,
+        "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
+    }  # fmt: skip
+
+
+def _episodes(result: RunResult) -> Table:
+    """Contacts, and what became of each."""
     never: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:
         for number in result.counts[label].missed_numbers:
@@ -108,20 +170,6 @@ def episode_rows(result: RunResult) -> Table:
         }
 
     return Table.of(EPISODES, _entries(result, result.episodes, more))
-
-
-def miss_rows(result: RunResult) -> Table:
-    """Every numbered miss of every audited detector."""
-
-    def more(_: str, __: int, miss: Miss) -> dict[str, Any]:
-        return {"noise": _in_noise(result, miss.episode)}
-
-    return Table.of(MISSES, _entries(result, result.misses, more))
-
-
-def false_rows(result: RunResult) -> Table:
-    """Every numbered false contact of every audited detector."""
-    return Table.of(FALSE_CONTACTS, _entries(result, result.false, lambda *_: {}))
 
 
 def _entries(
