@@ -9,7 +9,6 @@ from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.contact_counts import cut_contacts
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
 from replay.comparison.misses import NEVER_FOUND
@@ -25,7 +24,7 @@ from replay.outputs.words import (
 from replay.pipeline.answer import busy_words, milliseconds
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Range, Share, all_unconfirmed, range_words
-from replay.pipeline.run_result import RunResult, Summarised
+from replay.pipeline.run_result import Summarised
 from sessions import Finding
 
 OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
@@ -182,17 +181,19 @@ def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def contact_table(result: RunResult, label: str) -> Table:
+def contact_table(result: Summarised, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
-    rows, found = [], result.episodes[label]
-    for pair in sorted({one.pair for one in found}):
-        own = [one for one in found if one.pair == pair]
-        lengths = [one.end - one.start for one in own]
-        name = result.assembly.pair_name(pair) + (" (held)" if result.assembly.held[pair] else "")
-        row = {"pair": name, "contacts": len(own), "seconds": sum(lengths), "longest s": max(lengths)}
-        rows.append({**row, CUT: cut_contacts(own)})
+    rows = [
+        {
+            "pair": pair["name"] + (" (held)" if pair["held"] or kind != "contacts" else ""),
+            **_lengths(pair, kind, label),
+        }
+        for pair in result.summary["pairs"]
+        for kind in ("contacts", "held_contacts")
+        if label in pair.get(kind, ())
+    ]
     names = ["pair", "contacts", "seconds", "longest s"]
-    if cut_contacts(found):
+    if any(row[CUT] for row in rows):
         names.append(CUT)
     columns = (column for column in PAIRS if column.name in names)
     return Table.of(columns, rows, f"Contacts found by {label}", containment_notes(result, label))

@@ -117,7 +117,7 @@ ENGINE_ROWS: Final = (
 
 def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, settings: bool = False) -> Table:
     """A row a choice: what is set in the engine and what comes of it; the ``settings`` for ``run`` on request."""
-    contacts, seconds = len(result.episodes[result.oracle]), result.summary["session"]["duration"]
+    contacts, seconds = result.ranking[-1].contacts, result.summary["session"]["duration"]
     title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"
     notes = (
         "false %: of the contact time reported. wrong: missed, late or cut short, and false contacts; a range is over "

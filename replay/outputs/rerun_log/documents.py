@@ -140,7 +140,7 @@ def detector_text(result: RunResult, label: str) -> str:
     parts.append(f"`{figures.get('asked', figures['name'])}`")
     if label in result.comparisons:
         head = (f"against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
-        counts = [result.comparisons[label].count(kind) for kind in FRAME_ROWS]
+        counts = [result.summary["audit"][label]["pair_frames"][kind.name] for kind in FRAME_ROWS]
         parts.append(markdown(table("", head, [("pair-frames", *counts)])))
     rows = [(stage, f"{ms.mean():.4f}") for stage, ms in stage_ms(result.detections[label]).items()]
     return "\n\n".join([*parts, markdown(table("", ("stage", "ms a frame"), rows))])

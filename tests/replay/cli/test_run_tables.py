@@ -1,4 +1,4 @@
-"""What a terminal says of a run, in every state."""
+"""What a terminal says of a run."""
 
 from dataclasses import replace
 from io import StringIO
@@ -6,12 +6,10 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
-from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.small_worlds import cube, cubes
 
 from cdcore.detectors import settings_of
-from replay.cli.run_tables import audit_table, run_screen, run_tables
-from replay.cli.terminal import terminal
+from replay.cli.run_tables import run_screen, run_tables
 from replay.detection.detector_spec import parse_detectors
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.documents import answer_text
@@ -88,28 +86,3 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
     assert "no contact of 2 missed, none false" in " ".join(rest)
     for words in (answer_text(result), report_html(result)):
         assert words.index("unit-suspect") < words.rindex("no contact of 2 missed")
-
-
-@pytest.mark.parametrize("state", STATES)
-def test_every_sentence_of_the_terminal_holds_in_every_state(state):
-    (truth, said, headline), result = STATES[state], run(state)
-    outcome, (contacts, lost) = became(truth, said), missed(truth, said)
-    shown = text(result)
-    assert headline in " ".join(shown.split())
-    contact = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
-    whole, parts = contact.count({"MISSED"}), contact.count({"MISSED", "both"})
-    counts = [outcome.count(word) for word in ("both", "MISSED", "false")]
-    rows = [line.split() for line in shown.splitlines() if line.startswith("a-b ")]
-    expected = [["a-b", *map(str, (contacts, whole, parts, *counts))]] if contacts or any(counts) else []
-    assert rows == expected
-    wrong = [count for _, count, word in stretches(outcome) if word == "false"]
-    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20) + len(wrong)
-    listed = shown.partition("false contacts of it")[2].split("\n\n")[0]
-    frames = [int(line.split()[5]) for line in listed.splitlines() if " a - b " in line]
-    assert frames == sorted(wrong, reverse=True) and listed.count("unexplained") == len(wrong)
-    assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
-    figures = printed(terminal(audit_table(result.summary["audit"])))
-    rows = [line.split() for line in figures.splitlines()]
-    assert [row for row in rows if row[:1] in (["both"], ["missed"], ["false"])][:3] == [
-        ["both", str(counts[0])], ["missed", str(counts[1])], ["false", str(counts[2])]
-    ]  # fmt: skip

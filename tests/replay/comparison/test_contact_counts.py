@@ -9,7 +9,7 @@ from support.small_worlds import verdict_column, verdicts
 from cdcore import Detection, Verdict
 from replay.base.wilson import OVER_CONTACTS, share_of_clusters
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import count_contacts, count_reports
+from replay.comparison.contact_counts import count_contacts, count_reports, held_counts
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 from replay.comparison.misses import NEVER_FOUND, stretches
@@ -37,6 +37,16 @@ def test_each_contact_is_in_one_class(subject, figures):
     one = counted(subject, ".CCCC.")
     assert (one.found, one.in_part, one.missed, one.undecided, one.undecided_in_part) == figures
     assert one.frames_undecided == subject.count("u")
+
+
+@pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
+def test_a_held_contact_is_found_missed_or_found_in_part(said, missed, part):
+    subject, oracle = verdict_column(said), verdict_column(".CCC.")
+    contacts = episodes(oracle)
+    comparison = compare(subject, oracle, holdings=contacts)
+    told = held_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
+    frames = said.count("C")
+    assert [*told.values()] == [1, missed, part, frames, 3 - frames, 0]
 
 
 def test_an_interval_found_at_its_first_end_is_found_whatever_is_said_at_its_second():

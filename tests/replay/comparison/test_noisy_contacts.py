@@ -47,12 +47,12 @@ def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
 
 def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
     far = [9.0] * 20
-    result = asked(gaps([*far, -6.0, -6.0, *far, -0.1, *far, 0.5, *far, 6.0, *far]))
+    result = asked(gaps([*far, *[-6.0] * 120, *far, -0.1, *far, 0.5, *far, 6.0, *far]))
     noise = result.noise
     assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
     (hidden,) = noise.near
-    assert (hidden.first, hidden.last) == (63, 63) and 0.05 < hidden.share < 0.95
-    assert noise.resting == () and noise.asked == 4
+    assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.share < 0.95
+    assert noise.resting == () and noise.asked == 122
     settings = result.summary["noise"]
     assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
 

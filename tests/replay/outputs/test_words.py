@@ -1,8 +1,6 @@
-"""The words of every output of a run, and that no output computes what the run has computed."""
+"""The words of every output of a run."""
 
 import re
-import sys
-from collections import Counter
 from dataclasses import replace
 from html import unescape
 from io import StringIO
@@ -14,7 +12,6 @@ from rich.console import Console
 from support.sentences import recording_text
 
 from replay import run, synthetic_session
-from replay.api.runner import write
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import where_to_look
 from replay.cli.run_tables import run_screen, run_tables
@@ -99,37 +96,3 @@ def test_the_screen_fits_and_ends_in_why_fix_cost_and_the_next_command(demo, wid
     heads = [text.split("  ")[0].strip() or text.split()[0] for text in lines if re.match("  [A-Z]|See|Read", text)]
     order = [head for head in heads if head in ("Why", "Fix", "Cost", "See it", "Read it")]
     assert order == ["Why", "Fix", "Cost", "See it", "Read it"]
-
-
-COMPUTED = {"ranking", "answers", "score", "pair_figures", "count_contacts", "examine", "false_contacts", "episodes",
-            "over_phases", "look_figures", "why_missed", "why_false"}  # fmt: skip
-
-
-def calls(doing):
-    """Name -> how often a function of the tool, or a quantile of numpy, was called meanwhile."""
-    counts = Counter()
-
-    def tell(frame, event, _):
-        file, name = frame.f_code.co_filename, frame.f_code.co_name
-        caller = frame.f_back.f_code.co_filename if frame.f_back else ""
-        if event != "call" or caller.endswith("still.py"):  # a picture is framed there, and nothing counted
-            return
-        if "/replay/" in file or name in ("quantile", "percentile"):
-            counts[name] += 1
-
-    sys.setprofile(tell)
-    try:
-        doing()
-    finally:
-        sys.setprofile(None)
-    return counts
-
-
-def test_no_output_computes_what_the_run_has_computed(demo, tmp_path):
-    counts = calls(lambda: write(demo, tmp_path / "again", force=False, picture=False))
-    assert {name: counts[name] for name in (*COMPUTED, "quantile", "percentile") if counts[name]} == {}
-    session, _ = synthetic_session("bench-bumps")
-    once = calls(lambda: run(session, detectors="discrete[rate_hz=50],exact", end=3.0))
-    assert {name: once[name] for name in ("ranking", "answers", "examine", "score", "pair_figures")} == {
-        "ranking": 1, "answers": 1, "examine": 1, "score": 1, "pair_figures": 1
-    }  # fmt: skip

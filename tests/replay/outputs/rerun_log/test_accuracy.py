@@ -9,6 +9,7 @@ from support.small_worlds import cubes
 
 from replay.outputs.plots import HIGH, LETTER, Axis, Dot, scatter
 from replay.outputs.rerun_log.documents import dots_of
+from replay.pipeline.gates import figure
 from replay.tradeoffs.sweep import tradeoff
 
 
@@ -24,6 +25,8 @@ def test_dots_are_those_of_the_ranking_on_one_axis_of_cost(demo, read):
             assert (place[a] < place[b]) == (figures[a] < figures[b])
     labels = read.column("accuracy/plot/wrong/words", "Points2D:labels")[0][2]
     assert {dot.name for dot, *_ in dots} <= set(labels)
+    shares = {f"{dot.name.partition(':')[0]}: {figure(100 * share)} %" for dot, share, _ in dots}
+    assert shares <= set(read.column("accuracy/plot/false/words", "Points2D:labels")[0][2])
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -76,15 +76,6 @@ def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_d
     assert [(row["frame"], row["flag"], row["verdict/hybrid"]) for row in rows(table)] == [(4, "teleport", "CLEAR")]
 
 
-def test_episodes_of_the_oracle_say_who_never_found_them(result):
-    found = [row for row in result.tables["episodes"].plain() if row["detector"] == "hybrid"]
-    assert [(row["number"], row["first"], row["last"], row["frames"], row["missed_by"]) for row in found] == [
-        (1, 4, 4, 1, "slow"),
-        (2, 8, 10, 3, ""),
-    ]
-    assert found[1]["start"] == 0.08 and found[1]["end"] == 0.11
-
-
 def test_events_and_spans_stand_on_the_sessions_clock(result):
     span, event = result.tables["events"].plain()
     assert (span["source"], span["name"], span["time"], span["end_time"]) == ("task", "stir", 0.02, 0.09)

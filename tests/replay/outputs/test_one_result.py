@@ -1,0 +1,152 @@
+"""One result, one set of numbers: of letters, tables and every output the same, each computed once."""
+
+import json
+import re
+import sys
+from collections import Counter
+from html import unescape
+from io import StringIO
+
+import pyarrow.parquet as pq
+import pytest
+from rich.console import Console
+from support.lettered_worlds import STATES, became, missed, run, stretches
+from support.sentences import recording_text
+
+import replay
+from replay.api.runner import write
+from replay.cli.run_markdown import run_markdown
+from replay.cli.run_report import run_json
+from replay.cli.run_tables import fault_tables, run_screen, run_tables
+from replay.cli.terminal import terminal
+from replay.outputs.report.page import report_html, view_of
+from replay.outputs.report.sections import cards
+from replay.outputs.results.parquet import with_keys
+
+COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
+
+
+def printed(*shown):
+    console = Console(width=200, file=StringIO())
+    for part in shown:
+        console.print(part)
+    return console.file.getvalue()
+
+
+def blocks(text, mark):
+    """The words of each line that begins with a mark."""
+    return [line.split() for line in text.splitlines() if line.startswith(mark)]
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_numbers_of_every_output_are_those_of_the_tables_and_of_the_letters(state, tmp_path):
+    (truth, said, headline), result = STATES[state], run(state)
+    write(result, tmp_path / "run", force=False)
+    page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
+    page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
+    outcome, (contacts, lost) = became(truth, said), missed(truth, said)
+    wrong = [(first, count) for first, count, word in stretches(outcome) if word == "false"]
+    ends = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
+    whole, late, open_ = (ends.count(words) for words in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
+    counts = [outcome.count(word) for word in COUNTED]
+
+    rows = {name: table.plain() for name, table in result.tables.items()}
+    assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == lost
+    assert [(row["first"], row["frames"]) for row in rows["false"]] == wrong
+    assert sum(row["missed_by"] == "it" for row in rows["episodes"]) == whole
+    for name, table in result.tables.items():
+        assert pq.read_table(tmp_path / "run" / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
+    assert [run_json(result)[name]["it"] for name in ("misses", "false")] == [rows["misses"], rows["false"]]
+    audit = json.loads((tmp_path / "run" / "summary.json").read_text())["audit"]["it"]
+    names = ("contacts", "contacts_missed", "contacts_in_part", "contacts_undecided", "misses", "false_contacts")
+    assert [audit[name] for name in names] == [contacts, whole, late, open_, len(lost), len(wrong)]
+    assert list(audit["pair_frames"].values())[1:4] == counts[:3]
+
+    ranked = [str(count) for count in (whole, late, *([open_] if open_ else []))]
+    tables, screen = printed(run_tables(result)), printed(run_screen(result))
+    for text in (tables, screen):
+        assert re.split(r"\s{2,}", next(line for line in text.splitlines() if line.startswith("it ")))[2:][
+            : len(ranked)
+        ] == (ranked)
+    assert re.findall(r'data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
+    for text in (screen, page, picture, run_markdown(result, ()), repr(replay.RunResult.of(result))):
+        assert headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
+
+    of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
+    assert blocks(tables, "a-b ") == of_pair
+    listed = re.findall(r"^ *(\d+) +[\d.]+ +a - b +(\d+) ", tables, re.MULTILINE)
+    longest = [
+        (str(row["number"]), str(row["frames"])) for row in sorted(rows["false"], key=lambda row: -row["frames"])
+    ]
+    assert listed == [(str(row["number"]), str(row["frames"])) for row in rows["misses"][:20]] + longest
+    assert (f"… and {len(lost) - 20} more with --format json" in tables) == (len(lost) > 20)
+    faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in longest]
+    assert sorted(re.findall(r' id="(miss|false)=(\d+)"', page)) == sorted(faults)
+    assert sorted({*re.findall(r"^it +(miss|false) (\d+) ", picture, re.MULTILINE)}) == sorted(faults)
+    assert f"| pair-frames | {' | '.join(map(str, counts))} |" in picture
+    for word, count in zip(COUNTED, counts, strict=True):
+        assert [word.lower(), str(count)] in [
+            line.rsplit(maxsplit=1) for line in map(str.strip, tables.splitlines()) if line
+        ]
+
+
+def entered(doing):
+    """File of the tool -> names of its functions that are called meanwhile; a quantile of numpy counts as one."""
+    found = {}
+
+    def tell(frame, event, _):
+        file, name = frame.f_code.co_filename, frame.f_code.co_name
+        caller = frame.f_back.f_code.co_filename if frame.f_back else ""
+        # A picture is framed in still.py, and nothing counted.
+        quantile = name in ("quantile", "percentile") and not caller.endswith("still.py")
+        if event == "call" and (quantile or ("/replay/" in file and "/tests/" not in file)):
+            found.setdefault(file, Counter())[name] += 1
+
+    sys.setprofile(tell)
+    try:
+        doing()
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+WALKS = {
+    "terminal": lambda result: printed(terminal(*fault_tables(result))),
+    "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
+    "page": lambda result: cards(view_of(result), "it"),
+}
+
+
+@pytest.mark.parametrize("output", WALKS)
+def test_a_miss_is_rendered_through_at_most_twelve_files(output):
+    WALKS[output](run("one"))
+    files = entered(lambda: WALKS[output](run("one")))
+    assert 2 < len(files) <= 12, sorted(files)
+
+
+ONCE = ("compute", "ranking", "answers", "examine", "pair_figures", "result_tables", "summarise")
+OF_EACH = ("episodes", "look_figures")
+OF_AUDITED = ("score", "false_contacts", "match_episodes", "compare")
+QUANTILES = ("quantile", "percentile")
+
+
+def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
+    session, _ = replay.synthetic_session("bench-bumps")
+    made = []
+    found = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))
+    counts = sum(found.values(), Counter())
+    for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2)):
+        assert {name: counts[name] for name in names} == dict.fromkeys(names, times)
+    (result,) = made
+
+    def all_outputs():
+        printed(run_tables(result), run_screen(result))
+        run_markdown(result, ())
+        run_json(result)
+        repr(result)
+        report_html(result)
+        write(result, tmp_path / "run", force=False)
+
+    asked = sum(entered(all_outputs).values(), Counter())
+    computed = {*ONCE, *OF_EACH, *OF_AUDITED, "count_contacts", "over_phases", "why_missed", "why_false", "quantile"}
+    assert {name for name in computed if asked[name]} == set()
