@@ -124,10 +124,9 @@ def test_a_miss_is_rendered_through_at_most_twelve_files(output):
     assert 2 < len(files) <= 12, sorted(files)
 
 
-ONCE = ("compute", "ranking", "answers", "examine", "pair_figures", "result_tables", "summarise")
+ONCE = ("ranking", "answers", "examine", "pair_figures", "result_tables", "summarise")
 OF_EACH = ("episodes", "look_figures")
-OF_AUDITED = ("score", "false_contacts", "match_episodes", "compare")
-QUANTILES = ("quantile", "percentile")
+OF_AUDITED = ("score", "false_contacts", "match_episodes")
 
 
 def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
@@ -135,7 +134,8 @@ def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
     made = []
     found = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))
     counts = sum(found.values(), Counter())
-    for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2)):
+    # Contacts of the reference and reports of the detector are counted of each audited one.
+    for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2), (("count_contacts",), 4)):
         assert {name: counts[name] for name in names} == dict.fromkeys(names, times)
     (result,) = made
 
