@@ -10,11 +10,9 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from replay.base.tables import types_of
 from replay.errors import RunFolderError
-from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
-from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet import SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import MEASURED
 from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import (
@@ -26,7 +24,6 @@ from replay.outputs.results.run_folder import (
     READ_TABLES,
     SUMMARY,
 )
-from replay.pipeline import result_tables
 from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}
@@ -34,13 +31,10 @@ RUN: Final[dict[str, type]] = {"run": str}
 ADDED: Final = ("run", *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
-DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
-    "episodes": (EPISODES, RUN | types_of(result_tables.EPISODES) | KEYS),
-    "misses": (MISSES, RUN | types_of(result_tables.MISSES) | KEYS),
-    "false_contacts": (FALSE_CONTACTS, RUN | types_of(result_tables.FALSE_CONTACTS) | KEYS),
-    "events": (EVENTS, RUN | types_of(result_tables.EVENTS) | KEYS),
-    "metrics": (METRICS, RUN | METRIC_COLUMNS | MEASURED),
-}
+FILES: Final = {
+    "episodes": EPISODES, "misses": MISSES, "false_contacts": FALSE_CONTACTS, "events": EVENTS, "metrics": METRICS,
+}  # fmt: skip
+DATA_SET: Final = {name: (file, RUN | READ_TABLES[file][0]) for name, file in FILES.items()}
 """Table -> the file in a run folder, and its columns."""
 
 
