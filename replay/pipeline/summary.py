@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.numerics import FloatArray
 from cdcore.protocol import REST
 from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.file_hash import file_hash
@@ -152,8 +152,13 @@ def look_figures(detection: Detection) -> dict[str, Any] | None:
 
     They have the basis of the mean: a frame without a sample counts with what it took.
     """
-    total, looks = frame_seconds(detection), looked(detection)
-    if total is None or looks is None or not looks.any():
+    total = frame_seconds(detection)
+    if total is None:
+        return None
+    # Of a detector at 1 Hz one frame in ninety is a look: in the others it holds its answer.
+    stages = [np.asarray(value) for name, value in detection.seconds.items() if name != REST]
+    looks = np.asarray(np.sum(stages, axis=0) if stages else total) > 0.0
+    if not looks.any():
         return None
     by_stage = {name: _quantiles(np.asarray(value)) for name, value in detection.seconds.items()}
     counts = {"looks": int(looks.sum()), "over_budget": float(np.mean(total > BUDGET_MS / 1e3))}
@@ -171,15 +176,3 @@ def frame_seconds(detection: Detection) -> FloatArray | None:
     if not stages or not all(isinstance(stage, np.ndarray) for stage in stages):
         return None
     return np.sum(np.array(stages, dtype=np.float64), axis=0)
-
-
-def looked(detection: Detection) -> BoolArray | None:
-    """(T,) where a detector looked, not held its answer; ``None`` where frames were not timed one by one.
-
-    Of a detector at 1 Hz one frame in ninety is a look: among the others no quantile would show it.
-    """
-    total = frame_seconds(detection)
-    if total is None:
-        return None
-    stages = [np.asarray(value) for name, value in detection.seconds.items() if name != REST]
-    return np.asarray(np.sum(stages, axis=0) if stages else total) > 0.0

@@ -44,11 +44,6 @@ TRADEOFF: Final = "tradeoff.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
-TABLES: Final = {
-    METRICS: parquet_tables.metrics_table, TIMING: parquet_tables.timing_table, SERIES: parquet_tables.series_table,
-}  # fmt: skip
-"""File -> what makes its table, beside those of the result: of series where there are effects, of times where known."""
-
 SPAN: Final = frozenset(types_of((*result_tables.HEADS, *result_tables.SPAN)))
 
 CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
@@ -143,15 +138,13 @@ def write_run_folder(
         _write_frames(result, folder / FRAMES)
         _give_back()
         advance(3)
-        timed = any(frame_seconds(detection) is not None for detection in result.detections.values())
-        wanted = {SERIES: bool(result.effects), TIMING: timed}
         for name, rows in result.tables.items():
-            pq.write_table(with_keys(rows.to_arrow(), result), folder / f"{name}.parquet", compression="zstd")
-        for name, table_of in TABLES.items():
-            if wanted.get(name, True):
-                table = table_of(result)
-                keyed = table if name in wanted else with_keys(table, result)
-                pq.write_table(keyed, folder / name, compression="zstd")
+            _write_table(with_keys(rows.to_arrow(), result), folder / f"{name}.parquet")
+        _write_table(with_keys(parquet_tables.metrics_table(result), result), folder / METRICS)
+        if any(frame_seconds(detection) is not None for detection in result.detections.values()):
+            _write_table(parquet_tables.timing_table(result), folder / TIMING)
+        if result.effects:
+            _write_table(parquet_tables.series_table(result), folder / SERIES)
         _give_back()
         advance(2)
         if picture is not None:
@@ -260,6 +253,10 @@ def _give_back() -> None:
     """What tables took is kept by Arrow and by the C library: 0.1 GiB of two hours of twelve bodies."""
     pa.default_memory_pool().release_unused()
     give_back_memory()
+
+
+def _write_table(table: pa.Table, path: Path) -> None:
+    pq.write_table(table, path, compression="zstd")
 
 
 def _write_frames(result: RunResult, path: Path) -> None:
