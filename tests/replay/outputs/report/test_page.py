@@ -1,6 +1,7 @@
 """What the page says is what the result and its tables say, in every state."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -12,6 +13,7 @@ from support.small_worlds import cubes
 
 from replay.outputs.report.markup import element, safe
 from replay.outputs.report.page import report_html, write_report
+from replay.outputs.report.run_view import RunView
 from replay.pipeline.engine import compute
 
 
@@ -85,6 +87,20 @@ def test_a_card_is_of_the_longest_fault_of_its_pair_and_there_are_at_most_six():
         (shown,) = (fault for fault in found["slow"] if fault.number == int(number))
         alike = [fault for fault in found["slow"] if fault.pair == shown.pair]
         assert shown.frames == max(fault.frames for fault in alike)
+
+
+@pytest.mark.parametrize(
+    ("state", "mark"), [("only false", "worst false"), ("one missed", "worst missed"), ("nothing wrong", "")]
+)
+def test_the_row_of_the_worst_detector_is_marked_by_its_larger_fault(state, mark):
+    assert re.findall(r'<tr class="(worst \w+)"', state_of(state)[1]) == ([mark] if mark else [])
+
+
+def test_what_a_hand_holds_is_no_contact_of_the_reference():
+    rows = [{"detector": label, "held": held} for label in ("exact", "it") for held in (False, True)]
+    run = SimpleNamespace(summary={"detectors": {"exact": {}, "it": {}}}, oracle="exact")
+    contacts = RunView(run, lambda _: rows, "s").contacts
+    assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
 
 
 def test_the_moment_of_the_sentence_is_that_of_picture_caption_command_and_timeline(several):

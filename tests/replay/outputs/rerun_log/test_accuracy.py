@@ -19,7 +19,7 @@ def test_dots_are_those_of_the_ranking_on_one_axis_of_cost(demo, read):
     wrong, false = (
         np.array(read.column(f"accuracy/plot/{name}/dots", "Points2D:positions")[0][2]) for name in ("wrong", "false")
     )
-    assert np.allclose(wrong[:, 0], false[:, 0])
+    assert np.allclose(wrong[:, 0], false[:, 0]) and wrong[:, 1].max() < false[:, 1].min()
     for place, figures in ((wrong[:, 0], [dot.x for dot, *_ in dots]), (-false[:, 1], [share for _, share, _ in dots])):
         for a, b in combinations(range(len(dots)), 2):
             assert (place[a] < place[b]) == (figures[a] < figures[b])

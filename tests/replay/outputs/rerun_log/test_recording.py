@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
+from support.sentences import recording_text
 
 from replay.outputs.rerun_log import recording as module
 from replay.outputs.rerun_log import recording_file
@@ -37,7 +38,8 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
 def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_bodies(demo, drawn):
     summary = {**demo.summary, "audit": {}, "oracle": ""}
     bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, summary=summary)
-    assert "/world/rod" in drawn(bare).entities
+    room = drawn(bare)
+    assert "/world/rod" in room.entities and "# taps" in recording_text(room.path)
     seen = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
     assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(seen.entities)
     assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
