@@ -1,4 +1,4 @@
-"""Text of a recording as it may be shown: nothing in it commands a terminal, hides, or turns the order of words."""
+"""Text as it may be shown: nothing of a recording commands a terminal, hides, or turns words; and plurals."""
 
 
 def shown(text: str, *, lines: bool = False) -> str:
@@ -19,3 +19,8 @@ def drawable(text: str) -> str:
 def _plain(letter: str) -> bool:
     # Spaces of any width are not printable for Python.
     return letter.isprintable() or (letter.isspace() and letter > "\x9f" and letter not in "\u2028\u2029")
+
+
+def plural(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"

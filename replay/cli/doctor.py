@@ -35,9 +35,9 @@ def command(
     replay doctor *.mcap --format json --fail-on warning
     """
     from replay.api.remote_files import fetched
+    from replay.base.shown import plural
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults
-    from replay.outputs.words import counted
     from sessions import examine
 
     found = {}
@@ -49,7 +49,7 @@ def command(
     answer(as_json, plain, lambda: terminal(*shown))
     bad = sum(one.severity >= WORDS.index(fail_on) for some in found.values() for one in some) if fail_on else 0
     if bad:
-        people.say(f"{counted(bad, 'finding')} of severity {fail_on} or worse")
+        people.say(f"{plural(bad, 'finding')} of severity {fail_on} or worse")
     return GATE_FAILED if bad else OK
 
 
@@ -72,9 +72,10 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
 
 def headline(findings: "Sequence[Finding]") -> str:
     """One clause: how bad it is."""
-    from replay.outputs.words import NOTHING_SUSPICIOUS, counted
+    from replay.base.shown import plural
+    from replay.outputs.words import NOTHING_SUSPICIOUS
 
     count = Counter(WORDS[one.severity] for one in findings)
     bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
-    parts = [f"[{colour}]{counted(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
+    parts = [f"[{colour}]{plural(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
     return ", ".join(parts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"

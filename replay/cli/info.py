@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from replay.base.shown import plural
 from replay.base.tables import Cell, Table, table
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
-from replay.outputs.words import counted
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -38,7 +38,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
 
     scene = f"  ({info['scene']})" if info["scene"] else ""
     yield plain(file.name + scene, "bold")
-    gaps = counted(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
+    gaps = plural(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
     yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
@@ -63,7 +63,7 @@ def _streams(info: dict[str, Any]) -> Iterator[str]:
 
 
 def _samples(clock: dict[str, Any]) -> str:
-    return f"{counted(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {counted(clock['gaps'], 'gap')}"
+    return f"{plural(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {plural(clock['gaps'], 'gap')}"
 
 
 SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "recovered")

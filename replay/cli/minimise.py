@@ -24,7 +24,7 @@ def command(session: Path, out: Path, force: bool, as_json: bool, people: People
     Poses, meshes, scene, and when events, tasks and stages happened stay; tasks and stages get names that are the same
     in every file, so that a class page still groups by them.
     """
-    from replay.outputs.words import counted
+    from replay.base.shown import plural
     from replay.studies.minimise import minimise
     from sessions import read_session, write_session
 
@@ -34,9 +34,9 @@ def command(session: Path, out: Path, force: bool, as_json: bool, people: People
     write_session(made, out, overwrite=force)
     effects, all_effects = len(made.scene.effects or ()), len(before.scene.effects or ())
     kept = (
-        f"kept: poses of {counted(len(made.names), 'body', 'bodies')}, {counted(len(made.meshes), 'mesh', 'meshes')}, "
-        f"{counted(len(made.events), 'event')}, {counted(len(made.intervals), 'interval')} and {effects} of "
-        f"{counted(all_effects, 'effect')} of the scene, under new names, from 2000-01-01 00:00 UTC on"
+        f"kept: poses of {plural(len(made.names), 'body', 'bodies')}, {plural(len(made.meshes), 'mesh', 'meshes')}, "
+        f"{plural(len(made.events), 'event')}, {plural(len(made.intervals), 'interval')} and {effects} of "
+        f"{plural(all_effects, 'effect')} of the scene, under new names, from 2000-01-01 00:00 UTC on"
     )
     answer(as_json, {"kept": kept, "limit": LIMIT}, lambda: [kept, LIMIT])
     people.say(f"wrote {out}")

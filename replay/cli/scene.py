@@ -31,8 +31,8 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     replay scene new session.mcap -o bench.toml
     replay run session.mcap --scene bench.toml --out runs/bench
     """
+    from replay.base.shown import plural
     from replay.errors import OutputError
-    from replay.outputs.words import counted
     from replay.prepare.scene_draft import draft_text, drafted
     from sessions import read_session
     from sessions.meshes.mesh_match import matched
@@ -53,7 +53,7 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     said += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
     bare = [name for name in held.names if name not in held.meshes]
     said += [f"no mesh: {', '.join(bare)}"] * bool(bare)
-    people.say(f"{counted(len(draft.near), 'pair')} came near", *said)
+    people.say(f"{plural(len(draft.near), 'pair')} came near", *said)
     plain = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bare}
     answer(as_json, plain, lambda: str(target))
     return OK
@@ -80,16 +80,16 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     replay scene check bench.toml
     """
     del people
+    from replay.base.shown import plural
     from replay.effects.effect_plan import plan
     from replay.effects.effect_summary import plan_summary
-    from replay.outputs.words import counted
 
     declared, faults = _checked(scene)
     if faults:
         answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults)
         return FAILURE
-    effects = counted(len(declared.effects or ()), "effect")
-    fine = f"{scene.name}: no fault in {counted(len(declared.bodies), 'body', 'bodies')} and {effects}"
+    effects = plural(len(declared.effects or ()), "effect")
+    fine = f"{scene.name}: no fault in {plural(len(declared.bodies), 'body', 'bodies')} and {effects}"
     planned = plan_summary(plan(declared, scene.name))
     plain = {"file": str(scene), "faults": [], "scene": declared.name, **planned}
     answer(as_json, plain, lambda: [fine, *plan_lines(declared.name, planned)])

@@ -6,9 +6,9 @@ from typing import Final
 from rich.console import Group
 from rich.text import Text
 
+from replay.base.shown import plural
 from replay.base.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.cli.terminal import line, terminal
-from replay.pipeline.sentences import plural
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns

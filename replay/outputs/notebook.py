@@ -6,13 +6,13 @@ from shlex import quote
 from textwrap import wrap
 from typing import Final
 
+from replay.base.shown import plural
 from replay.base.tables import text_of
 from replay.errors import AuditError
 from replay.outputs.report.first_screen import all_detectors
 from replay.outputs.report.markup import page_html, page_table
 from replay.outputs.report.page import view_of
 from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
-from replay.outputs.words import counted
 from replay.pipeline.answer import RUN, SESSION
 from replay.pipeline.headline import price, undecided
 from replay.pipeline.run_result import RunResult
@@ -51,7 +51,7 @@ def run_text(result: RunResult) -> str:
         lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []
     else:
         lines += [
-            f"{label}: {counted(len(found), 'contact')}"
+            f"{label}: {plural(len(found), 'contact')}"
             for label, found in list(result.episodes.items())[:MOST_DETECTORS]
         ]
     lines.append(_where(result))
@@ -104,8 +104,8 @@ def run_plot(result: RunResult) -> Plot:
 def _what(result: RunResult) -> str:
     motion = result.assembly.motion
     seconds = float(motion.times[-1] - motion.times[0]) if len(motion) else 0.0
-    bodies = counted(len(result.assembly.bodies), "body", "bodies")
-    pairs = counted(len(result.assembly.pairs), "pair")
+    bodies = plural(len(result.assembly.bodies), "body", "bodies")
+    pairs = plural(len(result.assembly.pairs), "pair")
     origin = f" of {result.session.origin}" if result.session.origin else ""
     return f"Run{origin}: {len(motion):,} frames in {seconds:.1f} s, {bodies}, {pairs}"
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.shown import plural
 from replay.base.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.false_contacts import VOLUMES
@@ -17,7 +18,6 @@ from replay.outputs.words import (
     FRAME_ROWS,
     OUTCOME_WORDS,
     WITHIN,
-    counted,
     span_words,
     tallied,
 )  # fmt: skip
@@ -104,7 +104,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
 
 def happened(contacts: int) -> str:
     """How many contacts the reference found, as a sentence."""
-    return f"{counted(contacts, 'contact')} happened." if contacts else "No contact happened."
+    return f"{plural(contacts, 'contact')} happened." if contacts else "No contact happened."
 
 
 def sampling_notes(result: Summarised) -> list[str]:
@@ -205,7 +205,7 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     refused = [word for word in words if word != DECIDED]
     why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
-    of = f"{len(refused)} of {counted(len(words), 'pair')}"
+    of = f"{len(refused)} of {plural(len(words), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
@@ -306,7 +306,7 @@ EFFECTS = (
 
 
 def _curves(count: int) -> str:
-    return counted(count, "curve") if count else "nothing"
+    return plural(count, "curve") if count else "nothing"
 
 
 def effect_table(result: Summarised) -> Table:

@@ -45,11 +45,6 @@ def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
     return "    ".join(words)
 
 
-def counted(number: int, thing: str, several: str = "") -> str:
-    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
-    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
-
-
 def tallied(counts: Mapping[str, int]) -> str:
     """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.base.shown import plural
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND, by_depth
@@ -16,7 +17,7 @@ from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, millise
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import Rank, Share, counts_over_offsets, fault_words, lost_words, part_of
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.sentences import detector_words, plural, sentence_of
+from replay.pipeline.sentences import detector_words, sentence_of
 
 
 def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:

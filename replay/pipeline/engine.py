@@ -10,6 +10,7 @@ from cdcore import Detection
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
 from replay.base.progress import Progress, Silent
+from replay.base.shown import plural
 from replay.comparison.causes import examine
 from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
@@ -32,7 +33,7 @@ from replay.pipeline.faces import face_source
 from replay.pipeline.ranking import ranking
 from replay.pipeline.result_tables import result_tables
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.sentences import plural, why_false, why_missed
+from replay.pipeline.sentences import why_false, why_missed
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import Pairs, assemble

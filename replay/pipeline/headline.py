@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from typing import Final
 
+from replay.base.shown import plural
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.ranking import all_unconfirmed
 from replay.pipeline.run_result import RunResult, Summarised
-from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 

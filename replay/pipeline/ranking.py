@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from replay.base.constants import BUDGET_MS
+from replay.base.shown import plural
 from replay.base.wilson import share
 from replay.comparison.look_phases import PHASES
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
-from replay.pipeline.sentences import detector_words, plural
+from replay.pipeline.sentences import detector_words
 
 Share = Mapping[str, Any]
 """``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high``, as ``replay.base.wilson.share`` makes it."""

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from numpy import isnan
 
+from replay.base.shown import plural
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import FOUND_LATE, LOST_EARLY, NEVER_FOUND
@@ -37,11 +38,6 @@ OFFSETS: Final[Mapping[str, tuple[str, float]]] = {
     "bullet": ("margin_m", 2.0), "physx": ("contact_offset_m", 2.0),
 }  # fmt: skip
 """Detector -> its setting of a contact offset, and how many of them lie between two bodies."""
-
-
-def plural(number: int, thing: str, several: str = "") -> str:
-    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
-    return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
 def detector_words(name: str, settings: Mapping[str, Any]) -> str:

@@ -7,9 +7,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from replay.base.shown import plural
 from replay.errors import TradeoffError
 from replay.pipeline.gates import figure
-from replay.pipeline.sentences import plural
 from replay.tradeoffs.pareto import count_words
 from replay.tradeoffs.settings import FASTEST
 

@@ -9,10 +9,10 @@ from math import inf
 from typing import Any, Final, TypeAlias, TypeVar
 
 from replay.base.constants import HEADSET_HZ
+from replay.base.shown import plural
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import range_words
-from replay.pipeline.sentences import plural
 from replay.tradeoffs.settings import USUAL_HZ
 
 Row: TypeAlias = Mapping[str, Any]

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from replay.base.shown import plural
 from replay.base.tables import Cell, text_of
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import KIND_WORDS, drawn, lane, legend, ruler
@@ -12,7 +13,7 @@ from replay.outputs.report.run_view import FALSE, Fault, Hero, RunView, key_faul
 from replay.outputs.run_tables import happened, ranking_table
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
 from replay.pipeline.headline import undecided
-from replay.pipeline.sentences import plural, sentence_of
+from replay.pipeline.sentences import sentence_of
 
 RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
 

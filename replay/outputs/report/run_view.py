@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import islice
 from typing import Any, Final
 
+from replay.base.shown import plural
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import RESULTS
@@ -18,7 +19,6 @@ from replay.pipeline.headline import doubts_of
 from replay.pipeline.ranking import Rank
 from replay.pipeline.result_tables import EFFECT
 from replay.pipeline.run_result import Summarised
-from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 from sessions.mcap_format.metadata import NOT_STATED

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from replay.base.shown import plural
 from replay.base.tables import Table, table
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
@@ -24,7 +25,6 @@ from replay.outputs.run_tables import RANKING, effect_table
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.answer import Answer
 from replay.pipeline.scores import MOST_CARDS
-from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED
 
 MOST_PAIRS: Final = 6

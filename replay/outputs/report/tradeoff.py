@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import Final
 
+from replay.base.shown import plural
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import drawn
 from replay.outputs.report.markup import Part, element, listed
 from replay.outputs.tradeoff_table import how_measured, tradeoff_table
-from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
 CHART: Final = (960.0, 420.0)
@@ -28,7 +28,7 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
         chart = drawn(scatter(dots, words, "mean ms a frame", up, CHART))
         yield element("figure", chart, element("figcaption", words), class_="wide-plot", tabindex=0)
     if done.cut:
-        count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
+        count = f"{plural(len(done.cut), 'setting')} not tried, for want of time"
         yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
     yield listed((_replayed(done), *how_measured(done)))
     yield tradeoff_table("Every setting that was tried", done.rows)
@@ -38,5 +38,5 @@ def _replayed(done: Tradeoff) -> str:
     """What was replayed, and beside which detector."""
     about = done.about
     things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
-    numbers = ", ".join(counted(about[key], *words) for key, *words in things)
+    numbers = ", ".join(plural(about[key], *words) for key, *words in things)
     return f"{about['session']}: {about['seconds'] / 60:.2g} min, {numbers}; reference: {about['oracle']}."

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from replay.base.constants import CAVEAT
+from replay.base.shown import plural
 from replay.base.tables import Column, Table, markdown, table
 from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
@@ -14,7 +15,7 @@ from replay.outputs.plots import Dot
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS
 from replay.pipeline.answer import Answer, milliseconds
 from replay.pipeline.headline import doubts, price, undecided
 from replay.pipeline.ranking import part_of
@@ -63,7 +64,7 @@ def _reasons(answer: Answer) -> list[str]:
 
 def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
-    contacts = counted(result.ranking[-1].contacts, "contact")
+    contacts = plural(result.ranking[-1].contacts, "contact")
     named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
     names = ["missed", *HEADS]
     if any(rank.undecided for rank in result.ranking):
@@ -125,9 +126,7 @@ def replayed(result: RunResult) -> str:
     """How much was replayed, in a sentence."""
     times, assembly = result.assembly.motion.times, result.assembly
     span = float(times[-1] - times[0]) if len(times) else 0.0
-    return (
-        f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {counted(len(assembly.pairs), 'pair')}."
-    )
+    return f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {plural(len(assembly.pairs), 'pair')}."
 
 
 def detector_text(result: RunResult, label: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
-from replay.base.shown import shown
+from replay.base.shown import plural, shown
 from replay.effects.effect_summary import happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
@@ -18,7 +18,6 @@ from replay.outputs.rerun_log.lanes import in_series, lane_name, log_lane
 from replay.outputs.rerun_log.moments import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.scene import body_path
-from replay.outputs.words import counted
 
 ROOT: Final = "effects"
 HAPPENED: Final = "happened"
@@ -79,7 +78,7 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
     place = "the last of" if event is events[-1][1] else "one of"
-    when = f"At {event.time:.1f} s, {place} {counted(len(events), 'event')}."
+    when = f"At {event.time:.1f} s, {place} {plural(len(events), 'event')}."
     writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((event.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))

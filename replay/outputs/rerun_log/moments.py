@@ -15,6 +15,7 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import RrdReader
 
+from replay.base.shown import plural
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Episode, Miss
@@ -22,7 +23,6 @@ from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.outputs.palette import FOUND, INVENTED, MISSED
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity
-from replay.outputs.words import counted
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED
 
@@ -145,7 +145,7 @@ def _line(moment: Moment, name: str, wide: tuple[int, int]) -> str:
     what = f"{moment.kind} {moment.number or ''}"
     line = f"{moment.label:<{wide[0]}} {what:<8}  {name:<{wide[1]}}"
     if isinstance(moment.stretch, Episode):
-        return f"{line} {'':14}  {counted(moment.last - moment.first + 1, 'frame')}"
+        return f"{line} {'':14}  {plural(moment.last - moment.first + 1, 'frame')}"
     late, what = (f"{moment.stretch.kind}: ", "curve") if isinstance(moment.stretch, Miss) else ("", "apart")
     size = f"{moment.size * 1e3:.1f} mm {what}" if moment.size > 0 else ""
     # In a narrow view the end is cut: what tells moments apart comes first.

@@ -21,6 +21,7 @@ from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.shown import plural
 from replay.base.tables import markdown, table
 from replay.comparison.misses import by_depth
 from replay.detection.run_detector import watched_again
@@ -39,7 +40,6 @@ from replay.outputs.rerun_log.recording_file import (
 )
 from replay.outputs.rerun_log.scene import log_shape
 from replay.outputs.rerun_log.timing import stage_ms, total_ms
-from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult
 
@@ -329,7 +329,7 @@ def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> Non
     names = [result.assembly.pair_name(search.pair) for search in run.searches]
     width, lines = max(map(len, names)), []
     for search, name in zip(run.searches, names, strict=True):
-        samples = counted(run.look(search).evaluations, "sample")
+        samples = plural(run.look(search).evaluations, "sample")
         line = f"{run.motion.times[search.frame]:8.3f} s  {search.kind:<9}  {name:<{width}}  {samples:>13}"
         lines.append((line, search.kind, ENDS[search.kind]))
     ns = writer.clock.ns[[search.frame for search in run.searches]]

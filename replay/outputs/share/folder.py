@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.base.machine import versions
+from replay.base.shown import plural
 from replay.base.tables import Marked, table
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED, Markup, element, page_html, rendered
@@ -23,7 +24,6 @@ from replay.outputs.report.page import page_of
 from replay.outputs.report.run_view import Fault, Hero, RunView, fault_address, session_names
 from replay.outputs.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
 from replay.pipeline.headline import held
-from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")

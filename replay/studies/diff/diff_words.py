@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+from replay.base.shown import plural
 from replay.base.tables import Column, Table
-from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def changes(detector: "DetectorDiff") -> Iterator[str]:
     """Every contact that is not the same in both runs: gained, then lost, each by time, then the largest shifts."""
     for kind, rows in (("gained", detector.gained), ("lost", detector.lost)):
         for row in sorted(rows, key=lambda row: float(row["start"])):
-            yield f"{kind:<7} {_where(row)}, {counted(row['frames'], 'frame')}{TRUTH.get(str(row.get('status')), '')}"
+            yield f"{kind:<7} {_where(row)}, {plural(row['frames'], 'frame')}{TRUTH.get(str(row.get('status')), '')}"
 
     def order(shift: "Shift") -> tuple[float, float]:
         return -max(abs(shift.start), abs(shift.end)), min(shift.before["start"], shift.after["start"])

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from cdcore import TriangleMesh
-from replay.base.shown import shown
+from replay.base.shown import plural, shown
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
-from replay.outputs.words import counted
 from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
 from replay.studies.shrink.well_posed import doubts_of
@@ -92,9 +91,9 @@ def sentence(fault: Fault) -> str:
     """What is wrong, in a sentence: which detector misses or invents a contact of how much."""
     verb = "misses a contact" if fault.contact else "invents a contact"
     size = Size.of(fault)
-    first, second = (counted(count, "face") for count in size.faces)
+    first, second = (plural(count, "face") for count in size.faces)
     return (
-        f"{_written(fault.detector, fault.settings)} {verb} of {first} and {second} in {counted(size.frames, 'frame')}."
+        f"{_written(fault.detector, fault.settings)} {verb} of {first} and {second} in {plural(size.frames, 'frame')}."
     )
 
 
