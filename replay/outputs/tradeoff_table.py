@@ -132,7 +132,7 @@ def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: Ru
     """A hull a body, and the pieces, as ``run`` counts them."""
     first = Column("", of="what", whole=True)
     rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
-    title = f"{len(result.episodes[result.oracle])} contacts, {engine.name} at {engine.step_hz:g} steps a second"
+    title = f"{result.ranking[-1].contacts} contacts, {engine.name} at {engine.step_hz:g} steps a second"
     return Table.of((first, FALSE, MISSED, LATE, Column("pieces", int), MEAN), rows, title)
 
 

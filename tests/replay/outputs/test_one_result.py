@@ -147,6 +147,7 @@ def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
         report_html(result)
         write(result, tmp_path / "run", force=False)
 
-    asked = sum(entered(all_outputs).values(), Counter())
+    # An output has properties of the same names that pass on.
+    asked = sum((names for file, names in entered(all_outputs).items() if "/outputs/" not in file), Counter())
     computed = {*ONCE, *OF_EACH, *OF_AUDITED, "count_contacts", "over_phases", "why_missed", "why_false", "quantile"}
     assert {name for name in computed if asked[name]} == set()
