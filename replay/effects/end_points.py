@@ -77,7 +77,7 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
 
 def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
-    mixture, pka = matter.mixture, matter.recipe.chemistry.pka
+    mixture, pka = matter.ledger.mixture, matter.recipe.chemistry.pka
     litres = 1e-3 * matter.histories[vessel].volume_ml
     mine = [pka.get(part, ()) if amount.any() else () for part, amount in zip(mixture.parts, totals.T, strict=True)]
     cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]

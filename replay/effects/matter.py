@@ -10,14 +10,12 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.effects.chemistry import Recipe, recipe_of
 from replay.effects.contents import WATER, contents_of
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
+from replay.effects.models.equilibrium import Equilibrium, equilibrium
 from replay.effects.models.ledger import BROUGHT, HEAT, UNFOLLOWED, History, Ledger, Warmth
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
-
-__all__ = ["Matter", "matter_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +26,6 @@ class Matter:
     ledger: Ledger
     vessels: Mapping[str, Vessel]
     histories: Mapping[str, History]
-
-    @property
-    def mixture(self) -> Mixture:
-        """What is at equilibrium."""
-        return self.ledger.mixture
 
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
@@ -66,7 +59,7 @@ class Matter:
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
-        ledger, mixture = self.ledger, self.mixture
+        ledger, mixture = self.ledger, self.ledger.mixture
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero(volume_ml > 0.0)
         totals = self.totals(amounts[wet])
