@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.random_worlds import bodies_of
+from support.random_worlds import bodies_of, cube
 from support.shapes import lab, still
 
 from cdcore import Motion, Verdict, create_detector
@@ -75,3 +75,10 @@ def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyo
     first = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond
     assert stage.decide_now({}, motion, 0, far / 1000) == (Verdict.CLEAR, not beyond)
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_cubes_so_small_that_products_vanish_touch(name):
+    bodies = bodies_of([cube() * 2.0**-700, (cube() + np.array([1, 0, 0])) * 2.0**-700])
+    verdict = create_detector(name, bodies).detect(still(bodies, np.zeros((2, 3)))).verdict
+    assert verdict.tolist() == [[Verdict.CONTACT]]

@@ -84,4 +84,5 @@ def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
     small, large, unknown = leg_pads(legs, 0.1, other, 0.1)
     assert 1e-14 < small < 1e-11
     assert 1e4 * small < large < unknown == np.inf
-    assert (leg_pads(legs, 1e80, other, 0.1) == np.inf).all()
+    for reaches in ((1e80, 0.1), (0.1, 1e80)):
+        assert (leg_pads(legs, reaches[0], other, reaches[1]) == np.inf).all()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh64
+from support.random_worlds import ball as octahedron
 from support.shapes import ball_mesh, box_mesh, merged, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
@@ -97,10 +98,10 @@ def test_a_body_is_inside_where_its_box_is_and_all_of_it_is_shared(outer, size, 
     assert overlap_volume(outer, box).inside == (1 if inside else -1)
 
 
-def test_rays_that_run_through_edges_and_corners_of_a_box_meet_it_twice():
-    """Rays on integers, where the diagonals of the box's faces and its corners lie."""
-    world = box_mesh((2, 2, 2)).triangles
+@pytest.mark.parametrize("world", [box_mesh((2, 2, 2)).triangles, octahedron(None)], ids=["box", "ball"])
+def test_rays_that_run_through_edges_and_corners_meet_a_closed_mesh_twice(world):
+    """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie."""
     for axis in range(3):
         start, depths = layers_of(world, axis, Window(np.full(3, -1.0), np.ones(3), np.full(3, 3)))
-        assert depths[start[4] : start[5]].tolist() == [-1, 1]
+        assert depths[start[4] : start[5]].tolist() == [-world.max(), world.max()]
         assert (np.diff(start) % 2 == 0).all()

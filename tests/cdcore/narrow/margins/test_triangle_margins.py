@@ -144,7 +144,7 @@ def test_a_plug_too_large_for_its_hole_on_all_sides_needs_the_step_it_is_too_lar
 @pytest.mark.parametrize(("depth", "free"), [(0.99e-3, True), (1.01e-3, False)])
 def test_a_tool_sunk_in_a_sheet_comes_out_along_the_normal_where_faces_look_either_way(depth, free):
     """Shells of such faces go both ways at once: only a shift frees them."""
-    faces = [box_mesh().triangles.copy(), grid_plate() + [0, 0, 1]]
+    faces = [box_mesh().triangles.copy(), grid_plate() + np.array([0, 0, 1])]
     for triangles in faces:
         triangles[::2] = triangles[::2, ::-1]
     tool, sheet = (body.mesh for body in bodies_of(faces))

@@ -137,6 +137,7 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
         ("aabb", [10.0, 0.3, 0.2, 0.1, 0.0], [3, 4]),
         ("solid-style", [0.0] * 4, [0, 1]),
         ("rapid-style", [0.0] * 4, [0, 1]),
+        ("rapid-style", [0.0, 0.1, 0.2, 0.3, 10.0], [0, 1, 2, 3]),
     ],
 )
 def test_a_node_is_cut_where_its_row_says(kind, places, first_child):

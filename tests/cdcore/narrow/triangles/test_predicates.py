@@ -100,5 +100,6 @@ CASES = [
 @pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
 def test_a_case_one_can_see(name, other, meets, scale):
     first, second = ([[x * scale for x in corner] for corner in triangle] for triangle in (FLOOR_integers, other))
+    assert triangles_intersect([[first, second]])[0] == meets
     assert pair_intersects_integers([first, second]) is meets
     assert pair_intersects_integers([second, first]) is meets
