@@ -5,7 +5,6 @@ The files are what an engine takes: a GLB a body with a node a piece, and a mani
 
 from __future__ import annotations
 
-import json
 import re
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -23,7 +22,7 @@ from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector
-from replay.errors import OutputError
+from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import Assembly
@@ -33,7 +32,6 @@ from replay.tradeoffs.engine_knobs import Engine, engine_named
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import FASTEST, Setting, rate_of
 from sessions import MeshData, Session
-from sessions.whole_files import whole_folder
 
 MAX_FALSE: Final = 0.2
 """Share of the reported contact time that may be false when nothing is said."""
@@ -47,7 +45,7 @@ WORTH: Final = 0.8
 SLACK: Final = 0.02
 """Where the wanted share is not reached, so much more false contact is no reason to keep pieces."""
 
-MANIFEST: Final = "colliders.json"
+COLLIDERS: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colliders/1")
 
 HULL: Final = "one hull"
 
@@ -147,11 +145,7 @@ def ship_colliders(
     Raises ``TradeoffError``: no contact happens; ``OutputError``: the folder cannot be written; and as ``replay.run``.
     """
     progress, target, chosen = progress or Silent(), Path(folder), engine_named(engine)
-    # Before the work is done and not after.
-    if target.exists():
-        if not force:
-            raise OutputError(f"{target} exists; name another folder, or replace it with --force")
-        _listed(target)
+    check_target(target, force=force, kind=COLLIDERS)
     held = opened(session_or_path, scene)
     ready = prepared(
         held, progress=progress, **{key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
@@ -163,7 +157,7 @@ def ship_colliders(
     )
     with progress.stage("convex pieces"):
         pieces, how = _Search(ready.assembly, scoring, rate, max_false).fewest()
-    with whole_folder(target, OutputError, _listed if force else None) as place:
+    with result_folder(target, COLLIDERS, force=force) as place:
         session, rows = _written(place, held, pieces, how)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
@@ -171,9 +165,7 @@ def ship_colliders(
         before = _figures(result, "before", len(rows))
         after = _figures(result, "after", sum(row["pieces"] for row in rows))
         shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, result)
-        files = sorted([MANIFEST, *(path.name for path in place.iterdir())])
-        text = json.dumps({**shipped.as_json(), "files": files}, indent=1, allow_nan=False)
-        (place / MANIFEST).write_text(text + "\n", encoding="utf-8", newline="\n")
+        write_summary(place, COLLIDERS, {"schema": COLLIDERS.schema, **shipped.as_json()})
     return shipped
 
 
@@ -181,14 +173,6 @@ def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
     """What a detector of the run gets wrong and takes, and of how many pieces."""
     seconds = result.summary["detectors"][label]["seconds"]
     return wrong_in(result, label) | {"ms": 1e3 * seconds["per_frame_mean"], "pieces": pieces}
-
-
-def _listed(target: Path) -> Sequence[str]:
-    """Names of the files of an earlier folder; OutputError: it is none."""
-    try:
-        return list(json.loads((target / MANIFEST).read_text("utf-8"))["files"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise OutputError(f"{target} holds no colliders written by this verb and is not replaced") from error
 
 
 class _Search:

@@ -9,7 +9,7 @@ from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, cube
 
 import replay
-from replay.api.collider_files import MANIFEST, ship_colliders
+from replay.api.collider_files import COLLIDERS, ship_colliders
 from replay.cli.main import main
 from replay.errors import OutputError
 from sessions import MeshData, Session, load_mesh, read_session, write_session
@@ -59,7 +59,7 @@ def test_written_pieces_load_in_trimesh_are_convex_and_hold_their_mesh(session, 
 
 
 def test_the_printed_figures_are_those_of_a_run_of_what_was_written(shipped):
-    told = json.loads((shipped.folder / MANIFEST).read_text("utf-8"))
+    told = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
     assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
     again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
     audit = again.summary["audit"]["it"]
