@@ -55,24 +55,31 @@ class TriangleMesh:
         return readonly(self.vertices[np.unique(self.faces)])
 
     @cached_property
+    def bounds(self) -> FloatArray:
+        """Lowest and highest coordinates of the referenced vertices, (2, 3)."""
+        return readonly(np.array([self.referenced_vertices.min(axis=0), self.referenced_vertices.max(axis=0)]))
+
+    @cached_property
     def is_closed(self) -> bool:
         """Whether every edge belongs to an even number of faces, so that *inside* is well defined by parity.
 
         Vertices count as one only when their coordinates are bitwise equal; faces with two equal corners have no
         interior and are left out.
         """
-        a, b, c = self.merged_faces.T
-        proper = self.merged_faces[(a != b) & (b != c) & (c != a)]
-        edges = np.sort(proper[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges = np.sort(self._proper_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         _, counts = np.unique(edges, axis=0, return_counts=True)
-        return bool(len(proper) > 0 and (counts % 2 == 0).all())
+        return bool(len(counts) > 0 and (counts % 2 == 0).all())
 
     @cached_property
     def has_doubled_faces(self) -> bool:
         """Whether two faces have the same three corners, in any order: parity then calls the inside outside."""
+        return len(np.unique(np.sort(self._proper_faces, axis=1), axis=0)) < len(self._proper_faces)
+
+    @cached_property
+    def _proper_faces(self) -> IntArray:
+        """Merged faces with three different corners, (p, 3)."""
         a, b, c = self.merged_faces.T
-        proper = np.sort(self.merged_faces[(a != b) & (b != c) & (c != a)], axis=1)
-        return len(np.unique(proper, axis=0)) < len(proper)
+        return self.merged_faces[(a != b) & (b != c) & (c != a)]
 
     @cached_property
     def merged_faces(self) -> IntArray:

@@ -4,7 +4,6 @@ The surface, and for a closed mesh the solid it bounds, lies in the convex hull 
 two bodies whose balls are apart do not touch.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -51,41 +50,18 @@ def sphere_by_triangle_mean(mesh: TriangleMesh) -> Sphere:
     return sphere_about(mesh, points[0] + (points - points[0]).mean(axis=0))
 
 
-def sphere_by_box_centre(mesh: TriangleMesh) -> Sphere:
-    """The ball about the centre of the axis-aligned box: tight where a tessellation is fine on one side only."""
-    points = mesh.referenced_vertices
-    return sphere_about(mesh, points.min(axis=0) / 2 + points.max(axis=0) / 2)
-
-
-def sphere_by_ritter(mesh: TriangleMesh) -> Sphere:
-    """Ritter's ball: start from two far points, grow towards each point outside. 5-20 % above the smallest.
-
-    Source: J. Ritter, An efficient bounding sphere, Graphics Gems (1990).
-    """
-    points = mesh.referenced_vertices
-    first = points[_farthest(points, points[0])]
-    second = points[_farthest(points, first)]
-    centre, radius = first / 2 + second / 2, math.dist(first / 2, second / 2)
-    # Growing towards the farthest point instead of the next one in order needs a few steps, each over the whole array.
-    for _ in range(FARTHEST_POINT_STEPS):
-        far = points[_farthest(points, centre)]
-        distance = math.dist(far, centre)
-        if distance <= radius:
-            break
-        radius = (radius + distance) / 2
-        centre = far + (centre - far) * (radius / distance)
-    return sphere_about(mesh, centre)
-
-
 def sphere_by_farthest_steps(mesh: TriangleMesh) -> Sphere:
     """A ball close to the smallest one: walk from the box centre towards the farthest vertex by 1/2, 1/3, 1/4, ...
+
+    On the bodies of all scenes Ritter's ball (1990) was at most 0.3 % smaller (2026-11).
 
     Source: M. Badoiu and K. Clarkson, Smaller core-sets for balls (2003). Cost: 64 passes over the vertices.
     """
     # Coordinate by coordinate in memory: 20,000 vertices take 7 ms, and took 93 as rows of three (2026-11).
     points = np.asfortranarray(mesh.referenced_vertices)
-    centre = points.min(axis=0) / 2 + points.max(axis=0) / 2
-    best, least = centre, np.inf
+    low, high = mesh.bounds
+    best = centre = low / 2 + high / 2
+    least = np.inf
     for step in range(2, FARTHEST_POINT_STEPS + 3):
         squares = _squares(points, centre)
         farthest = squares.argmax()
@@ -98,7 +74,7 @@ def sphere_by_farthest_steps(mesh: TriangleMesh) -> Sphere:
 
 SPHERES: Final[dict[str, tuple[Callable[[TriangleMesh], Sphere], ...]]] = {
     "paper": (sphere_by_triangle_mean,),
-    "best": (sphere_by_triangle_mean, sphere_by_box_centre, sphere_by_ritter, sphere_by_farthest_steps),
+    "best": (sphere_by_triangle_mean, sphere_by_farthest_steps),
 }
 """Mode -> the constructions of which the smallest ball is taken."""
 
@@ -118,10 +94,6 @@ def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
 
 _SPHERES: Final[WeakKeyDictionary[TriangleMesh, dict[str, Sphere]]] = WeakKeyDictionary()
 """Balls by mode of the meshes that are in use; it keeps no mesh of a session that is done."""
-
-
-def _farthest(points: FloatArray, centre: FloatArray) -> int:
-    return int(_squares(points, centre).argmax())
 
 
 def _squares(points: FloatArray, centre: FloatArray) -> FloatArray:

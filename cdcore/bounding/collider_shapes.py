@@ -5,13 +5,13 @@ with the largest half extent as radius, a capsule along its longest side. Corner
 """
 
 from collections.abc import Callable
+from itertools import product
 from typing import Final
 
 import numpy as np
 
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import FloatArray
 
 AROUND: Final = 48
 """Corners around a meshed sphere or capsule: its surface lies at most 0.5 % of the radius inside the true one."""
@@ -19,22 +19,22 @@ AROUND: Final = 48
 
 def box_collider(mesh: TriangleMesh, grown: float = 0.0) -> TriangleMesh:
     """The box along the body's axes, ``grown`` by metres on every side."""
-    low, high = _bounds(mesh)
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+    low, high = mesh.bounds
+    corners = list(product(*zip(low - grown, high + grown, strict=True)))
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
-    return TriangleMesh(np.where(corners == 0, low - grown, high + grown), faces)
+    return TriangleMesh(corners, faces)
 
 
 def sphere_collider(mesh: TriangleMesh) -> TriangleMesh:
     """A sphere about the middle of the box, its radius the largest half extent."""
-    low, high = _bounds(mesh)
+    low, high = mesh.bounds
     return _capsule(mesh, float((high - low).max()) / 2, 0.0, 1)
 
 
 def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
     """A capsule along the longest side of the box, its radius half the longer of the other two."""
-    low, high = _bounds(mesh)
+    low, high = mesh.bounds
     size = high - low
     axis = int(size.argmax())
     radius = float(np.delete(size, axis).max()) / 2
@@ -51,17 +51,12 @@ SHAPES: Final[dict[str, Callable[[TriangleMesh], TriangleMesh]]] = {
 """What may stand in place of a mesh, made from it; ``mesh`` leaves it as it is."""
 
 
-def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
-    points = mesh.referenced_vertices
-    return points.min(axis=0), points.max(axis=0)
-
-
 def _capsule(mesh: TriangleMesh, radius: float, half: float, axis: int) -> TriangleMesh:
     """The hull of rings about an axis through the middle of the box, and of two poles; of a needle the mesh itself.
 
     ``half``: of the straight part, metres.
     """
-    low, high = _bounds(mesh)
+    low, high = mesh.bounds
     polar = np.linspace(0, np.pi / 2, AROUND // 4 + 1)[1:, None]
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
     out, along = radius * np.sin(polar), half + radius * np.cos(polar)

@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.box import Box
-from cdcore.kernels.box_axes import apart_on_all_axes, box_seen_from, pose_seen_from
+from cdcore.broad.sphere_stage import Arrays
+from cdcore.kernels.box_box import apart_on_all_axes, box_seen_from, pose_seen_from
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
-from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
+from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, IntArray
 from cdcore.protocol import Motion
 
 BOX_PAD_ULPS: Final = 1024.0
@@ -18,9 +19,6 @@ A rotation may be off orthonormal by 64 eps per entry of R^T R (``ORTHONORMAL_KE
 seen from A twice that: 384 eps of a half diagonal for each body. Placing vertices, centres and axes rounds by less
 than 64 eps of size more. 1024 is above twice the sum; at 1 m it is 0.2 nanometres of lost tightness.
 """
-
-Arrays = tuple[FloatArray, ...]
-"""What a kernel is handed as one operand: a plain tuple, since numba takes longer to see what a named one is."""
 
 
 @hot_kernel

@@ -29,30 +29,27 @@ class BroadAnswer:
 
 
 class BroadPhase:
-    """The volumes of all bodies; ``skip`` as in ``SphereStage``.
+    """The volumes of all bodies; ``boxes``: False: whole motions are asked about spheres only."""
 
-    ``boxes``: False: whole motions are asked about spheres only.
-    """
-
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, skip: bool = True, boxes: bool = True) -> None:
-        self.spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs, skip=skip)
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, boxes: bool = True) -> None:
+        self.spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
         self.boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._asks_boxes, self._pairs = boxes, pairs
 
     def candidates(self, motion: Motion) -> BroadAnswer:
         """Answer for every frame and pair of the motion."""
         clock = [perf_counter()]
-        spheres = self.spheres.candidates(motion)
-        columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
+        verdict, tests = self.spheres.candidates(motion)
+        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
-        work = dict(spheres.work)
-        spheres.verdict[frames, columns] = Verdict.CLEAR
+        work = {"sphere_tests": tests}
+        verdict[frames, columns] = Verdict.CLEAR
         if self._asks_boxes:
             work["box_tests"] = len(frames)
             meet = self.boxes.may_meet(motion, frames, columns)
             frames, columns = frames[meet], columns[meet]
             clock.append(perf_counter())
-        return BroadAnswer(spheres.verdict, frames, columns, work, clock)
+        return BroadAnswer(verdict, frames, columns, work, clock)
 
     def everywhere(self, motion: Motion) -> BroadAnswer:
         """As if all volumes overlapped: every pair-frame with poses may meet."""
@@ -63,7 +60,7 @@ class BroadPhase:
 
     def by_stage(self, motion: Motion) -> tuple[BoolArray, BoolArray]:
         """(T, P) twice: where the spheres overlap, and where the boxes do too."""
-        spheres, both = self.spheres.candidates(motion).verdict == Verdict.CANDIDATE, self.candidates(motion)
+        spheres, both = self.spheres.candidates(motion)[0] == Verdict.CANDIDATE, self.candidates(motion)
         boxes = np.zeros_like(spheres)
         boxes[both.frames, both.columns] = True
         return spheres, boxes

@@ -39,11 +39,6 @@ OPTIONAL: Final[dict[str, str]] = {
 }
 """Rows that need an engine of an extra; without it they are refused when they are made."""
 
-ENGINE_MODULE: Final[dict[str, str]] = {
-    "mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx",
-}  # fmt: skip
-"""Row of ``OPTIONAL`` -> the module that it asks."""
-
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
 
 PAPER: Final = (
@@ -85,7 +80,7 @@ def load_detector(name: str) -> type[Any]:
     try:
         found = getattr(import_module(module), attribute)
     except Exception as error:  # another package's module may fail with anything
-        if name in rows or isinstance(error, MemoryError):
+        if name in rows:
             raise
         where = f"detector {name!r}" + f" ({entry})" * (entry != name)
         raise UnknownDetectorError(f"{where} cannot be loaded: {error}; repair or remove its package") from error

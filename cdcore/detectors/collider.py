@@ -9,8 +9,8 @@ import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES, box_collider
 from cdcore.bounding.hull import hull_collider
-from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.bvh.box_tree import box_tree_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
@@ -32,7 +32,7 @@ from cdcore.protocol import (
     looks_at,
     pair_has_pose,
 )
-from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, number, whole
+from cdcore.protocol.settings import MOST_METRES, RateSettings, choice, number, whole
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
@@ -42,18 +42,16 @@ COMPOUND, SHIPPED = "compound", "shipped"
 
 
 @dataclass(frozen=True, kw_only=True)
-class ColliderSettings(CheckedSettings):
+class ColliderSettings(RateSettings):
     """Settings of ``collider``.
 
     ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, the convex pieces that
     came with the body; or shipped, the colliders that came with the recording, and the hull of a body that has none.
-    ``rate_hz``: looks per second of session time, as 50, 60, 72 or 90; ``None``: every frame.
     ``pieces``: the most of a compound, for whoever cuts the meshes. ``skin_m``: metres around each body within which it
     is already in contact, the contact offset of an engine: two bodies are in contact from twice that distance on.
     """
 
     shape: str = choice("hull", (*SHAPES, COMPOUND, SHIPPED))
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
     pieces: int = whole(16, 1, 4096)
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 

@@ -3,15 +3,15 @@
 from dataclasses import dataclass
 
 from cdcore.engines.bullet_world import BulletWorld
-from cdcore.engines.engine_detector import EngineDetector, EngineSettings, ShapedSettings
+from cdcore.engines.engine_detector import EngineDetector, ShapedSettings
 from cdcore.engines.mujoco_world import MujocoWorld
 from cdcore.engines.physx_world import PhysxWorld
 from cdcore.engines.rapier_world import RapierWorld
-from cdcore.protocol.settings import MOST_METRES, number
+from cdcore.protocol.settings import MOST_METRES, RateSettings, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class MujocoSettings(EngineSettings):
+class MujocoSettings(RateSettings):
     """Settings of ``mujoco``.
 
     ``rate_hz``: looks per second of session time, 500 is MuJoCo's own step; ``None``: every frame.

@@ -1,11 +1,10 @@
 """The truth about recorded poses and meshes: every contact and no other, over the whole motion at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from time import perf_counter
 
-from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.bvh.box_tree import box_tree_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
@@ -13,17 +12,10 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, contact_or_clear
-from cdcore.protocol.settings import CheckedSettings, flag
+from cdcore.protocol.settings import ContainmentSettings
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExactSettings(CheckedSettings):
-    """``containment``: whether to ask, where surfaces do not meet, if one body is inside the other."""
-
-    containment: bool = flag(True)
-
-
-class ExactDetector(PairDetector[ExactSettings]):
+class ExactDetector(PairDetector[ContainmentSettings]):
     """Box trees over blocks of eight frames; dismissals that rounding cannot undo, exact tests of triangles.
 
     It is complete on every finite input, degenerate faces and resting contact included. It decides instants only;
@@ -36,7 +28,7 @@ class ExactDetector(PairDetector[ExactSettings]):
 
     name = "exact"
     online = True
-    Settings = ExactSettings
+    Settings = ContainmentSettings
     sources = (
         OBB_TREE,
         "J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast robust geometric predicates, Discrete & "
@@ -47,7 +39,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     choose_when = "you need the truth, or the fastest answer over a whole recording"
     cannot = "see what happens between frames"
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContainmentSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = [box_tree_of(body.mesh) for body in bodies]
         self._surfaces = MotionSearch(self._trees, pairs)

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
@@ -35,7 +35,7 @@ from cdcore.protocol import (
 )
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.held_looks import last_answers
-from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, flag, number
+from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSettings, number
 
 
 class _HeldMeshes(HeldLooks):
@@ -58,16 +58,12 @@ class MeshDetector(PairDetector[Any]):
     kind = "engine"
     online = True
     stages: ClassVar[tuple[str, ...]] = ("spheres", "boxes", "meshes", "containment")
-    leaps = True
-    """Whether its spheres leap over frames; False: as an engine at its step, which knows no path ahead."""
-    counters: ClassVar[tuple[str, ...]]
-    """Names of its counters; those of answers that are not new: ``reused`` in the meshes, ``held`` or ``cached``."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
         super().__init__(bodies, pairs, settings)
         self._rate_hz: float | None = getattr(settings, "rate_hz", None)
         self._epsilon: float | None = getattr(settings, "epsilon", None)
-        self._broad = BroadPhase(bodies, pairs, skip=self.leaps, boxes="boxes" in self.stages)
+        self._broad = BroadPhase(bodies, pairs, boxes="boxes" in self.stages)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
         # How far one body moved as seen from the other depends on which is which.
@@ -116,18 +112,16 @@ class MeshDetector(PairDetector[Any]):
             memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
         fresh = np.flatnonzero(newest)
         memory.poses[fresh] = _poses_of(seen, newest[fresh] - 1, self.pairs[fresh])
-        queries = int(asked.sum())
         work = near.work | held | {
-            "queries": queries, "pair_looks": queries, "cached": held["held"],
-            "mesh_queries": meshes.queries if "reused" in self.counters else len(frames), "reused": meshes.reused,
-            "containment_tests": contained, "face_pairs": int(sum(len(faces) for faces in meshes.sets)),
+            "pair_looks": int(asked.sum()), "mesh_queries": meshes.queries, "reused": meshes.reused,
+            "containment_tests": contained, "face_pairs": sum(len(faces) for faces in meshes.sets),
         }  # fmt: skip
         return self._detection(
             motion,
             verdict,
             face_sets=face_sets,
             containment=self._containment.words,
-            work={name: work[name] for name in self.counters},
+            work=work,
             seconds=self._seconds(near.clock),
             section_source=sections,
         )
@@ -141,8 +135,7 @@ class MeshDetector(PairDetector[Any]):
             if epsilon == 0.0:
                 asked[frames, column] = (poses[1:] != poses[:-1]).any(axis=(1, 2))
                 continue
-            sphere = self._broad.spheres
-            centre, radius = (part[self._ordered[column, 0]] for part in (sphere.centres, sphere.radii))
+            centre, radius = (part[self._ordered[column, 0]] for part in self._broad.spheres.spheres)
             ordered = poses[:, ::-1] if self._turned[column] else poses
             asked[frames, column] = _moved(ordered, centre, float(radius), epsilon)
         return asked
@@ -184,24 +177,22 @@ def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float)
 
 
 @dataclass(frozen=True, kw_only=True)
-class StaticSettings(CheckedSettings):
+class StaticSettings(ContainmentSettings):
     """Settings of ``static``.
 
     ``epsilon``: metres; an answer stays while no point of one body has moved further than this relative to the other
     since the last query. 0: while both poses are bit for bit those of the last query.
-    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
     epsilon: float = number(0.0, 0, MOST_METRES, unit="metres")
-    containment: bool = flag(True)
 
 
 class StaticDetector(MeshDetector):
     """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
 
-    A query is a sphere test and, where spheres overlap, a mesh query. ``work``: ``queries`` done, ``cached``
-    pair-frames answered from the query before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a cached
-    answer can be wrong by that distance.
+    A query is a sphere test and, where spheres overlap, a mesh query. ``work``: ``pair_looks``, the queries done,
+    ``held`` pair-frames answered from the query before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a
+    held answer can be wrong by that distance.
 
     Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
     """
@@ -209,22 +200,14 @@ class StaticDetector(MeshDetector):
     name = "static"
     Settings = StaticSettings
     stages = ("spheres", "meshes", "containment")
-    counters = ("queries", "cached", "mesh_queries")
     sources = (f"{PAPER}, Fig. 5, static detection", FCL)
     choose_when = "things stand still most of the time"
     cannot = "be fast when everything moves"
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiscreteSettings(CheckedSettings):
-    """Settings of ``discrete``.
-
-    ``rate_hz``: looks per second of session time; ``None``: every frame.
-    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
-    """
-
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
-    containment: bool = flag(True)
+class DiscreteSettings(ContainmentSettings, RateSettings):
+    """When to look, and whether to ask for containment."""
 
 
 class DiscreteDetector(MeshDetector):
@@ -239,10 +222,6 @@ class DiscreteDetector(MeshDetector):
 
     name = "discrete"
     Settings = DiscreteSettings
-    leaps = False
-    counters = (
-        "sphere_tests", "box_tests", "mesh_queries", "containment_tests", "looks", "pair_looks", "held",
-    )  # fmt: skip
     sources = (f"{PAPER}, Fig. 5, discrete detection", FCL)
     choose_when = "you want to know what an engine of that rate misses"
     cannot = "see what happens between its looks"
@@ -251,13 +230,6 @@ class DiscreteDetector(MeshDetector):
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
         return Explanation(looked=looks_at(motion.times, frame, self._rate_hz), spheres_meet=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class HybridSettings(CheckedSettings):
-    """``containment``: whether to ask, where surfaces do not meet, if one body is inside the other."""
-
-    containment: bool = flag(True)
 
 
 class HybridDetector(MeshDetector):
@@ -271,10 +243,7 @@ class HybridDetector(MeshDetector):
     """
 
     name = "hybrid"
-    Settings = HybridSettings
-    counters = (
-        "sphere_tests", "skipped", "box_tests", "mesh_queries", "reused", "containment_tests", "face_pairs",
-    )  # fmt: skip
+    Settings = ContainmentSettings
     sources = (f"{PAPER}, section 4", FCL)
     choose_when = "you want contacts and faces of ordinary meshes from a widely used engine"
     cannot = "be exact on degenerate faces and resting ties"

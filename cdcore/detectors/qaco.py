@@ -43,6 +43,8 @@ class QacoDetector(PairDetector[Any]):
     choose_when = "you want to see what a sampled search costs and misses"
     cannot = "say CLEAR where spheres overlap, or promise to find a contact"
     stages: ClassVar[tuple[str, ...]] = ("spheres", "search")
+    _containment: ContainmentStage
+    """Of a row that asks meshes what the search left open."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
         super().__init__(bodies, pairs, settings)
@@ -82,25 +84,37 @@ class QacoDetector(PairDetector[Any]):
         broad.verdict[near] = Verdict.NOT_FOUND
         broad.verdict[found.hits] = Verdict.CONTACT
         broad.clock.append(perf_counter())
-        sets, work = self._complete(motion, broad, found, faces)
+        sets, containment = found.face_sets(), (CONTAINMENT_REFUSED,) * len(self.pairs)
+        if self._meshes is not None:
+            sets = self._decide_on_meshes(self._meshes, motion, broad, found, faces)
+            containment = self._containment.words
         return self._detection(
             motion,
             broad.verdict,
             face_sets=sets if faces else None,
-            containment=self._containment_words(),
-            work=broad.work | found.work | work,
+            containment=containment,
+            work=broad.work | found.work,
             seconds=self._seconds(broad.clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
-    def _containment_words(self) -> Sequence[str]:
-        return (CONTAINMENT_REFUSED,) * len(self.pairs)
-
-    def _complete(
-        self, _motion: Motion, _broad: BroadAnswer, found: SearchAnswer, _faces: bool
-    ) -> tuple[FaceSets, dict[str, int]]:
-        """Decide what the search left open; the faces of all contacts, and counters."""
-        return found.face_sets(), {}
+    def _decide_on_meshes(
+        self, stage: MeshStage, motion: Motion, broad: BroadAnswer, found: SearchAnswer, faces: bool
+    ) -> FaceSets:
+        """Ask meshes what the search left open, and whether one body is inside the other; the faces of all contacts."""
+        frames, columns = broad.frames, broad.columns
+        if not faces:
+            left = ~found.hits[frames, columns]
+            frames, columns = frames[left], columns[left]
+        meshes = stage.decide(motion, frames, columns, faces=faces)
+        hits = meshes.hits | found.hits[frames, columns]
+        broad.verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
+        sets = _joined_faces(found, meshes, frames, columns) if faces else found.face_sets()
+        broad.clock.append(perf_counter())
+        contained = self._containment.mark(motion, frames[~hits], columns[~hits], broad.verdict)
+        broad.clock.append(perf_counter())
+        broad.work.update(mesh_queries=meshes.queries, containment_tests=contained)
+        return sets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +139,7 @@ class HybridQacoDetector(QacoDetector):
     answer is complete (with FCL's limits, see ``hybrid``) and needs no mesh query where the search has found a contact
     already; with faces every candidate is asked.
 
-    Source: sections 3 and 4 of the paper; the boxes are ours. ``work["mesh_queries"]`` is 0 with ``decide="search"``.
+    Source: sections 3 and 4 of the paper; the boxes are ours.
     """
 
     name = "hybrid-qaco"
@@ -144,29 +158,6 @@ class HybridQacoDetector(QacoDetector):
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         return LiveSearch(self._broad, self._search) if self._meshes is None else super().live()
-
-    def _containment_words(self) -> Sequence[str]:
-        return super()._containment_words() if self._meshes is None else self._containment.words
-
-    def _complete(
-        self, motion: Motion, broad: BroadAnswer, found: SearchAnswer, faces: bool
-    ) -> tuple[FaceSets, dict[str, int]]:
-        """With ``decide="mesh"`` ask meshes, and whether one body is inside the other."""
-        if self._meshes is None:
-            broad.clock.extend(2 * broad.clock[-1:])
-            return found.face_sets(), {"mesh_queries": 0, "containment_tests": 0}
-        frames, columns = broad.frames, broad.columns
-        if not faces:
-            left = ~found.hits[frames, columns]
-            frames, columns = frames[left], columns[left]
-        meshes = self._meshes.decide(motion, frames, columns, faces=faces)
-        hits = meshes.hits | found.hits[frames, columns]
-        broad.verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
-        sets = _joined_faces(found, meshes, frames, columns) if faces else found.face_sets()
-        broad.clock.append(perf_counter())
-        contained = self._containment.mark(motion, frames[~hits], columns[~hits], broad.verdict)
-        broad.clock.append(perf_counter())
-        return sets, {"mesh_queries": meshes.queries, "containment_tests": contained}
 
 
 def _joined_faces(found: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:

@@ -9,15 +9,14 @@ from cdcore.broad.sphere_stage import SphereStage
 from cdcore.detectors import PAPER
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
-from cdcore.protocol.settings import CheckedSettings, choice, flag
+from cdcore.protocol.settings import CheckedSettings, choice
 
 
 @dataclass(frozen=True, kw_only=True)
 class SphereSettings(CheckedSettings):
-    """``sphere``: "paper" for equation (21), "best" for the smallest ball known; ``skip``: leap over certain frames."""
+    """``sphere``: "paper" for equation (21), "best" for the smallest ball known."""
 
     sphere: str = choice("best", SPHERES)
-    skip: bool = flag(True)
 
 
 class SphereDetector(PairDetector[SphereSettings]):
@@ -38,11 +37,11 @@ class SphereDetector(PairDetector[SphereSettings]):
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SphereSettings) -> None:
         super().__init__(bodies, pairs, settings)
         spheres = [sphere_in_mode(body.mesh, settings.sphere) for body in bodies]
-        self._spheres = SphereStage(spheres, pairs, skip=settings.skip)
+        self._spheres = SphereStage(spheres, pairs)
 
     def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
         start = perf_counter()
-        answer = self._spheres.candidates(motion)
+        verdict, tests = self._spheres.candidates(motion)
         seconds = {"spheres": perf_counter() - start}
         refused = ("refused: spheres alone cannot tell",) * len(self.pairs)
-        return self._detection(motion, answer.verdict, containment=refused, work=answer.work, seconds=seconds)
+        return self._detection(motion, verdict, containment=refused, work={"sphere_tests": tests}, seconds=seconds)

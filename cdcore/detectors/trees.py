@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of

@@ -24,21 +24,11 @@ from cdcore.protocol import (
     looks_at,
     pair_has_pose,
 )
-from cdcore.protocol.settings import MOST_HERTZ, CheckedSettings, choice, number
+from cdcore.protocol.settings import RateSettings, choice
 
 
 @dataclass(frozen=True, kw_only=True)
-class EngineSettings(CheckedSettings):
-    """Settings of every row that asks an engine.
-
-    ``rate_hz``: looks per second of session time; ``None``: every frame.
-    """
-
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShapedSettings(EngineSettings):
+class ShapedSettings(RateSettings):
     """Settings of a row whose engine has triangle meshes.
 
     ``shape``: hull, the convex hull of every mesh; or mesh, the triangles of a mesh that is not convex.
@@ -65,7 +55,7 @@ class EngineWorld(Protocol):
         ...
 
 
-SettingsT = TypeVar("SettingsT", bound=EngineSettings)
+SettingsT = TypeVar("SettingsT", bound=RateSettings)
 
 
 class EngineDetector(PairDetector[SettingsT]):

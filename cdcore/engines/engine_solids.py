@@ -42,8 +42,7 @@ def engine_solid(body: Body, shape: str, engine: str, least_thickness: float) ->
 
     InvalidMeshError for a body so large that an engine of float32 does not know its corners.
     """
-    points = body.mesh.referenced_vertices
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = body.mesh.bounds
     size = float((high - low).max())
     if size > LARGEST:
         raise InvalidMeshError(
@@ -53,7 +52,7 @@ def engine_solid(body: Body, shape: str, engine: str, least_thickness: float) ->
     middle = (low + high) / 2
     if shape == "mesh" and not is_convex(body.mesh):
         return EngineSolid(body.name, body.mesh.vertices - middle, middle, body.mesh.faces)
-    solid = thickened(points - middle, least_thickness)
+    solid = thickened(body.mesh.referenced_vertices - middle, least_thickness)
     hull = hull_of(solid)
     return EngineSolid(body.name, solid if hull is None else hull.vertices, middle)
 

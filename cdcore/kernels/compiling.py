@@ -176,9 +176,8 @@ def compiling_reported(tell: Callable[[float], None]) -> Iterator[Compiled]:
         forget("numba:compile", heard)
 
 
-def machine_operation(typed: Callable[..., Any]) -> Callable[..., Any]:
-    """An operation of kernels from what types and writes it: numba's ``intrinsic``, callable as the kernels call it."""
-    return cast(Callable[..., Any], intrinsic(typed))
+machine_operation: Callable[[Callable[..., Any]], Callable[..., Any]] = cast(Any, intrinsic)
+"""An operation of kernels from what types and writes it: numba's ``intrinsic``, callable as the kernels call it."""
 
 
 def _marked(attribute: str) -> Callable[[], None]:

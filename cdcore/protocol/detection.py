@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+from bisect import bisect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from html import escape
+from functools import cached_property, partial
 from itertools import accumulate
 from typing import Any, Literal
 
@@ -16,14 +16,11 @@ from numpy.typing import NDArray
 from cdcore.errors import NotRecordedError
 from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
-from cdcore.protocol.verdict import Verdict, counts_as_contact
+from cdcore.protocol.verdict import Verdict
 
 Covers = Literal["instants", "intervals"]
 SectionSource = Callable[[int, int, IntArray], FloatArray]
 """``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments on request."""
-
-MOST_PAIRS = 20
-"""Pairs that a notebook lists of a detection."""
 
 DECIDED = "decided"
 """Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
@@ -70,25 +67,9 @@ class Detection:
 
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
-        words = ", ".join(f"{np.count_nonzero(self.verdict == word):,} {word.name}" for word in self._words())
+        counts = np.bincount(self.verdict.ravel(), minlength=len(Verdict)).tolist()
+        words = ", ".join(f"{count:,} {word.name}" for word, count in zip(Verdict, counts, strict=True) if count)
         return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {words or 'nothing'})"
-
-    def _repr_html_(self) -> str:
-        """A table for a notebook: how many frames of each pair got which verdict, most contact first."""
-        words = self._words()
-        order = np.argsort(-counts_as_contact(self.verdict).sum(axis=0), kind="stable")
-        head = "".join(f"<th>{word.name}</th>" for word in words)
-        rows = ""
-        for pair in order[:MOST_PAIRS].tolist():
-            a, b = self.pairs[pair].tolist()
-            cells = "".join(f"<td>{np.count_nonzero(self.verdict[:, pair] == word):,}</td>" for word in words)
-            rows += f"<tr><th>{escape(f'{self.names[a]}-{self.names[b]}')}</th>{cells}</tr>"
-        rest = f"<p>and {len(order) - MOST_PAIRS} more pairs</p>" if len(order) > MOST_PAIRS else ""
-        return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
-
-    def _words(self) -> list[Verdict]:
-        """The verdicts that occur."""
-        return [word for word in Verdict if (self.verdict == word).any()]
 
     @property
     def face_counts(self) -> IntArray:
@@ -128,12 +109,36 @@ class Detection:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the verdicts, sorted by stamp and body names."""
-        return _verdict_digest(self)
+        digest, order = self._begin_digest("verdicts/1")
+        stamps = self.times.astype("<f8").view(np.uint8).reshape(-1, 8)
+        for start in range(0, len(stamps), 65536):
+            rows = slice(start, start + 65536)
+            digest.update(np.hstack([stamps[rows], self.verdict[rows][:, order]]).tobytes())
+        return digest.hexdigest()
 
     @cached_property
     def faces_digest(self) -> str:
         """SHA-256 of all face pairs, sorted by stamp, body names and faces."""
-        return _faces_digest(self, self._faces_asked())
+        sets = self._faces_asked()
+        digest, order = self._begin_digest("faces/1")
+        rank = np.argsort(order)
+        turned = [self.names[i] > self.names[j] for i, j in self.pairs.tolist()]
+        for entry in np.lexsort((rank[sets.pair], sets.frame)).tolist():
+            column = sets.pair[entry]
+            faces = sets.faces[sets.start[entry] : sets.stop[entry]]
+            if turned[column]:
+                faces = faces[np.lexsort(faces.T), ::-1]
+            head = np.array([rank[column], len(faces)], dtype="<i8")
+            stamp = self.times[sets.frame[entry]].astype("<f8")
+            digest.update(stamp.tobytes() + head.tobytes() + faces.astype("<i4").tobytes())
+        return digest.hexdigest()
+
+    def _begin_digest(self, kind: str) -> tuple[hashlib._Hash, list[int]]:
+        """A digest of the names of all pairs, and the columns in the order of these names."""
+        names = [sorted(self.names[k] for k in pair) for pair in self.pairs.tolist()]
+        order = sorted(range(len(names)), key=names.__getitem__)
+        words = [kind, self.covers, *("\x1f".join(names[column]) for column in order)]
+        return hashlib.sha256("\x1e".join(words).encode()), order
 
     def _faces_asked(self) -> FaceSets:
         if self.face_sets is None:
@@ -164,6 +169,7 @@ def join(detections: Iterable[Detection]) -> Detection:
     head = parts[0]
     first = [0, *accumulate(len(part.times) for part in parts)]
     blocks = list(zip(first, parts, strict=False))
+    sources = [part.section_source for part in parts]
     faces = None
     if all(part.face_sets is not None for part in parts):
         faces = FaceSets.join((start, part.face_sets) for start, part in blocks if part.face_sets)
@@ -176,21 +182,15 @@ def join(detections: Iterable[Detection]) -> Detection:
         seconds=_added([part.seconds for part in parts]),
         reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.reasons.items()},
         toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
-        section_source=_joined_sections(parts, first),
+        section_source=None if None in sources else partial(_section_in_block, sources, first),
     )
 
 
-def _joined_sections(parts: list[Detection], first: list[int]) -> SectionSource | None:
-    if any(part.section_source is None for part in parts):
-        return None
-
-    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
-        block = int(np.searchsorted(first, frame, side="right")) - 1
-        source = parts[block].section_source
-        assert source is not None
-        return source(frame - first[block], pair, faces)
-
-    return section
+def _section_in_block(sources: list[Any], first: list[int], frame: int, pair: int, faces: IntArray) -> FloatArray:
+    """The segments of a frame, of the block in which it lies."""
+    block = bisect(first, frame) - 1
+    segments: FloatArray = sources[block](frame - first[block], pair, faces)
+    return segments
 
 
 def _added(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -201,36 +201,3 @@ def _added(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         arrays = all(isinstance(value, np.ndarray) for value in values)
         total[name] = np.concatenate(values) if arrays else sum(values)
     return total
-
-
-def _begin_digest(kind: str, detection: Detection) -> tuple[hashlib._Hash, list[int]]:
-    """A digest of the names of all pairs, and the columns in the order of these names."""
-    names = [sorted(detection.names[k] for k in pair) for pair in detection.pairs.tolist()]
-    order = sorted(range(len(names)), key=names.__getitem__)
-    words = [kind, detection.covers, *("\x1f".join(names[column]) for column in order)]
-    return hashlib.sha256("\x1e".join(words).encode()), order
-
-
-def _verdict_digest(detection: Detection) -> str:
-    digest, order = _begin_digest("verdicts/1", detection)
-    stamps = detection.times.astype("<f8").view(np.uint8).reshape(-1, 8)
-    for start in range(0, len(stamps), 65536):
-        rows = slice(start, start + 65536)
-        digest.update(np.hstack([stamps[rows], detection.verdict[rows][:, order]]).tobytes())
-    return digest.hexdigest()
-
-
-def _faces_digest(detection: Detection, sets: FaceSets) -> str:
-    digest, order = _begin_digest("faces/1", detection)
-    rank = np.empty(len(order), dtype="<i8")
-    rank[order] = np.arange(len(order))
-    stamps = detection.times.astype("<f8")
-    turned = [detection.names[i] > detection.names[j] for i, j in detection.pairs.tolist()]
-    for entry in np.lexsort((rank[sets.pair], sets.frame)).tolist():
-        column = sets.pair[entry]
-        faces = sets.faces[sets.start[entry] : sets.stop[entry]]
-        if turned[column]:
-            faces = faces[np.lexsort(faces.T), ::-1]
-        head = np.array([rank[column], len(faces)], dtype="<i8")
-        digest.update(stamps[sets.frame[entry]].tobytes() + head.tobytes() + faces.astype("<i4").tobytes())
-    return digest.hexdigest()

@@ -38,11 +38,6 @@ class FaceSets:
             readonly(array)
 
     @classmethod
-    def from_lists(cls, frame: Sequence[int], pair: Sequence[int], sets: Sequence[NDArray[np.integer]]) -> FaceSets:
-        """Build from one (k, 2) array per entry, entries in any order; each array sorted and unique."""
-        return cls.from_shared(np.array(frame), np.array(pair), np.arange(len(sets)), sets)
-
-    @classmethod
     def from_shared(
         cls,
         frame: NDArray[np.integer],
@@ -50,10 +45,13 @@ class FaceSets:
         which: NDArray[np.integer],
         sets: Sequence[NDArray[np.integer]],
     ) -> FaceSets:
-        """Build from distinct sets and, for each entry, which of them it is; entries without a face are left out."""
+        """Build from distinct sets and, for each entry, which of them it is; entries without a face are left out.
+
+        Entries may come in any order; each set is sorted and unique.
+        """
         sizes = np.array([len(one) for one in sets], dtype=np.int64)
         stop = np.cumsum(sizes)
-        keep = np.flatnonzero(sizes[which]) if len(which) else np.zeros(0, dtype=np.int64)
+        keep = np.flatnonzero(sizes[which])
         order = keep[np.lexsort((pair[keep], frame[keep]))]
         rows = [np.asarray(one, dtype=np.int32).reshape(-1, 2) for one in sets]
         faces = np.concatenate([NO_FACES, *rows])
@@ -87,8 +85,6 @@ class FaceSets:
     def join(cls, parts: Iterable[tuple[int, FaceSets]]) -> FaceSets:
         """Put blocks after each other; each comes with the number of its first frame."""
         blocks = list(parts)
-        if not blocks:
-            return cls.from_lists([], [], [])
         rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
         return cls(
             np.concatenate([sets.frame + first for first, sets in blocks]),

@@ -209,9 +209,9 @@ def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:
 
 def _kernels() -> ModuleType:
     """The compiled passes, imported with the first motion: the compiler takes half a second to load."""
-    from cdcore.transforms import rigid_kernels
+    from cdcore.transforms import pose_checks
 
-    return rigid_kernels
+    return pose_checks
 
 
 def _times(times: ArrayLike) -> FloatArray:

@@ -69,8 +69,8 @@ class PairDetector(ABC, Generic[SettingsT]):
         """Answer for one block, and bring the memory up to date."""
 
     def _seconds(self, clock: list[float]) -> dict[str, float]:
-        """What each of ``stages`` took, from readings of the performance counter before and after each."""
-        return dict(zip(self.stages, np.diff(clock).tolist(), strict=True))
+        """What each of ``stages`` took, from readings of the performance counter before and after each that was run."""
+        return dict(zip(self.stages, np.diff(clock).tolist(), strict=False))
 
     def _detection(
         self,

@@ -112,3 +112,17 @@ PLAIN: Final = {
     "float": Allowed(lambda value: _is_number(value) and math.isfinite(value), "a finite number"),  # type: ignore[arg-type]
 }
 """Type of a plain field -> what it may be."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContainmentSettings(CheckedSettings):
+    """``containment``: whether to ask, where surfaces do not meet, if one body is inside the other."""
+
+    containment: bool = flag(True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateSettings(CheckedSettings):
+    """``rate_hz``: looks per second of session time; ``None``: every frame."""
+
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")

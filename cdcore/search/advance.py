@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdcore.kernels.box_axes import pose_seen_from
+from cdcore.kernels.box_box import pose_seen_from
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray
 from cdcore.search.evaluation import evaluate

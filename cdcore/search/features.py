@@ -24,7 +24,7 @@ CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """The faces of a mesh in the order of the search."""
+    """The faces of a mesh in the order of the search, and which of them a search looks at."""
 
     face: IntArray
     """(f,) number in the mesh of the face at each place in the order."""
@@ -37,6 +37,10 @@ class Features:
     """(6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex."""
     size: float
     """Largest distance of a point of the mesh to the origin of the body."""
+    pick: IntArray
+    """(S,) ascending places of the faces that are searched: all, or a sample; the flood fill goes over all still."""
+    near_picked: IntArray
+    """(f, 15) as ``near``, of neighbours that are searched; of a sample the last column is not used."""
 
     def __len__(self) -> int:
         return len(self.face)
@@ -62,7 +66,8 @@ def features_of(mesh: TriangleMesh) -> Features:
     near = _neighbours(corners, start, members)
     size = float(_length(rows[:, CENTROID:RADIUS]).max() + rows[:, RADIUS].max())
     links = np.concatenate([corners.ravel(), 3 * len(face) + len(start) + start, members])
-    return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size)
+    every = readonly(np.arange(len(face)))
+    return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size, every, near)
 
 
 def _length(vectors: FloatArray) -> FloatArray:

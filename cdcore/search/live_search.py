@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.protocol import Motion, Verdict
 from cdcore.search.stage import SearchAnswer, SearchStage
 
@@ -30,4 +30,4 @@ class LiveSearch(LivePairs):
     @property
     def work(self) -> Counter[str]:
         """As ``Live.work``."""
-        return Counter(self._answer.work | {"mesh_queries": 0})
+        return Counter(self._answer.work)

@@ -16,7 +16,6 @@ from cdcore.search.flood import flood
 from cdcore.search.printed import SearchOverError, iterations_as_printed
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import key_of, stream_of
-from cdcore.search.samples import Sample, sample_of
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.state import ANT, DONE, FULL, STATE, TRACED, UNSURE, Faces
 
@@ -58,14 +57,10 @@ class PairSearch:
         self._swarm = np.zeros(settings.ants, dtype=ANT)
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
+        self._faces = Faces(
+            first.pick, second.pick, first.rows, second.rows, first.near_picked, second.near_picked, self._table
+        )
         self._set_constants()
-        self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
-
-    def use(self, first: Sample, second: Sample) -> None:
-        """Search these samples of both bodies from here on; the flood fill goes over all faces still."""
-        self.samples = first, second
-        rows = self.first.rows, self.second.rows
-        self._faces = Faces(first.pick, second.pick, *rows, first.near, second.near, self._table)
 
     def trace(self, rows: int) -> FloatArray:
         """Write the first so many evaluations of each look from here on down, (rows, TRACED), as ``state`` says."""
@@ -162,7 +157,7 @@ class PairSearch:
         if task == SEARCH_ON:
             return False
         self._run(task, NO_PAIR, 0)
-        state, (first, second) = self._state, (sample.pick for sample in self.samples)
+        state, first, second = self._state, self.first.pick, self.second.pick
 
         def evaluate(i: int, j: int) -> float:
             distance = follow(int(first[i]), int(second[j]), self._faces, self._states)

@@ -3,7 +3,7 @@
 A sampled search misses in two ways: no pair that meets is left in the sample, or it is there and is not found.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,35 +12,21 @@ from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, Features
 from cdcore.search.rng import stream_of
 
 
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """The faces a search may look at: ``pick`` (S,), places in the order of the features, ascending.
-
-    ``near`` (f, 15): for every face of the mesh up to 14 neighbours in the sample, -1 where there is none; the last
-    column is not used.
-    """
-
-    pick: IntArray
-    near: IntArray
-
-    def __len__(self) -> int:
-        return len(self.pick)
-
-
-def sample_of(features: Features, size: int | None, seed: int, name: str) -> Sample:
-    """Draw ``size`` faces of a body; ``None`` or as many as there are: all, with their neighbours on the mesh.
+def sample_of(features: Features, size: int | None, seed: int, name: str) -> Features:
+    """Draw ``size`` faces of a body to search; ``None`` or as many as there are: all, as the features are.
 
     Of fewer, the neighbours are the 14 nearest centroids, because few of them share a corner. ``seed`` and ``name`` are
     the key of the draw; the same key draws nested samples.
     """
     if size is None or size >= len(features):
-        return Sample(readonly(np.arange(len(features))), features.near)
+        return features
     stream = stream_of(seed, "samples", name, name, 0.0)
     with np.errstate(divide="ignore"):
         # the S largest u^(1/area): a draw by weight without repeats (Efraimidis and Spirakis 2006)
         rank = np.log(stream.random(len(features))) / _areas(features)
     pick = np.sort(np.argsort(-rank, kind="stable")[:size])
-    return Sample(readonly(pick), readonly(_nearest(features.rows[:, :RADIUS], pick)))
+    near_picked = readonly(_nearest(features.rows[:, :RADIUS], pick))
+    return replace(features, pick=readonly(pick), near_picked=near_picked)
 
 
 def _areas(features: Features) -> FloatArray:

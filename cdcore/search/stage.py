@@ -91,13 +91,12 @@ class SearchStage:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
-        features = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
-        samples = {k: sample_of(some, settings.samples, settings.seed, bodies[k].name) for k, some in features.items()}
-        self._searches: list[PairSearch] = []
-        for a, b in self._ends:
-            search = PairSearch(features[a], features[b], (bodies[a].name, bodies[b].name), settings)
-            search.use(samples[a], samples[b])
-            self._searches.append(search)
+        names = [body.name for body in bodies]
+        features = {
+            k: sample_of(features_of(bodies[k].mesh), settings.samples, settings.seed, names[k])
+            for k in np.unique(pairs).tolist()
+        }
+        self._searches = [PairSearch(features[a], features[b], (names[a], names[b]), settings) for a, b in self._ends]
         self._lengths = [lengths_at_rest(features[a], features[b], settings.rest) for a, b in self._ends]
         # A pair that rests is searched in brief only if it starts from where it was closest.
         self._rested = settings.rest > 0.0 and settings.warm_start
@@ -112,9 +111,8 @@ class SearchStage:
         """Whether one of the face pairs (k, 2), in the order of the pair, has both its faces in the samples."""
         search = self._searches[column]
         first, second = faces.T[::-1] if self._turned[column] else faces.T
-        picked_first, picked_second = (sample.pick for sample in search.samples)
-        drawn = np.isin(first, search.first.face[picked_first]) & np.isin(second, search.second.face[picked_second])
-        return bool(drawn.any())
+        drawn = [np.isin(faces, of.face[of.pick]) for faces, of in ((first, search.first), (second, search.second))]
+        return bool((drawn[0] & drawn[1]).any())
 
     def decide(self, motion: Motion, near: BoolArray, memory: list[PairMemory], *, faces: bool = False) -> SearchAnswer:
         """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""

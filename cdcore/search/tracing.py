@@ -68,7 +68,6 @@ class NotingStage(SearchStage):
         looked, noted = self._searches[column], self.noted[frame, column]
         # A search of its own: that of the run keeps what its next look starts from.
         search = PairSearch(looked.first, looked.second, looked.names, self._settings)
-        search.use(*looked.samples)
         rows = search.trace(noted.result.evaluations)
         poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
         result = search.look(*poses, stamp, start=noted.start, budget=noted.budget)

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.rows import ENGINE_MODULE
 from support.shared_data import DATA, needs_data
 
-from cdcore.detectors import ENGINE_MODULE
 from replay.guide.pages import page
 from replay.prepare.assemble import assemble
 from sessions.synthetic.scenes import make_scene_session

@@ -4,8 +4,10 @@ from importlib.util import find_spec
 
 import pytest
 
-from cdcore.detectors import DETECTORS, ENGINE_MODULE
+from cdcore.detectors import DETECTORS
 
+ENGINE_MODULE = {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx"}
+"""Row of the table that needs an extra -> the module that it asks."""
 ROWS = list(DETECTORS) + [
     pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is no part of `test`"))
     for name, module in ENGINE_MODULE.items()

@@ -6,6 +6,7 @@ from support.shapes import ball_mesh, random_rotations
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.search.features import features_of
 from cdcore.search.pair_search import PairSearch
+from cdcore.search.samples import sample_of
 from cdcore.search.search_settings import SearchSettings
 
 I3 = np.eye(3)
@@ -31,9 +32,11 @@ def ball_of(faces, radius=1.0):
     return ball_mesh(radius, rings, 2 * rings)
 
 
-def search_of(mesh_a, mesh_b, names=("a", "b"), **settings):
-    """A search over two meshes."""
-    return PairSearch(features_of(mesh_a), features_of(mesh_b), names, SearchSettings(**settings))
+def search_of(mesh_a, mesh_b, names=("a", "b"), draw=0, **settings):
+    """A search over two meshes; ``draw``: the seed of samples."""
+    of_each = zip((mesh_a, mesh_b), names, strict=True)
+    features = [sample_of(features_of(mesh), settings.get("samples"), draw, name) for mesh, name in of_each]
+    return PairSearch(*features, names, SearchSettings(**settings))
 
 
 def matrix(pose):

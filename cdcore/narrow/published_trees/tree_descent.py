@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
+from cdcore.kernels.box_box import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate

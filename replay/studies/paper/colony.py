@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Motion, Verdict, create_detector
-from cdcore.bounding.bounding_sphere import sphere_by_box_centre
+from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.search.search_settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
@@ -47,7 +47,7 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
     way = rng.normal(size=(count, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
-    spheres = [sphere_by_box_centre(body.mesh) for body in bodies]
+    spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
     reach = sum(ball.radius for ball in spheres)
     exact = create_detector("exact", bodies, containment=False)
 

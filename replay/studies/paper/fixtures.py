@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
-from cdcore.bounding.bounding_sphere import sphere_by_box_centre
+from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
@@ -97,7 +97,7 @@ class _Way:
         self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
         direction = rng.normal(size=3)
         self.direction = direction / np.linalg.norm(direction)
-        spheres = [sphere_by_box_centre(body.mesh) for body in bodies]
+        spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
         self.reach = sum(ball.radius for ball in spheres)
         start = rng.normal(size=3) * 0.1
         self.base = np.array([start - turn @ ball.centre for turn, ball in zip(self.turns, spheres, strict=True)])

@@ -2,13 +2,11 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Motion, Verdict, create_detector, join
-from cdcore.detectors import load_detector
+from cdcore import Detection, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray, ByteArray
@@ -18,7 +16,7 @@ from replay.studies.stress.solids import ball_mesh, box_mesh
 from replay.studies.stress.tally import Tally, judged
 
 REPEATED: Final = 43
-"""Number of the case that asks whether an answer repeats, whatever the blocks and what is skipped."""
+"""Number of the case that asks whether an answer repeats, whatever the blocks."""
 
 CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeated answers", None)}).items())}
 """Number -> name, from 27 on."""
@@ -48,26 +46,19 @@ def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed:
 
 
 def _ask_again(where: dict[str, Any]) -> Tally:
-    """One digest for any size of blocks, skipping or not where the detector does."""
+    """One digest for any size of blocks."""
     detector = where["detector"]
-    known = {item.name for item in fields(load_detector(detector).Settings)}
     place = np.linspace(-1.3, 1.3, 97)
     motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
-    ways: list[dict[str, Any]] = [{"blocks": size} for size in (1, 10, 64, 4096)]
-    ways += [{"skip": False}] if "skip" in known else []
+    sizes = (1, 10, 64, 4096)
     try:
-        whole = _digest(detector, motion)
-        other = [way for way in ways if whole is None or _digest(detector, motion, **way) != whole]
+        engine = create_detector(detector, two(ball_mesh(0.5), box_mesh()))
+        whole = engine.detect(motion).digest
+        other = [size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != whole]
     except CollisionCoreError as error:
-        return Tally(**where, asked=len(ways), refused=len(ways), reason=str(error))
-    reason = ", ".join(f"{key} {value}: another digest" for way in other[:1] for key, value in way.items())
-    return Tally(**where, asked=len(ways), changed=len(other), reason=reason)
-
-
-def _digest(detector: str, motion: Motion, blocks: int = 0, **settings: Any) -> str | None:
-    """Of the answer about a motion, in blocks of so many frames if there are any."""
-    engine = create_detector(detector, two(ball_mesh(0.5), box_mesh()), **settings)
-    return (join(list(engine.stream(motion.blocks(blocks)))) if blocks else engine.detect(motion)).digest
+        return Tally(**where, asked=len(sizes), refused=len(sizes), reason=str(error))
+    reason = f"blocks {other[0]}: another digest" if other else ""
+    return Tally(**where, asked=len(sizes), changed=len(other), reason=reason)
 
 
 def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:

@@ -13,9 +13,7 @@ from cdcore import TriangleMesh
 from cdcore.bounding.bounding_sphere import (
     SPHERES,
     sphere_best,
-    sphere_by_box_centre,
     sphere_by_farthest_steps,
-    sphere_by_ritter,
     sphere_by_triangle_mean,
     sphere_in_mode,
 )  # fmt: skip
@@ -30,9 +28,8 @@ def holds(sphere, points):
     return (reach <= sphere.radius + 4 * EPS * size).all()
 
 
-@pytest.mark.parametrize("build", [sphere_by_box_centre, sphere_by_ritter, sphere_by_farthest_steps])
-def test_the_ball_around_a_box_stands_in_its_middle_wherever_that_is(build):
-    ball = build(moved(box_mesh((1, 2, 3)), [5, -2, 1]))
+def test_the_ball_around_a_box_stands_in_its_middle_wherever_that_is():
+    ball = sphere_by_farthest_steps(moved(box_mesh((1, 2, 3)), [5, -2, 1]))
     assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
     assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)
 

@@ -56,6 +56,8 @@ def test_boxes_that_touch_exactly_may_meet(kind, world):
     places = np.repeat((rng.normal(size=(count, 3)) * world)[:, None], 2, 1)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=offset))]
     assert asked(boxes, places, turns).all()
+    beside = places + np.stack([np.zeros((count, 3)), turns[:, 1] @ offset], axis=1)
+    assert asked([boxes[0], boxes[0]], beside, turns).all(), "rounded where the bodies stand"
     apart = [boxes[0], box_best(box_mesh(centre=np.array(offset) * (1 + 1e-3 + 1e-8 * world)))]
     assert not asked(apart, places, turns).any()
 

@@ -7,10 +7,10 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from support.hull_gaps import hulls_at
+from support.rows import ENGINE_MODULE
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.detectors import ENGINE_MODULE
 from cdcore.errors import InvalidMeshError
 from cdcore.protocol import counts_as_contact
 

@@ -16,7 +16,7 @@ FAR = still(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
 def test_a_broad_phase_keeps_bodies_apart_from_the_trees_of_aabb_and_solid():
     spheres = create_detector("aabb", BALLS).detect(FAR)
     assert (spheres.verdict == Verdict.CLEAR).all()
-    assert spheres.work["sphere_tests"] + spheres.work["skipped"] == 4
+    assert spheres.work["sphere_tests"] == 4
     assert spheres.work["node_tests"] == 0
     sweep = create_detector("solid-style", BALLS).detect(FAR)
     assert (sweep.verdict == Verdict.CLEAR).all()

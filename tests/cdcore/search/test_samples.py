@@ -36,19 +36,18 @@ def test_neighbours_of_a_sample_are_its_nearest_centroids():
     for face in range(0, len(features), 37):
         others = sample.pick[sample.pick != face]
         away = np.linalg.norm(centroids[others] - centroids[face], axis=1)
-        mine = np.linalg.norm(centroids[sample.near[face, :NEIGHBOURS]] - centroids[face], axis=1)
+        mine = np.linalg.norm(centroids[sample.near_picked[face, :NEIGHBOURS]] - centroids[face], axis=1)
         assert np.allclose(np.sort(mine), np.sort(away)[:NEIGHBOURS])
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
 def test_a_sampled_search_hits_only_what_is_in_the_sample_and_its_flood_goes_over_all_faces(variant):
     ball = ball_of(600)
-    search = search_of(ball, ball, variant=variant, budget=50_000)
-    first, second = (sample_of(one, 150, 3, name) for one, name in ((search.first, "a"), (search.second, "b")))
-    search.use(first, second)
+    search = search_of(ball, ball, draw=3, samples=150, variant=variant, budget=50_000)
     pose = (I3, np.array([1.2, 0.1, 0.2]))
     truth = exact_pairs(search, ball, ball, pose, HERE)
-    left = {(i, j) for i, j in truth if i in set(first.pick.tolist()) and j in set(second.pick.tolist())}
+    first, second = set(search.first.pick.tolist()), set(search.second.pick.tolist())
+    left = {(i, j) for i, j in truth if i in first and j in second}
     look = search.look(pose, HERE, 0.0)
     if variant in ("memetic", "local"):
         assert (look.hit is not None) == bool(left)

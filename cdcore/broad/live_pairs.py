@@ -10,11 +10,11 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.broad.box_stage import Arrays, box_room, boxes_may_meet
+from cdcore.broad.box_stage import box_room, boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, place_centres, sphere_verdicts
+from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
-from cdcore.numerics import EPS, PAD_ULPS, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Motion, Verdict
 
 STEP_ULPS: Final = 64.0
@@ -75,14 +75,12 @@ def look_at_volumes(
     from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: poses before,
     steps and margins (P,).
     """
-    (rotation, translation), (centres, radii), (first, second) = poses, spheres, ends
+    first, second = ends
     before, steps, margins = memory
-    bodies, count, room = len(radii), 0, box_room()
-    world, path, size = np.empty((bodies, 1, 3)), np.empty((bodies, 1)), np.empty((bodies, 1))
+    count, room = 0, box_room()
     seen = np.empty((1, len(first)), dtype=np.uint8)
     note_moves(poses, valid, spheres, before, steps)
-    place_centres(rotation, translation, valid, centres, radii, world, path, size)
-    sphere_verdicts(first, second, valid, radii, world, path, size, PAD_ULPS * EPS, False, seen)
+    sphere_verdicts(poses, valid, spheres, ends, seen)
     for p in range(len(first)):
         a, b = first[p], second[p]
         step = steps[a] + steps[b]
@@ -97,32 +95,34 @@ def look_at_volumes(
     return count
 
 
-class BroadLooks:
-    """The volumes of a ``BroadPhase``, asked one frame after the other.
+class LivePairs:
+    """Looks of the volumes of a ``BroadPhase``, then of a narrow phase pair by pair.
 
-    ``verdict`` (P,): the answer of the last look; the caller writes into it what it decides about the pairs named.
+    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
+    is CLEAR is inside the other; ``None`` where that is not asked. ``verdict`` (P,): the answer of the last look.
     """
 
-    def __init__(self, broad: BroadPhase) -> None:
-        spheres = broad.spheres
-        bodies, pairs = len(spheres.radii), len(spheres.first)
-        first, second = spheres.first, spheres.second
-        self._volumes = (spheres.centres, spheres.radii), broad.boxes.boxes, (first, second)
-        self._ends = list(zip(first, second, strict=True))
+    def __init__(self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
+        self._decide, self._inside, spheres = decide, inside, broad.spheres
+        self._volumes = spheres.spheres, broad.boxes.boxes, spheres.ends
+        self._ends = list(zip(*spheres.ends, strict=True))
+        bodies, pairs = len(spheres.spheres[0]), len(self._ends)
         self._steps, self._margins = np.zeros(bodies), np.zeros(pairs)
         self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins
-        self._near = np.empty(pairs, dtype=np.int64)
+        self._named = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [FIRST_REACH] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
+        self._clock = (0.0, 0.0, 0.0, 0.0)
+        self._looks = self._surfaces = self._insides = 0
 
     def near(self, now: Motion) -> list[int]:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
         poses = now.rotations, now.translations
-        count = look_at_volumes(poses, now.valid, *self._volumes, self._memory, self._near, self.verdict)
-        near: list[int] = self._near[:count].tolist()
+        count = look_at_volumes(poses, now.valid, *self._volumes, self._memory, self._named, self.verdict)
+        near: list[int] = self._named[:count].tolist()
         return near
 
-    def margin(self, pair: int) -> float:
+    def _margin(self, pair: int) -> float:
         """Metres by which it is worth to know that the surfaces of a pair are apart: some steps as long as the last."""
         if self._waits[pair]:
             self._waits[pair] -= 1
@@ -140,19 +140,6 @@ class BroadLooks:
             self._waits[pair] = WAIT if self._reach[pair] == LEAST_REACH else 0
             self._reach[pair] = max(0.25 * self._reach[pair], LEAST_REACH)
 
-
-class LivePairs:
-    """Looks of volumes, then of a narrow phase pair by pair.
-
-    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
-    is CLEAR is inside the other; ``None`` where that is not asked.
-    """
-
-    def __init__(self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
-        self._near, self._decide, self._inside = BroadLooks(broad), decide, inside
-        self._clock = (0.0, 0.0, 0.0, 0.0)
-        self._looks = self._surfaces = self._insides = 0
-
     @property
     def seconds(self) -> dict[str, float]:
         """As ``Live.seconds``."""
@@ -166,13 +153,13 @@ class LivePairs:
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        start, volumes = perf_counter(), self._near
-        columns = volumes.near(now)
-        found, verdict = perf_counter(), volumes.verdict
+        start, verdict = perf_counter(), self.verdict
+        columns = self.near(now)
+        found = perf_counter()
         for column in columns:
-            margin = volumes.margin(column)
+            margin = self._margin(column)
             verdict[column], apart = self._decide(now, column, margin)
-            volumes.keep_apart(column, margin, apart)
+            self.keep_apart(column, margin, apart)
         surfaces = perf_counter()
         if self._inside is not None and columns:
             clear = [column for column in columns if verdict[column] == CLEAR]

@@ -9,8 +9,8 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
 from cdcore.protocol.motion import NO_MATRICES
+from cdcore.transforms.pose_checks import GOOD, check_poses, matrix_error
 from cdcore.transforms.rigid import rotation_from_quaternion
-from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error
 
 COUNT = 300
 

@@ -64,12 +64,13 @@ def box_seen_from(
 ) -> None:  # fmt: skip
     """``m`` and ``d`` of two boxes whose axes are the rows of ``axes``, with B's pose in A's frame."""
     stay_one_function()
-    away_0 = turn[0, 0] * centre_b[0] + turn[0, 1] * centre_b[1] + turn[0, 2] * centre_b[2] + move[0] - centre_a[0]
-    away_1 = turn[1, 0] * centre_b[0] + turn[1, 1] * centre_b[1] + turn[1, 2] * centre_b[2] + move[1] - centre_a[1]
-    away_2 = turn[2, 0] * centre_b[0] + turn[2, 1] * centre_b[1] + turn[2, 2] * centre_b[2] + move[2] - centre_a[2]
+    for i in range(3):
+        placed = turn[i, 0] * centre_b[0] + turn[i, 1] * centre_b[1] + turn[i, 2] * centre_b[2]
+        d[i] = placed + move[i] - centre_a[i]
+    way_x, way_y, way_z = d[0], d[1], d[2]
     for i in range(3):
         x, y, z = axes_a[i, 0], axes_a[i, 1], axes_a[i, 2]
-        d[i] = x * away_0 + y * away_1 + z * away_2
+        d[i] = x * way_x + y * way_y + z * way_z
         u = x * turn[0, 0] + y * turn[1, 0] + z * turn[2, 0]
         v = x * turn[0, 1] + y * turn[1, 1] + z * turn[2, 1]
         w = x * turn[0, 2] + y * turn[1, 2] + z * turn[2, 2]

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 from support.shapes import box_mesh, lab, random_rotations
 
 from cdcore import Body, Motion, Verdict
-from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
 from cdcore.protocol import resolve_pairs
 
 
@@ -19,7 +19,7 @@ def walk(seed, frames=60):
 def test_every_frame_names_the_pairs_that_the_broad_phase_names_over_the_whole_motion():
     bodies, motion = walk(0)
     broad = BroadPhase(bodies, resolve_pairs(bodies, None))
-    looks, whole = BroadLooks(broad), broad.candidates(motion)
+    looks, whole = LivePairs(broad, None, None), broad.candidates(motion)
     assert 0 < len(whole.frames) < whole.verdict.size
     for frame in range(len(motion)):
         assert looks.near(motion.frames(frame, frame + 1)) == sorted(whole.columns[whole.frames == frame].tolist())
@@ -32,7 +32,10 @@ def test_a_pair_keeps_its_verdict_until_a_body_moves_and_is_asked_again_after_a_
     turns[4:, 0] = Rotation.from_rotvec([1e-9, 0.0, 0.0]).as_matrix() @ turns[4, 0]
     valid = np.ones((6, len(bodies)), dtype=bool)
     valid[1, 1] = False
-    looks, still = BroadLooks(BroadPhase(bodies, np.array([[0, 1]]))), Motion(np.arange(6), places, turns, valid)
+    looks, still = (
+        LivePairs(BroadPhase(bodies, np.array([[0, 1]])), None, None),
+        Motion(np.arange(6), places, turns, valid),
+    )
     assert [looks.near(still.frames(k, k + 1)) for k in range(6)] == [[0], [], [0], [0], [0], []]
     looks.near(still.frames(1, 2))
     assert looks.verdict.tolist() == [Verdict.NO_POSE]
@@ -45,7 +48,7 @@ def test_surfaces_apart_by_a_margin_are_asked_again_no_later_than_points_moved_b
     turns = Rotation.from_rotvec(rng.normal(scale=0.01, size=(2 * frames, 3))).as_matrix().reshape(frames, 2, 3, 3)
     close = Motion(np.arange(frames), rng.normal(scale=0.01, size=(frames, 2, 3)), turns)
     for frame in range(1, frames):
-        looks = BroadLooks(BroadPhase(bodies, pairs))
+        looks = LivePairs(BroadPhase(bodies, pairs), None, None)
         looks.near(close.frames(frame - 1, frame))
         ends = [
             np.einsum("kij,vj->kvi", close.rotations[[frame - 1, frame], k], bodies[k].mesh.vertices)

@@ -22,14 +22,19 @@ def matrix_error(r: Memory, o: int) -> float:
     finite.
     """
     become_part_of_caller()
-    a, b, c, d, e, f, g, h, i = r[o], r[o + 1], r[o + 2], r[o + 3], r[o + 4], r[o + 5], r[o + 6], r[o + 7], r[o + 8]
-    aa, ab, ac = abs(a * a + d * d + g * g - 1.0), abs(a * b + d * e + g * h), abs(a * c + d * f + g * i)
-    bb, bc, cc = abs(b * b + e * e + h * h - 1.0), abs(b * c + e * f + h * i), abs(c * c + f * f + i * i - 1.0)
-    error = max(max(max(aa, ab), max(ac, bb)), max(bc, cc))
-    if a * (e * i - h * f) + d * (h * c - b * i) + g * (b * f - e * c) < 0.0:
+    error = total = determinant = 0.0
+    for i in range(3):
+        u, v = (i + 1) % 3, (i + 2) % 3
+        determinant += r[o + i] * (r[o + 3 + u] * r[o + 6 + v] - r[o + 3 + v] * r[o + 6 + u])
+        for j in range(i, 3):
+            dot = r[o + i] * r[o + j] + r[o + 3 + i] * r[o + 3 + j] + r[o + 6 + i] * r[o + 6 + j]
+            entry = abs(dot - 1.0) if i == j else abs(dot)
+            error = max(error, entry)
+            total += entry
+    if determinant < 0.0:
         error = np.inf
-    # NaN and infinity among the six make their sum times 0 a NaN, which no comparison above would have kept
-    return error + 0.0 * (aa + ab + ac + bb + bc + cc)
+    # NaN and infinity among the entries make their sum times 0 a NaN, which no comparison above would have kept
+    return error + 0.0 * total
 
 
 @hot_kernel
