@@ -195,9 +195,8 @@ class ClassTables:
 
     def _of_students(self, counts: NDArray[np.generic]) -> FloatArray:
         """The sum of what each session has, of every student."""
-        of_each = np.zeros(len(self.runs.students))
-        np.add.at(of_each, self._student[self._known], counts[self._known])
-        return of_each
+        known = self._known
+        return np.bincount(self._student[known], counts[known], len(self.runs.students)).astype(np.float64)
 
     def _seen_by(self, label: str) -> FloatArray:
         """1.0 of each session that a detector saw; ``""``: of all."""

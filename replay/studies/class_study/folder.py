@@ -1,11 +1,9 @@
 """A study as files: a page to read, tables for further work, and JSON with everything that it was made from."""
 
-import csv
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from replay.base.tables import Table
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
@@ -41,9 +39,12 @@ def write_study(
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:
+            from pandas import DataFrame
+
             for name, table in study_tables(study).items():
                 if table.rows:
-                    _write_csv(folder / f"{name}.csv", table)
+                    rows = DataFrame(table.rows, columns=table.head, dtype=object)
+                    rows.to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
         write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
 
@@ -60,10 +61,3 @@ def as_json(runs: ClassRuns, study: Study | None) -> dict[str, Any]:
         ]
         told |= {name: table.plain() for name, table in study_tables(study).items()}
     return told
-
-
-def _write_csv(path: Path, table: Table) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table.head)
-        writer.writerows(table.rows)

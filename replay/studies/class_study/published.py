@@ -14,7 +14,7 @@ import numpy as np
 
 from replay.errors import StudyError
 from replay.studies.class_study.refusals import PERSONS_PER_ITEM
-from replay.studies.class_study.reliability import chi_square_tail, kaiser_word
+from replay.studies.class_study.reliability import kaiser_word
 
 FIT_TOLERANCE: Final = 0.0035
 """An adjusted fit printed to three places may differ by this much from what its coefficient gives (measured on the
@@ -63,13 +63,15 @@ def check_published(path: Path) -> list[Remark]:
 
 
 def _reliability(table: Mapping[str, Any], n: float, where: str) -> Iterator[Remark]:
+    from scipy.special import chdtrc
+
     name = str(table.get("table", "reliability"))
     keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
     items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
     expected = items * (items - 1) / 2
     said = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
     yield Remark(AGREES if degrees == expected else INCONSISTENT, name, "df", said)
-    p = chi_square_tail(chi, int(expected))
+    p = float(chdtrc(expected, chi))
     said = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
     yield Remark(AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT, name, "p", said)
     mean_r = alpha / (items - alpha * (items - 1))
@@ -146,9 +148,9 @@ def implied_correlation(fit: float, n: float) -> float:
 
 def p_of_correlation(r: float, n: float) -> float:
     """Two-sided p of a correlation: ``t = r sqrt((n - 2)/(1 - r^2))`` with n - 2 degrees of freedom."""
-    from scipy.stats import t
+    from scipy.special import stdtr
 
-    return float(2.0 * t.sf(abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r)), n - 2.0))
+    return float(2.0 * stdtr(n - 2.0, -abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r))))
 
 
 def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:

@@ -129,17 +129,12 @@ def bartlett(answers: FloatArray) -> Bartlett:
 
     Source: Bartlett (1951), Biometrika 38, 337-344.
     """
+    from scipy.special import chdtrc
+
     students, items = answers.shape
     if students < LEAST_STUDENTS:
         raise StudyRefusedError("few-students", "Bartlett's test")
     _, log_determinant = np.linalg.slogdet(correlations(answers))
     chi_square = -(students - 1 - (2 * items + 5) / 6) * float(log_determinant)
     degrees = items * (items - 1) // 2
-    return Bartlett(chi_square, degrees, chi_square_tail(chi_square, degrees), students)
-
-
-def chi_square_tail(value: float, degrees: int) -> float:
-    """Probability of a chi-square above ``value``."""
-    from scipy.stats import chi2
-
-    return float(chi2.sf(value, degrees))
+    return Bartlett(chi_square, degrees, float(chdtrc(degrees, chi_square)), students)

@@ -3,8 +3,6 @@
 In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
 """
 
-import csv
-import io
 import json
 from dataclasses import dataclass
 from importlib.resources import files
@@ -42,6 +40,7 @@ class Student:
     """What one student does and answers."""
 
     pseudonym: str
+    group: str
     answers: dict[str, int]
     touches: tuple[float, ...]
     near: int
@@ -59,12 +58,15 @@ def make_class(
 
     Returns student -> why the session could not be made; ``OutputError`` where the folder holds something else.
     """
+    from pandas import DataFrame
+
     drawn = draw_class(students, seed)
     truth = json.dumps({"seed": seed, "students": students, "model": MODEL}, indent=1) + "\n"
     _check_folder(out, truth)
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
     _write(out / TRUTH, truth)
-    _write(out / ANSWERS, _answers(drawn))
+    answers = DataFrame([{"student": one.pseudonym, "group": one.group, **one.answers} for one in drawn])
+    _write(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
     book = files("replay.studies.class_study").joinpath("class_codebook.yaml")
     _write(out / CODEBOOK, book.read_text(encoding="utf-8"))
     tasks = {}
@@ -103,15 +105,7 @@ def _student(k: int, seed: int) -> Student:
     drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsy
     count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))
     touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
-    return Student(f"S{k + 1:02d}", answers, touches, int(min(3, random.poisson(MODEL["mean_near"]))))
-
-
-def _answers(drawn: list[Student]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["student", "group", *drawn[0].answers])
-    writer.writerows([one.pseudonym, GROUPS[k % 2], *one.answers.values()] for k, one in enumerate(drawn))
-    return out.getvalue()
+    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, int(min(3, random.poisson(MODEL["mean_near"]))))
 
 
 def _check_folder(out: Path, truth: str) -> None:
