@@ -108,7 +108,7 @@ def _scene(scene: Scene, names: Mapping[str, str]) -> Scene:
 
 
 def _renamed(pairs: Iterable[tuple[str, str]], names: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
-    return tuple((names[a], names[b]) for a, b in pairs if a in names and b in names)
+    return tuple((names[a], names[b]) for a, b in pairs)
 
 
 def _body(body: SceneBody, names: Mapping[str, str], groups: Mapping[str, str]) -> SceneBody:

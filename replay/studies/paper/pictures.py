@@ -75,13 +75,11 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
     panels = figure.subplots(3, len(families), squeeze=False, sharey="row")
     for (covered, rates, work), family in zip(panels.T, families, strict=True):
         part, searches = coverage.where(family=family), search.where(family=family)
-        values, error = _intervals(part, "rate", "low", "high")
-        covered.errorbar(_sizes(covered, part), values, error, fmt="o-", capsize=3)
+        _by_size(covered, part)
         covered.set(title=f"8: coverage, {family}", ylim=(-0.03, 1.03))
         for name in _distinct(search, "search"):
             part = searches.where(search=name)
-            values, error = _intervals(part, "rate", "low", "high")
-            rates.errorbar(_sizes(rates, part), values, error, fmt="o-", capsize=3)
+            _by_size(rates, part)
             work.plot(_sizes(work, part), _numbers(part, spent), "o-", label=name)
         rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))
         # A logarithm cannot show a panel in which nothing was measured.
@@ -97,9 +95,17 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
 def _by_algorithm(axes: Axes, table: Table, *columns: str) -> list[str]:
     """A bar a row, of a value between its ends; returns the names of the rows."""
     names = table.column("algorithm")
-    values, error = _intervals(table, *columns)
-    axes.errorbar(values, names, xerr=error, fmt="o", capsize=3, label="mean, with bootstrap interval")
+    middle, low, high = (_numbers(table, column) for column in columns)
+    (line,) = axes.plot(middle, names, "o", label="mean, with bootstrap interval")
+    axes.hlines(names, low, high, color=line.get_color())
     return names
+
+
+def _by_size(axes: Axes, table: Table) -> None:
+    """Rates over the sampled faces, each with its interval."""
+    places = _sizes(axes, table)
+    (line,) = axes.plot(places, _numbers(table, "rate"), "o-")
+    axes.vlines(places, _numbers(table, "low"), _numbers(table, "high"), color=line.get_color())
 
 
 def _legend(figure: Any, axes: Axes) -> None:
@@ -122,12 +128,6 @@ def _png(figure: Any) -> bytes:
 def _numbers(table: Table, name: str) -> FloatArray:
     """A column, nan where nothing was measured."""
     return np.array(table.column(name), dtype=np.float64)
-
-
-def _intervals(table: Table, name: str, low: str, high: str) -> tuple[FloatArray, FloatArray]:
-    """Numbers, and distances of their intervals' ends from them; rounding may put an end a hair inside."""
-    middle = _numbers(table, name)
-    return middle, np.maximum(0.0, [middle - _numbers(table, low), _numbers(table, high) - middle])
 
 
 def _distinct(table: Table, name: str) -> list[Any]:

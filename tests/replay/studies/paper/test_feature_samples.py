@@ -36,3 +36,13 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is None
     assert feature_samples.least_evaluations([], 0) is None and feature_samples.least_evaluations([1, 2], 10) is None
+
+
+def test_misses_for_want_of_a_pair_and_misses_of_the_search_are_counted_apart():
+    kinds = feature_samples
+    meeting = {key: [0, 1, 0, 2, 1] for key in kinds.SIZES}
+    spent = {key: [9, None, kinds.BUDGET + 1] for key in product(kinds.SEARCHERS, kinds.SIZES)}
+    drawn = [kinds.Drawn(family, meeting, spent) for family in kinds.FAMILY_NAMES]
+    coverage, search = kinds.feature_sample_tables(drawn)
+    assert {row[2:5] for row in coverage.rows} == {(5, 2, 0.4)}
+    assert {(*row[3:6], row[8]) for row in search.rows} == {(3, 2, 2 / 3, 0.2)}
