@@ -281,7 +281,7 @@ def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
         worst[run] = (counts[place, label], place, label, audited)
     students, chosen = set[str](), list[str]()
     for run in sorted(worst, key=lambda run: (-worst[run][0], run)):
-        if len(students) >= LEAST_IN_CELL and len(chosen) >= LEAST_IN_CELL:
+        if len(students) >= LEAST_IN_CELL:
             break
         chosen.append(run)
         # A session of nobody may be of anybody already there.
