@@ -22,7 +22,6 @@ SAMPLED = {
     "test_no_lane_with_contact_is_dropped_and_most_others_are": 3,
     "test_the_answer_is_that_of_every_face_pair_in_integers": 3,
     "test_a_search_cut_short_says_not_found_and_invents_nothing": 2,
-    "test_faces_equal_the_exhaustive_test": 3,
     "test_counts_and_faces_are_those_of_a_recursive_search": 6,
     "test_exact_decision_equals_integers_on_a_lattice": 3,
     "test_cross_sign_is_exact_for_nearly_parallel_segments": 3,
