@@ -88,7 +88,8 @@ def engine_poses(
 
 def places_apart(solids: list[EngineSolid]) -> tuple[FloatArray, FloatArray]:
     """Places (N, 3) along one axis at which no two solids are near each other, and quaternions (N, 4) of no turn."""
-    along = np.cumsum([2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
+    widths = np.array([2.0 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
+    along = np.cumsum(widths) - widths / 2.0
     return np.column_stack([along, np.zeros((len(solids), 2))]), np.tile([0.0, 0.0, 0.0, 1.0], (len(solids), 1))
 
 

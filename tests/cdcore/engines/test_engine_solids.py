@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations, rod_mesh, without_faces
 
 from cdcore import Body, TriangleMesh
-from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex
+from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, places_apart
 
 
 @pytest.mark.parametrize(
@@ -37,3 +37,11 @@ def test_a_sheet_gets_a_thickness_and_a_solid_keeps_its_own():
     assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine", 1e-4).corners[:, 2]) == pytest.approx(1e-4)
     solid = engine_solid(Body("a", box_mesh()), "hull", "Engine", 1e-4)
     assert np.allclose(np.ptp(solid.corners, axis=0), np.ptp(box_mesh().vertices, axis=0))
+
+
+def test_bodies_taken_apart_are_a_metre_from_each_other_also_a_small_one_after_a_large_one():
+    meshes = box_mesh(), ball_mesh(10.0), ball_mesh(0.1), rod_mesh()
+    solids = [engine_solid(Body("a", mesh), "hull", "it", 1e-4) for mesh in meshes]
+    reach = np.array([np.linalg.norm(solid.corners, axis=1).max() for solid in solids])
+    gaps = np.linalg.norm(np.diff(places_apart(solids)[0], axis=0), axis=1)
+    assert np.allclose(gaps, reach[1:] + reach[:-1] + 1.0)
