@@ -140,6 +140,11 @@ def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces
     assert told["seconds"]["detect"] == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
+def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
+    monkeypatch.setattr("replay.pipeline.faces.make_detector", None)
+    assert len(compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]").misses["slow"]) == 2
+
+
 def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     def answers(result):
         digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}

@@ -6,6 +6,7 @@ from support.small_worlds import STEP_NS, cubes
 
 from replay.outputs.results.parquet_tables import series_table
 from replay.pipeline.engine import compute
+from replay.pipeline.result_tables import EFFECT
 from sessions import Event
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -23,7 +24,7 @@ def result():
 
 def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(result):
     rows = result.tables["events"].plain()
-    rows = [row for row in rows if row["source"] != "effect/hazard-proximity"]
+    rows = [row for row in rows if row["source"] != f"{EFFECT}hazard-proximity"]
     assert [row["source"] for row in rows] == ["effect/contact", "event"]
     contact = rows[0]
     assert (contact["stamp_ns"], contact["end_stamp_ns"]) == (2 * STEP_NS, 5 * STEP_NS)
