@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cdcore import Verdict, create_detector
-from cdcore.narrow.tree_stage import TreeStage
 from replay.studies.paper.fixtures import POSES, TARGETS, faces_of_pairs, fixture
 
 TRUNCATED = ["rapid-style", "solid-style", "aabb", "obb"]
@@ -37,9 +36,9 @@ def each_pose(name, some):
 
 def cut_short(detector, budget):
     """The same detector over the same trees, with a budget."""
-    cut, trees = copy(detector), detector._trees._search
+    cut, cut_trees = copy(detector), copy(detector._trees)
     cut.settings = replace(detector.settings, budget=budget)
-    cut._trees = TreeStage(detector.bodies, detector.pairs, trees, cut.settings)
+    cut._trees, cut_trees._budget = cut_trees, budget
     return cut
 
 
