@@ -19,7 +19,6 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import kernel, stay_one_function
-from cdcore.kernels.vectors import beyond, cross, vector_at
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
@@ -92,14 +91,18 @@ def pose_at(leg: FloatArray, share: float, pose: FloatArray) -> None:
         for k in range(12):
             pose[k] = leg[first + k]
         return
-    axis, angle = vector_at(leg, 24), share * leg[ANGLE]
+    x, y, z = leg[24], leg[25], leg[26]
+    angle = share * leg[ANGLE]
     sine, half = np.sin(angle), np.sin(0.5 * angle)
+    versine = 2.0 * half * half
+    m00, m01, m02 = 1.0 - versine * (y * y + z * z), versine * x * y - sine * z, versine * x * z + sine * y
+    m10, m11, m12 = versine * x * y + sine * z, 1.0 - versine * (x * x + z * z), versine * y * z - sine * x
+    m20, m21, m22 = versine * x * z - sine * y, versine * y * z + sine * x, 1.0 - versine * (x * x + y * y)
     for i in range(3):
-        row = vector_at(leg, 3 * i)
-        across = cross(row, axis)
-        # Rodrigues' formula for a row times the turn
-        row = beyond(beyond(row, sine, across), 2.0 * half * half, cross(across, axis))
-        pose[3 * i], pose[3 * i + 1], pose[3 * i + 2] = row
+        a, b, c = leg[3 * i], leg[3 * i + 1], leg[3 * i + 2]
+        pose[3 * i] = a * m00 + b * m10 + c * m20
+        pose[3 * i + 1] = a * m01 + b * m11 + c * m21
+        pose[3 * i + 2] = a * m02 + b * m12 + c * m22
         pose[9 + i] = leg[9 + i] + share * (leg[21 + i] - leg[9 + i])
 
 
