@@ -1,11 +1,15 @@
-"""Surfaces in one plane, and fans hub on hub: what a boolean answer costs where every face pair is a tie.
+"""Surfaces in one plane, and fans hub on hub: what a boolean answer costs and holds where every face pair is a tie.
 
-Run with ``-m bench -s`` for the figures.
+Run with ``-m bench -s`` for the figures; ``-m slow`` checks the memory.
 """
 
+import subprocess
+import sys
+from pathlib import Path
 from time import perf_counter
 
 import pytest
+from support.peak_memory import environment
 from support.ties import fans_at_their_hubs, sliding_grids
 
 from cdcore import create_detector, detect_live
@@ -15,6 +19,18 @@ SCENES = {"grids": (sliding_grids, 59), "fans": (fans_at_their_hubs, 200)}
 """Two grids of 6,962 faces, two fans of 200."""
 COST_AT_MOST = 3.0
 """Times ``obb``."""
+PEAK_AT_MOST = 300e6
+
+PEAK = """
+import sys
+from support.peak_memory import peak_bytes
+from support.ties import {scene}
+from cdcore import create_detector
+bodies, motion, meets = {scene}({size}, {frames})
+found = create_detector("exact", bodies).detect(motion)
+assert ((found.verdict[:, 0] == 1) == meets).all()
+print(peak_bytes())
+"""
 
 
 def seconds_of(run, repeats=7):
@@ -38,3 +54,17 @@ def test_a_boolean_answer_of_ties_costs_at_most_three_times_that_of_obb(scene):
         ours, theirs = seconds_of(lambda ask=ask: ask(exact)), seconds_of(lambda ask=ask: ask(obb))
         print(f"{scene}, {way}: exact {ours / FRAMES * 1e6:.1f} us a frame, obb {theirs / FRAMES * 1e6:.1f}")
         assert ours < COST_AT_MOST * theirs
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SCENES)
+def test_memory_of_ties_does_not_grow_with_their_number(scene):
+    build, size = SCENES[scene]
+    program = PEAK.format(scene=build.__name__, size=size, frames=FRAMES)
+    # the first run may compile, which holds more than the answer does
+    for _ in range(2):
+        said = subprocess.run(
+            [sys.executable, "-c", program], env=environment() | {"OMP_NUM_THREADS": "1"}, check=True,
+            capture_output=True, text=True, cwd=Path(__file__).parent,
+        )  # fmt: skip
+    assert int(said.stdout) < PEAK_AT_MOST

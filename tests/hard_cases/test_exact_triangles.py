@@ -84,3 +84,35 @@ def test_a_case_that_failed_somewhere_is_right_here(path):
     assert np.array_equal(triangles_intersect(cases.triangles), cases.truth)
     assert np.array_equal(verdicts_of("exact", cases.triangles) == Verdict.CONTACT, cases.truth)
     assert len(cases.row) > 0 < len(FILES)
+
+
+FACE = np.array([[0, 1, 2]], dtype=np.int64)
+COUNT = 150
+
+
+def proper(pairs):
+    """Which pairs have no face without area, exactly."""
+    from cdcore.narrow.triangles.integers import integer_points, normal
+
+    found = []
+    for pair in pairs:
+        p, _ = integer_points(pair)
+        found.append(any(normal(p[:3])) and any(normal(p[3:])))
+    return np.array(found)
+
+
+def meets_by_cgal(cgal, pair):
+    first, second = (np.ascontiguousarray(corners) for corners in pair)
+    return len(cgal.intersect_other(first, FACE, second, FACE, detect_only=True)[0]) > 0
+
+
+@by_name
+def test_on_proper_triangles_cgal_gives_the_same_answer(family):
+    cgal = pytest.importorskip("igl.copyleft.cgal", reason="libigl with CGAL is not installed (extra 'test')")
+    pairs = family.pairs(COUNT, seed=31)
+    pairs = pairs[proper(pairs)]
+    if family.number in (9, 10, 11):
+        assert len(pairs) == 0, "these families have a face without area by construction"
+        return
+    assert len(pairs) > COUNT // 2
+    assert np.array_equal([meets_by_cgal(cgal, pair) for pair in pairs], triangles_intersect(pairs))

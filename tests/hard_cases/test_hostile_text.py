@@ -115,6 +115,13 @@ def runs_a_script(page, folder):
 
 
 @pytest.mark.slow
+def test_a_browser_runs_each_script_in_a_page_that_says_it_raw(tmp_path):
+    marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
+    page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
+    assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_a_browser_runs_no_script_of_a_recording(name, tmp_path):
     """Neither where the page forbids scripts, nor where it does not; nor where it forbids them and says one raw."""

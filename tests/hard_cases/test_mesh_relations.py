@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, motion_of
-from support.shapes import lab
+from support.shapes import lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
@@ -26,15 +26,24 @@ def body(name, triangles):
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 
-def asked(bodies, motion):
-    return create_detector("exact", bodies, containment=False).detect(motion, faces=True)
+def asked(bodies, motion, pairs=None):
+    return create_detector("exact", bodies, pairs=pairs, containment=False).detect(motion, faces=True)
 
 
 def remade(bodies, change):
     return [Body(one.name, change(one.mesh)) for one in bodies]
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "lab"])
+def same_faces(before, after, names=lambda faces: faces):
+    for frame, pair in np.argwhere(before.face_counts > 0).tolist():
+        want = names(before.faces(frame, pair))
+        assert np.array_equal(after.faces(frame, pair), want[np.lexsort((want[:, 1], want[:, 0]))])
+
+
+by_kind = pytest.mark.parametrize("kind", [*KINDS, "lab"])
+
+
+@by_kind
 @pytest.mark.parametrize("corners", [[1, 2, 0], [2, 1, 0]], ids=["turned round", "reversed"])
 def test_renumbering_vertices_and_turning_corners_round_or_reversing_them_changes_nothing(kind, corners):
     bodies, motion = scene(kind)
@@ -48,6 +57,48 @@ def test_renumbering_vertices_and_turning_corners_round_or_reversing_them_change
     before, after = asked(bodies, motion), asked(remade(bodies, change), motion)
     assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
     assert (before.verdict == Verdict.CONTACT).any()
+
+
+@by_kind
+def test_permuting_faces_permutes_the_face_pairs(kind):
+    bodies, motion = scene(kind)
+    orders = [np.random.default_rng(k).permutation(len(one.mesh.faces)) for k, one in enumerate(bodies)]
+    changed = [
+        Body(one.name, TriangleMesh(one.mesh.vertices, one.mesh.faces[order]))
+        for one, order in zip(bodies, orders, strict=True)
+    ]
+    before, after = asked(bodies, motion, [(0, 1)]), asked(changed, motion, [(0, 1)])
+    assert before.digest == after.digest
+    numbers = [np.argsort(order) for order in orders]
+    same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
+
+
+@pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
+def test_splitting_each_face_in_four_at_dyadic_midpoints_keeps_the_verdicts(kind):
+    """In poses that round nothing: quarter turns and shifts on a grid, where midpoints stay midpoints."""
+    bodies, motion = scene(kind)
+    exact = unturned(motion.translations, motion.times)
+
+    def four(one):
+        t = one.mesh.triangles
+        a, b, c = t[:, 0], t[:, 1], t[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        return body(one.name, np.concatenate([np.stack(part, axis=1) for part in parts]))
+
+    before, after = asked(bodies, exact), asked([four(one) for one in bodies], exact)
+    assert np.array_equal(before.verdict, after.verdict)
+    assert 0 < (before.verdict == Verdict.CONTACT).mean() <= 1
+
+
+@by_kind
+def test_the_union_of_two_query_sets_has_the_answers_of_both(kind):
+    bodies, motion = scene(kind)
+    both = asked(bodies, motion, [(0, 1), (1, 2)])
+    parts = [asked(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
+    assert np.array_equal(both.verdict, np.concatenate([part.verdict for part in parts], axis=1))
+    for column, part in enumerate(parts):
+        assert np.array_equal(both.face_counts[:, column], part.face_counts[:, 0])
 
 
 @pytest.mark.parametrize("relation", ["axes", "shift"])

@@ -1,90 +1,14 @@
-"""A session for timing, asked of our detectors and of plain loops over engines that know one pose at a time."""
+"""Plain loops over engines that know one pose at a time, as users write them: what moves is placed once a frame."""
 
 import gc
-from dataclasses import dataclass
 from importlib import import_module
-from time import perf_counter, process_time
-from typing import Any
+from importlib.util import find_spec
+from time import process_time
 
 import numpy as np
-
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from replay.prepare.assemble import assemble
-from sessions.model.constants import HEADSET_HZ
-from sessions.synthetic.scenes import make_scene_session
+from support.bench_candidate import OwnExact
 
 EVERY_CONTACT = 4_000_000
-APART_M = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class Workload:
-    """Bodies with meshes (vertices, faces), their poses (T, N, 4, 4), body to world, and pairs (P, 2)."""
-
-    names: tuple[str, ...]
-    meshes: tuple[Any, ...]
-    poses: np.ndarray
-    pairs: np.ndarray
-    rate_hz: float = HEADSET_HZ
-
-
-def make_workload(faces, frames=5400, *, copies=1, distant=False):
-    """The demo's minute at the bench, repeated, with meshes of nearly so many faces; copies of it stand side by side.
-
-    ``distant``: every body stays 5 m away from the next.
-    """
-    minute = assemble(make_scene_session("bench-bumps", noise="off", faces=faces)[0])
-    bodies, motion, count = minute.bodies, minute.motion, len(minute.bodies)
-    poses = np.tile(np.eye(4), (len(motion), count, 1, 1))
-    poses[..., :3, :3], poses[..., :3, 3] = motion.rotations, motion.translations
-    poses = np.tile(poses[np.arange(frames) % len(poses)], (1, copies, 1, 1))
-    poses[:, :, 0, 3] += APART_M * (np.arange(count * copies) if distant else np.repeat(np.arange(copies), count))
-    pairs = np.concatenate([np.asarray(minute.pairs) + count * copy for copy in range(copies)])
-    names = tuple(f"{body.name} {copy}" for copy in range(copies) for body in bodies)
-    return Workload(names, tuple((body.mesh.vertices, body.mesh.faces) for body in bodies) * copies, poses, pairs)
-
-
-class Own:
-    """A detector by its whole public path: poses are checked in every call, trees kept, answers never.
-
-    ``exact`` decides containment, which no peer does; it is no contact of surfaces and so not part of the answer.
-    """
-
-    def __init__(self, load, name="exact", **settings):
-        self.load = load
-        bodies = [Body(body, TriangleMesh(*mesh)) for body, mesh in zip(load.names, load.meshes, strict=True)]
-        self.detector = create_detector(name, bodies, pairs=load.pairs, **settings)
-
-    def motion(self):
-        return Motion.from_matrices(np.arange(len(self.load.poses)) / self.load.rate_hz, self.load.poses)
-
-    def staged(self, what):
-        """Seconds of every stage, the check of the poses first, and the ``Detection``."""
-        begin = perf_counter()
-        motion = self.motion()
-        checked = perf_counter() - begin
-        found = self.detector.detect(motion, faces=what == "faces")
-        return {"check": checked} | {name: float(np.sum(spent)) for name, spent in found.seconds.items()}, found
-
-    def ask(self, what):
-        """Distinct face pairs in every frame (T, P), or 0 and 1."""
-        found = self.staged(what)[1]
-        return found.face_counts if what == "faces" else (found.verdict == Verdict.CONTACT).view(np.int8)
-
-
-class Candidate:
-    """``exact`` for ``peers.py --candidate support.bench_engines:run``, with ``tests`` on the path."""
-
-    engine = None
-
-    def __call__(self, workload, what):
-        if self.engine is None or self.engine.load.meshes is not workload.meshes:
-            self.engine = Own(workload)
-        self.engine.load = workload
-        return self.engine.ask(what)
-
-
-run = Candidate()
 
 
 class FacePairs:
@@ -101,34 +25,73 @@ class FclLoop:
     """python-fcl: the yardstick of time and of answers."""
 
     def __init__(self, load):
-        self.load, self.fcl = load, import_module("fcl")
-        self.things = [self.fcl.CollisionObject(self.tree(*mesh)) for mesh in load.meshes]
+        self._load, self._fcl = load, import_module("fcl")
+        self._things = [self._fcl.CollisionObject(self._tree(*mesh)) for mesh in load.meshes]
         for body, pose in enumerate(load.poses[0]):
-            self.place(body, pose)
+            self._place(body, pose)
 
     def ask(self, what):
         """Every pair in every frame."""
-        faces, asked, collide = what == "faces", self.load.pairs.tolist(), self.fcl.collide
-        request = self.fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT if faces else 1, enable_contact=False)
+        faces, asked, collide = what == "faces", self._load.pairs.tolist(), self._fcl.collide
+        request = self._fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT if faces else 1, enable_contact=False)
 
         def fill(row):
             for k, (i, j) in enumerate(asked):
                 found = FacePairs()
-                if collide(self.things[i], self.things[j], request, found):
+                if collide(self._things[i], self._things[j], request, found):
                     row[k] = len(set(found.faces)) if faces else 1
 
-        return frame_by_frame(self.load, self.place, fill)
+        return frame_by_frame(self._load, self._place, fill)
 
-    def place(self, body, pose):
-        self.things[body].setRotation(pose[:3, :3])
-        self.things[body].setTranslation(pose[:3, 3])
+    def _place(self, body, pose):
+        self._things[body].setRotation(pose[:3, :3])
+        self._things[body].setTranslation(pose[:3, 3])
 
-    def tree(self, vertices, faces):
-        tree = self.fcl.BVHModel()
+    def _tree(self, vertices, faces):
+        tree = self._fcl.BVHModel()
         tree.beginModel(num_tris_=len(faces), num_vertices_=len(vertices))
         tree.addSubModel(vertices, faces.tolist())
         tree.endModel()
         return tree
+
+
+class CoalLoop:
+    """coal: trees of oriented boxes, as python-fcl has them."""
+
+    def __init__(self, load):
+        self._load = load
+        self._coal = import_module("coal")
+        self._trees = [self._tree(*mesh) for mesh in load.meshes]
+        self._placed = [self._pose(pose) for pose in load.poses[0]]
+
+    def ask(self, what):
+        """Every pair in every frame; with faces contacts are switched on, which coal needs to name them."""
+        request, result, collide = self._coal.CollisionRequest(), self._coal.CollisionResult(), self._coal.collide
+        request.num_max_contacts = EVERY_CONTACT if what == "faces" else 1
+        request.enable_contact = what == "faces"
+        trees, placed, asked = self._trees, self._placed, self._load.pairs.tolist()
+
+        def place(body, pose):
+            placed[body] = self._pose(pose)
+
+        def fill(row):
+            for k, (i, j) in enumerate(asked):
+                result.clear()
+                if collide(trees[i], placed[i], trees[j], placed[j], request, result):
+                    row[k] = len({(contact.b1, contact.b2) for contact in result.getContacts()})
+
+        return frame_by_frame(self._load, place, fill)
+
+    def _tree(self, vertices, faces):
+        tree = self._coal.BVHModelOBBRSS()
+        tree.beginModel(len(faces), len(vertices))
+        tree.addVertices(vertices)
+        tree.addTriangles(faces.astype(np.int64))
+        tree.endModel()
+        return tree
+
+    def _pose(self, pose):
+        return self._coal.Transform3s(pose[:3, :3], pose[:3, 3])
 
 
 class TrimeshLoop:
@@ -138,17 +101,17 @@ class TrimeshLoop:
     """
 
     def __init__(self, load):
-        self.load = load
-        self.manager = import_module("trimesh.collision").CollisionManager()
+        self._load = load
+        self._manager = import_module("trimesh.collision").CollisionManager()
         mesh_of = import_module("trimesh").Trimesh
         for name, (vertices, faces), pose in zip(load.names, load.meshes, load.poses[0], strict=True):
-            self.manager.add_object(name, mesh_of(vertices, faces, process=False))
-            self.manager.set_transform(name, pose)
-        self.column = {frozenset((load.names[i], load.names[j])): k for k, (i, j) in enumerate(load.pairs.tolist())}
+            self._manager.add_object(name, mesh_of(vertices, faces, process=False))
+            self._manager.set_transform(name, pose)
+        self._column = {frozenset((load.names[i], load.names[j])): k for k, (i, j) in enumerate(load.pairs.tolist())}
 
     def ask(self, what):
         """All bodies in every frame: the manager has its own broad phase."""
-        manager, names, column = self.manager, self.load.names, self.column
+        manager, names, column = self._manager, self._load.names, self._column
 
         def place(body, pose):
             manager.set_transform(names[body], pose)
@@ -163,7 +126,7 @@ class TrimeshLoop:
                 if frozenset((a, b)) in column:
                     row[column[frozenset((a, b))]] += 1
 
-        return frame_by_frame(self.load, place, fill)
+        return frame_by_frame(self._load, place, fill)
 
 
 def frame_by_frame(load, place, fill):
@@ -178,11 +141,9 @@ def frame_by_frame(load, place, fill):
 
 
 YARDSTICK = "python-fcl"
-SURFACES = "exact without containment"
-ENGINES = {
-    YARDSTICK: FclLoop, "trimesh": TrimeshLoop, "exact": Own, SURFACES: lambda load: Own(load, containment=False),
-    "hybrid": lambda load: Own(load, "hybrid"),
-}  # fmt: skip
+ENGINES = {YARDSTICK: FclLoop, "trimesh": TrimeshLoop, "exact": OwnExact}
+if find_spec("coal"):
+    ENGINES["coal"] = CoalLoop
 
 
 def seconds(call):

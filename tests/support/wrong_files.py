@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from google.protobuf.message import DecodeError
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -28,6 +29,7 @@ MESSAGE = struct.Struct("<HIQQ")
 TF_CHANNEL = 1
 """The first channel that a session file declares."""
 NUMBERS = [0, 1, 7, 255, 2**16 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1, 2**63, 2**64 - 1]
+TEXTS = ["", "../../x", "a\nb", "\x1b[31mred", "\u202eevil", "x" * 5000, "<script>", "\0", "/tf", "world", "body 0"]
 PARTS = list[tuple[int, bytes]]
 
 
@@ -252,9 +254,29 @@ WRONG: dict[str, Callable[[bytes], bytes]] = {
 
 
 def redrawn(draw: st.DrawFn, opcode: int, content: bytes) -> tuple[int, bytes]:
-    """A record with one thing in it drawn anew: a message of a chunk, or a number."""
+    """A record with one thing in it drawn anew: a message of a chunk, a pose of a message, a number or a byte."""
     if opcode == Opcode.CHUNK and draw(st.booleans()) and (parts := inside(content)):
         return chunk(edited(draw, parts))
+    poses = FrameTransforms()
+    try:
+        poses.ParseFromString(content[MESSAGE.size :] if opcode == Opcode.MESSAGE else b"")
+    except DecodeError:
+        poses.Clear()
+    if poses.transforms and draw(st.booleans()):
+        pose, word = poses.transforms[0], draw(st.sampled_from(TEXTS))
+        value = draw(st.sampled_from([np.nan, np.inf, 1e308, -1e20, 0.0]))
+        change = draw(st.sampled_from(["parent", "child", "place", "turn", "second", "more", "without"]))
+        if change in ("parent", "child"):
+            setattr(pose, f"{change}_frame_id", word)
+        elif change == "second":
+            pose.timestamp.seconds = draw(st.sampled_from([2**62, -(2**62), 9223372037, -1]))
+        elif change == "more":
+            poses.MergeFromString(named(0, draw(st.sampled_from([1, 50, 500]))))
+        elif change == "without":
+            pose.ClearField("rotation")
+        else:
+            {"place": pose.translation, "turn": pose.rotation}[change].x = value
+        return opcode, content[: MESSAGE.size] + poses.SerializeToString()
     kind = draw(st.sampled_from(["<B", "<H", "<I", "<Q"]))
     size = struct.calcsize(kind)
     if len(content) < size:
@@ -319,6 +341,7 @@ BOMBS: dict[str, Callable[[], list[tuple[int, bytes]]]] = {
     "tags times tags": lambda: [
         scene(bodies(5000) + b'[[pair]]\nbetween=["tag:x", "tag:x"]\n' * 100)
     ],
+    "a million tiny records": lambda: [(0x90, b"")] * 1_000_000,
 }  # fmt: skip
 """Name -> records that a good file holds more."""
 

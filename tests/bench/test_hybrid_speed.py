@@ -1,0 +1,183 @@
+"""Hybrid says CONTACT exactly where a frame-by-frame python-fcl loop collides, and takes less time; live, twice it;
+exact, by default settings, a small share.
+
+Run with ``-m bench -s`` for the figures; ``-m slow`` checks the answers on every seed, the quick test a short session.
+"""
+
+import gc
+import sys
+from contextlib import contextmanager
+from functools import partial
+from time import perf_counter, process_time
+
+import numpy as np
+import pytest
+from support.shared_data import BENCH, needs_bench
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live
+from replay.base.constants import BUDGET_MS
+from replay.outputs.run_tables import cost_table
+from replay.pipeline.engine import compute
+from sessions.synthetic.scenes import make_scene_session
+
+pytestmark = needs_bench
+
+FACES = 5000
+SEEDS = range(5)
+REPEATS = 5
+BOOLEANS_AT_MOST = 0.65
+FACE_SETS_AT_MOST = 0.95
+EXACT_AT_LEAST = {(5000, "bool"): 22.0, (50000, "bool"): 19.0, (5000, "faces"): 20.0, (50000, "faces"): 15.0}
+"""Speed over the loop, median over the seeds."""
+CONTAINMENT_AT_MOST = 1.15
+LIVE_AT_MOST = dict.fromkeys(("collider", "hybrid", "static", "rapid-style", "solid-style"), 2.0)
+LIVE_AT_MOST |= {"exact": 0.75, "hybrid-qaco": 4.0, "aabb": 1.1, "obb": 1.1}
+LIVE = (*LIVE_AT_MOST, "sphere")
+
+
+def bench_modules():
+    """The common workload and its plain python-fcl loop."""
+    if str(BENCH) not in sys.path:
+        sys.path.insert(0, str(BENCH))
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    try:
+        workload = pytest.importorskip("workload")
+        peers = pytest.importorskip("peers", reason="the peers of the benchmark need coal and trimesh")
+    finally:
+        sys.dont_write_bytecode = writes
+    return workload, peers
+
+
+def session(faces, frames, seed):
+    """A workload, its python-fcl loop, and the detector ready to run on it."""
+    workload, peers = bench_modules()
+    work = workload.lab_bench(faces, frames, seed=seed)
+    bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
+    return work, peers.FclLoop(work), create_detector("hybrid", bodies, pairs=work.pairs)
+
+
+def own(work, detector, what):
+    """The whole of it: the poses are validated, then looked at."""
+    times = np.arange(len(work.poses)) / work.rate_hz
+    motion = Motion.from_matrices(times, work.poses, names=work.names)
+    detection = detector.detect(motion, faces=what == "faces")
+    return detection.face_counts if what == "faces" else detection.verdict == Verdict.CONTACT
+
+
+def assert_same(faces, frames, seed):
+    work, loop, detector = session(faces, frames, seed)
+    expected = loop.query("faces")
+    assert (expected > 0).any()
+    assert np.array_equal(own(work, detector, "bool"), expected > 0)
+    assert np.array_equal(own(work, detector, "faces"), expected)
+
+
+def test_a_short_session_has_contact_exactly_where_the_loop_collides():
+    assert_same(500, 1500, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_pair_frame_of_the_session_agrees_with_the_loop(seed):
+    assert_same(FACES, 5400, seed)
+
+
+@contextmanager
+def no_collector():
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def seconds(call, clock=perf_counter):
+    with no_collector():
+        start = clock()
+        call()
+        return clock() - start
+
+
+@pytest.mark.bench
+@pytest.mark.parametrize(("faces", "seed"), [(faces, seed) for faces in (500, FACES) for seed in SEEDS] + [(50000, 0)])
+@pytest.mark.parametrize(("what", "at_most"), [("bool", BOOLEANS_AT_MOST), ("faces", FACE_SETS_AT_MOST)])
+def test_it_takes_at_most_this_share_of_the_loops_time(faces, what, at_most, seed):
+    work, loop, detector = session(faces, 5400, seed)
+    own(work, detector, what)
+    both = [(seconds(lambda: loop.query(what)), seconds(lambda: own(work, detector, what))) for _ in range(REPEATS)]
+    plain, hybrid = (float(np.median(column)) for column in zip(*both, strict=True))
+    print(f"\n{faces} faces, seed {seed}, {what}: {hybrid:.4f} s of {plain:.4f} s, ratio {hybrid / plain:.3f}")
+    assert hybrid <= at_most * plain
+
+
+@pytest.mark.bench
+def test_a_live_look_takes_at_most_its_share_of_the_loops_time():
+    work, loop, _ = session(FACES, 5400, 0)
+    bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
+    motion = Motion.from_matrices(np.arange(len(work.poses)) / work.rate_hz, work.poses)
+    frames = [motion.frames(k, k + 1) for k in range(len(motion))]
+    detectors = {name: create_detector(name, bodies, pairs=work.pairs) for name in LIVE}
+
+    def ask(name):
+        live = detectors[name].live()
+        return seconds(lambda: [live.look(now) for now in frames])
+
+    both = [{"loop": seconds(lambda: loop.query("bool"))} | {name: ask(name) for name in LIVE} for _ in range(4)][1:]
+    least = {name: min(one[name] for one in both) for name in both[0]}
+    for name, spent in least.items():
+        print(f"\n{name}: {spent / len(motion) * 1e6:.1f} us a frame, {spent / least['loop']:.2f} of the loop", end="")
+    assert {name for name, most in LIVE_AT_MOST.items() if least[name] > most * least["loop"]} == set()
+
+
+@pytest.mark.bench
+@pytest.mark.parametrize(("faces", "what"), EXACT_AT_LEAST)
+def test_exact_by_default_settings_is_so_many_times_as_fast_as_the_loop(faces, what):
+    speeds, shares = [], []
+    for seed in SEEDS:
+        work, loop, hybrid = session(faces, 5400, seed)
+        both = [create_detector("exact", hybrid.bodies, pairs=work.pairs, containment=asked) for asked in (True, False)]
+        expected = loop.query(what)
+        assert all(np.array_equal(own(work, detector, what), expected) for detector in both)
+        calls = [partial(loop.query, what), *(partial(own, work, detector, what) for detector in both)]
+        # all have one thread, so the processor's time is that of a machine that does nothing else
+        turns = [[seconds(call, process_time) for call in calls] for _ in range(9)]
+        plain, default, surfaces = np.min(turns, axis=0)
+        speeds.append(plain / default)
+        shares.append(default / surfaces)
+    print(f"\n{faces} faces, {what}: speeds {np.round(speeds, 1)}, with containment over without {np.round(shares, 2)}")
+    assert np.median(shares) <= CONTAINMENT_AT_MOST
+    assert np.median(speeds) >= EXACT_AT_LEAST[faces, what]
+
+
+@pytest.mark.bench
+def test_99_percent_of_three_live_runs_differ_by_30_percent_at_most_or_the_table_says_why():
+    session, _ = make_scene_session("bench-bumps")
+    asked = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
+    runs = [compute(session, detectors=asked) for _ in range(3)]
+    for label in runs[0].comparisons:
+        high = [1e3 * run.summary["detectors"][label]["seconds"]["per_frame"]["p99"] for run in runs]
+        why = [note for run in runs for note in cost_table(run).notes if f"of the clock of {label}" in note]
+        print(f"\n{label}: 99 % {', '.join(f'{ms:.3g}' for ms in high)} ms; {'; '.join(why) or 'nothing said'}", end="")
+        assert max(high) <= 1.3 * min(high) or why
+
+
+@pytest.mark.bench
+def test_in_a_room_of_98_bodies_exact_leaves_a_frame_no_sooner_than_hybrid():
+    workload, _ = bench_modules()
+    work, copies = workload.lab_bench(FACES, 5400, seed=0), 14
+    frames = np.concatenate([np.arange(first, first + 150) for first in (1200, 2600, 4200)])
+    poses = np.concatenate([work.poses[frames]] * copies, axis=1)
+    poses[:, :, 0, 3] += 3.0 * np.repeat(np.arange(copies), len(work.names))  # metres: no table touches another
+    bodies = [
+        Body(f"{name} {k}", TriangleMesh(*mesh))
+        for k in range(copies)
+        for name, mesh in zip(work.names, work.meshes, strict=True)
+    ]
+    motion, high = Motion.from_matrices(np.arange(len(frames)) / work.rate_hz, poses), {}
+    for name in ("exact", "hybrid"):
+        detector = create_detector(name, bodies)
+        passes = [sum(detect_live(detector, motion).seconds.values()) for _ in range(4)]
+        high[name] = 1e3 * float(np.quantile(np.min(passes, axis=0), 0.99))
+        print(f"\n{name}: 99 % {high[name]:.2f} ms for {len(detector.pairs)} pairs", end="")
+    assert high["exact"] <= max(high["hybrid"], BUDGET_MS)
