@@ -7,6 +7,7 @@ from bisect import bisect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from html import escape
 from itertools import accumulate
 from typing import Any, Literal
 
@@ -16,11 +17,14 @@ from numpy.typing import NDArray
 from cdcore.errors import NotRecordedError
 from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
-from cdcore.protocol.verdict import Verdict
+from cdcore.protocol.verdict import Verdict, counts_as_contact
 
 Covers = Literal["instants", "intervals"]
 SectionSource = Callable[[int, int, IntArray], FloatArray]
 """``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments on request."""
+
+MOST_PAIRS = 20
+"""Pairs that a notebook lists of a detection."""
 
 DECIDED = "decided"
 """Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
@@ -70,6 +74,19 @@ class Detection:
         counts = np.bincount(self.verdict.ravel(), minlength=len(Verdict)).tolist()
         words = ", ".join(f"{count:,} {word.name}" for word, count in zip(Verdict, counts, strict=True) if count)
         return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {words or 'nothing'})"
+
+    def _repr_html_(self) -> str:
+        """A table for a notebook: how many frames of each pair got which verdict, most contact first."""
+        words = [word for word in Verdict if (self.verdict == word).any()]
+        order = np.argsort(-counts_as_contact(self.verdict).sum(axis=0), kind="stable")
+        head = "".join(f"<th>{word.name}</th>" for word in words)
+        rows = ""
+        for pair in order[:MOST_PAIRS].tolist():
+            a, b = self.pairs[pair].tolist()
+            cells = "".join(f"<td>{np.count_nonzero(self.verdict[:, pair] == word):,}</td>" for word in words)
+            rows += f"<tr><th>{escape(f'{self.names[a]}-{self.names[b]}')}</th>{cells}</tr>"
+        rest = f"<p>and {len(order) - MOST_PAIRS} more pairs</p>" if len(order) > MOST_PAIRS else ""
+        return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
 
     @property
     def face_counts(self) -> IntArray:

@@ -18,7 +18,7 @@ from replay.cli.options import (
     replaying,
 )
 from replay.cli.project_settings import ProjectCommand
-from replay.cli.session_files import session_files
+from replay.cli.session_files import session_files, several
 
 STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
 NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
@@ -28,7 +28,7 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
 @click.command(cls=ProjectCommand)
-@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR...", nargs=-1, required=True)
+@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @lineup
 @click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_WORDS)
@@ -49,8 +49,8 @@ def command(
     colliders recorded with the bodies, or else convex hulls, and the meshes, at the step rate; the paper's pipeline;
     and every triangle of every frame, the reference.
 
-    Several, or a folder of them, go into a folder of run folders; killed, the same command goes on where it stopped.
-    What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
+    Several, a folder of them or a text file that lists them, go into a folder of run folders; killed, the same command
+    goes on where it stopped. What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
 
     \b
     replay run session.mcap --out run1
@@ -69,8 +69,7 @@ def command(
     limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_invented")))
     how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
-    # A folder gets a run folder for each of its sessions, though it hold one only.
-    if len(files) > 1 or how["scheduler"] is not None or any(path.is_dir() for path in sessions):
+    if len(files) > 1 or how["scheduler"] is not None or several(sessions):
         if how["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many

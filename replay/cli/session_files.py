@@ -1,20 +1,54 @@
-"""The sessions that a verb was given: files, and folders of them."""
+"""The sessions that a verb was given: files, folders of them, and text files that list them."""
 
 from collections.abc import Iterable
 from pathlib import Path
 
 import click
 
+LIST = ".txt"
+"""How the name of a text file ends that lists sessions, one a line."""
+
 
 def session_files(given: Iterable[Path]) -> list[Path]:
-    """The files given, and those in folders given; a folder without any is a wrong use."""
+    """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
     from replay.api.remote_files import reaching
 
     files: list[Path] = []
     for path in given:
         with reaching(path):
-            found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+            in_folder = sorted(path.glob("*.mcap")) if path.is_dir() else None
+        if in_folder is not None:
+            found, what = in_folder, "session files (*.mcap)"
+        elif path.suffix == LIST:
+            found, what = listed(path), "line with a session file"
+        else:
+            found, what = [path], ""
         if not found:
-            raise click.UsageError(f"{path} holds no session files (*.mcap); name a file or another folder")
+            raise click.UsageError(f"{path} holds no {what}; name a file or another folder")
         files += found
     return files
+
+
+def several(given: Iterable[Path]) -> bool:
+    """Whether a folder or a list was given: then each session gets its run folder in one, though it be the only one."""
+    return any(path.is_dir() or path.suffix == LIST for path in given)
+
+
+def listed(path: Path) -> list[Path]:
+    """The sessions that a text file names, one a line: paths from its folder on, or URLs; ``#`` begins a remark.
+
+    Raises ``click.UsageError``: a line names no file, and it says which line.
+    """
+    from replay.api.remote_files import is_remote, located, reaching
+
+    try:
+        with reaching(path):
+            lines = path.read_text("utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
+    names = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
+    files = {number: located(name if "://" in name else path.parent / name) for number, name in names.items() if name}
+    for number, file in files.items():
+        if not is_remote(file) and not file.is_file():
+            raise click.UsageError(f"{path}, line {number}: {file} is no file; mend the line or begin it with #")
+    return [*files.values()]

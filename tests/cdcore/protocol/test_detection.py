@@ -120,6 +120,13 @@ def test_joined_blocks_are_the_whole():
     )
 
 
+@pytest.mark.parametrize("more", [0, 1])
+def test_a_notebook_lists_twenty_pairs_and_says_how_many_it_leaves_out(more):
+    pairs = np.zeros((20 + more, 2), dtype=np.int64)
+    page = detection(pairs=pairs, verdict=np.ones((3, len(pairs)), dtype=np.uint8))._repr_html_()
+    assert page.count("<tr>") == 21 and ("and 1 more" in page) == (more == 1)
+
+
 def test_no_blocks_cannot_be_joined():
     with pytest.raises(ValueError, match="no block to join"):
         join([])

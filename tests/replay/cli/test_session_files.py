@@ -1,21 +1,49 @@
-"""Sessions by name and by folder."""
+"""Sessions by name, by folder and by a list; what a list says of no file is named with its line."""
 
+import click
 import pytest
 
-from replay.api.remote_files import located
-from replay.cli.session_files import session_files
+from replay.cli.session_files import session_files, several
 from replay.errors import PlaceError
 
 
-def test_a_folder_stands_for_its_session_files(tmp_path):
-    for name in ("b.mcap", "a.mcap", "notes.csv"):
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("a.mcap", "b.mcap", "notes.csv"):
         (tmp_path / name).write_bytes(b"")
-    assert session_files([tmp_path, tmp_path / "b.mcap"]) == [tmp_path / f"{name}.mcap" for name in "abb"]
+    return tmp_path
 
 
-def test_a_store_that_does_not_answer_is_a_sentence(monkeypatch):
+def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(folder, monkeypatch):
+    listed = folder / "list.txt"
+    listed.write_text(f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder / 'a.mcap'}\n", "utf-8")
+    monkeypatch.chdir("/")
+    assert session_files([listed]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
+    assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
+    assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
+
+
+def test_a_url_in_a_list_is_one_and_a_store_that_does_not_answer_is_a_sentence(folder, monkeypatch):
     pytest.importorskip("upath")
-    file = located("memory://class/one.mcap")
-    monkeypatch.setattr(file.fs, "isdir", lambda path: 1 / 0)
-    with pytest.raises(PlaceError, match=f"{file} cannot be reached"):
-        session_files([file])
+    (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
+    (file,) = session_files([folder / "list.txt"])
+    assert str(file) == "memory://class/one.mcap"
+    monkeypatch.setattr(file.fs, "isdir", lambda path: 1 / 0, raising=True)
+    for unreachable in (file, file.parent / "list.txt"):
+        with pytest.raises(PlaceError, match=f"{unreachable} cannot be reached"):
+            session_files([unreachable])
+        monkeypatch.undo()
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        (b"a.mcap\ngone.mcap\n", r"list.txt, line 2: .*gone.mcap is no file"),
+        (b"# nothing yet\n", "holds no line with a session file"),
+        (b"\xff\xfe", "is no text in UTF-8"),
+    ],
+)
+def test_a_list_without_a_session_is_named_with_what_is_wrong_in_it(folder, text, said):
+    (folder / "list.txt").write_bytes(text)
+    with pytest.raises(click.UsageError, match=said):
+        session_files([folder / "list.txt"])
