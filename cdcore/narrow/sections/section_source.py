@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cdcore.narrow.brute_force import Pose
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion
+
+Pose = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and translation (3,)."""
 
 
 def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArray) -> FloatArray:
