@@ -6,7 +6,7 @@ from pathlib import Path
 
 from support.shapes import lab
 
-from cdcore import DETECTORS, create_detector
+from cdcore import DETECTORS, create_detector, detect_live
 from cdcore.detectors.compile_beside import compile_kernels
 
 COMMON = ("exact", "hybrid-qaco", "discrete")
@@ -20,7 +20,10 @@ if __name__ == "__main__":
         compile_kernels()
         bodies, motion = lab(8)
         for name in dict.fromkeys([*COMMON, *LONGEST, *DETECTORS]):
-            create_detector(name, bodies).detect(motion)
+            detector = create_detector(name, bodies)
+            detector.detect(motion, faces=True)
+            if detector.online:
+                detect_live(detector, motion)
             if name == COMMON[-1]:
                 said.touch()
     except BaseException:

@@ -122,7 +122,7 @@ TOGETHER = """
 from cdcore.kernels.compiling import compiling_reported
 from cdcore.narrow.image_space.layers import pixels_of_face
 with compiling_reported(lambda seconds: None) as heard:
-    assert pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (2, 6)
+    assert pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (3, 6)
 print(heard.kernels)
 """
 
