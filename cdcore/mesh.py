@@ -1,8 +1,11 @@
 """A triangle mesh that is valid by construction: finite vertices, faces that exist, nothing that can be changed."""
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -157,3 +160,22 @@ def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
     if array is given or array.base is not None:
         array = array.copy()
     return readonly(array)
+
+
+Made = TypeVar("Made")
+
+
+def once_a_mesh(make: Callable[[TriangleMesh], Made]) -> Callable[[TriangleMesh], Made]:
+    """Keep what a function makes of a mesh as long as the mesh, which nothing made of it may hold.
+
+    Several detectors of a run ask the same meshes, and a worker replays one session after another.
+    """
+    kept: WeakKeyDictionary[TriangleMesh, Made] = WeakKeyDictionary()
+
+    @wraps(make)
+    def of(mesh: TriangleMesh) -> Made:
+        if mesh not in kept:
+            kept[mesh] = make(mesh)
+        return kept[mesh]
+
+    return of

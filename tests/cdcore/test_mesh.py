@@ -1,7 +1,9 @@
 """A mesh is valid or does not exist; what it says follows from its faces; reference vertices have one order."""
 
+import gc
 import math
 from fractions import Fraction
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, without_faces
 
-from cdcore import TriangleMesh
+from cdcore import Body, Motion, TriangleMesh, create_detector
 from cdcore.errors import InvalidMeshError
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points
 
@@ -128,3 +130,14 @@ def test_placing_errs_by_less_than_the_sphere_pad(point, translation, seed):
     for i in range(3):
         exact = sum(Fraction(float(rotation[i, k])) * Fraction(point[k]) for k in range(3)) + Fraction(translation[i])
         assert abs(float(Fraction(float(placed[i])) - exact)) <= PAD_ULPS / 4 * EPS * size
+
+
+def test_what_detectors_make_of_a_mesh_does_not_outlive_it():
+    mesh = box_mesh()
+    create_detector("exact", [Body("a", mesh), Body("b", box_mesh((0.1, 0.1, 0.1)))]).detect(
+        Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1)))
+    )
+    last = ref(mesh)
+    del mesh
+    gc.collect()
+    assert last() is None

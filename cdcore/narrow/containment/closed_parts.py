@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
-from cdcore.mesh import TriangleMesh, winding
+from cdcore.mesh import TriangleMesh, once_a_mesh, winding
 from cdcore.narrow.containment.ray_parity import point_inside
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Motion
 
 
-@lru_cache(maxsize=256)
+@once_a_mesh
 def parity_is_inside(mesh: TriangleMesh) -> bool:
     """Whether no face is doubled and no connected parts overlap: there parity calls the inside of both outside.
 

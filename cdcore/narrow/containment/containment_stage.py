@@ -7,13 +7,13 @@ if the beaker's mesh is closed: the cavity is outside the glass.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
 from cdcore.narrow.containment.ray_parity import (
     UNCERTAIN,
@@ -46,27 +46,31 @@ REFUSAL: Final = "refused: containment=False"
 
 
 class Part(NamedTuple):
-    """A connected part of a mesh: outermost vertices (E, 3), points (n, 3) of its faces; metres: its length, and
-    how far it lies from the origin at most.
+    """A connected part of a mesh: outermost vertices (E, 3), its box (2, 3), points (n, 3) of its faces; metres: its
+    length, and how far it lies from the origin at most.
     """
 
     extremes: FloatArray
+    box: FloatArray
     probes: FloatArray
     length: float
     size: float
 
 
 class Nesting(NamedTuple):
-    """A part of the inner body that may lie in the outer one, and the size of both, metres."""
+    """A part of the inner body that may lie in the outer one, of which a box (B, 2, 3) must hold it: the first, and one
+    of the others if there are any; and the size of both, metres.
+    """
 
     inner: int
     outer: int
     part: Part
+    boxes: FloatArray
     grid: InsideGrid
     size: float
 
 
-@lru_cache(maxsize=256)
+@once_a_mesh
 def parts_of(mesh: TriangleMesh) -> list[Part]:
     """The connected parts of a mesh."""
     parts = []
@@ -75,11 +79,12 @@ def parts_of(mesh: TriangleMesh) -> list[Part]:
         extremes = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
         length = float(np.linalg.norm(extremes[:, None] - extremes, axis=2).max())
         probes = (triangles[probed] * PROBE_WEIGHTS).sum(axis=1)
-        parts.append(Part(extremes, probes, length, float(np.abs(points).sum(axis=1).max())))
+        box = np.stack([points.min(axis=0), points.max(axis=0)])
+        parts.append(Part(extremes, box, probes, length, float(np.abs(points).sum(axis=1).max())))
     return parts
 
 
-@lru_cache(maxsize=256)
+@once_a_mesh
 def grid_of(mesh: TriangleMesh) -> InsideGrid:
     """What a closed mesh is asked with."""
     return build_inside_grid(mesh.triangles)
@@ -128,19 +133,25 @@ class ContainmentStage:
         return [self._fitting(i, j) + self._fitting(j, i) for i, j in self._pairs]
 
     def _fitting(self, inner: int, outer: int) -> list[Nesting]:
-        """The parts of a body that are no longer than the other one's box, if that is closed."""
+        """The parts of a body that are no longer than the box of a part of the other one, if that is closed."""
         if not self._meshes[outer].is_closed:
             return []
         grid = grid_of(self._meshes[outer])
-        longest = np.linalg.norm(grid.box[1] - grid.box[0]) * (1 + ROOM_SLACK)
-        parts = [part for part in parts_of(self._meshes[inner]) if part.length <= longest]
-        return [Nesting(inner, outer, part, grid, part.size + grid.size) for part in parts]
+        boxes = np.array([part.box for part in parts_of(self._meshes[outer])])
+        room = np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) * (1 + ROOM_SLACK)
+        nestings = []
+        for part in parts_of(self._meshes[inner]):
+            large = boxes[room >= part.length]
+            held_by = large if len(boxes) == 1 else np.concatenate([grid.box[None], large])
+            if len(large):
+                nestings.append(Nesting(inner, outer, part, held_by, grid, part.size + grid.size))
+        return nestings
 
     def _inside(self, motion: Motion, nesting: Nesting, frames: IntArray) -> ByteArray:
         """1 where the part is inside the other body, else 0, (K,) for K frames without contact."""
-        inner, outer, part, grid, size = nesting
+        inner, outer, part, boxes, grid, size = nesting
         turns, places, states = motion.rotations, motion.translations, np.zeros(len(frames), dtype=np.uint8)
-        if mark_held(turns, places, frames, inner, outer, part.extremes, grid.box, size, states):
+        if mark_held(turns, places, frames, inner, outer, part.extremes, boxes, size, states):
             decide_by_rays(turns, places, frames, inner, outer, part.probes, grid, size, states)
             for k in np.flatnonzero(states == UNCERTAIN).tolist():
                 (point,), surface = (
@@ -168,25 +179,40 @@ def _are(names: Sequence[str], one: str, several: str) -> str:
 @kernel
 def mark_held(
     turns: FloatArray, places: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
-    box: FloatArray, size: float, states: ByteArray,
+    boxes: FloatArray, size: float, states: ByteArray,
 ) -> int:  # fmt: skip
-    """Mark as UNCERTAIN in ``states`` (K,) where the outer body's box (2, 3) may hold all points (E, 3) of the inner
-    body; returns how often. Poses (F, n, 3, 3), (F, n, 3); ``size``: of both bodies.
+    """Mark as UNCERTAIN in ``states`` (K,) where boxes (B, 2, 3) of the outer body may hold all points (E, 3) of the
+    inner one, as in a ``Nesting``; returns how often. Poses (F, n, 3, 3), (F, n, 3); ``size``: of both bodies.
     """
     count = 0
     for k in range(len(frames)):
-        margin, held = margin_at(places, frames[k], inner, outer, size), True
-        for e in range(len(extremes)):
-            for i in range(3):
-                seen = seen_coordinate(turns, places, frames[k], inner, outer, extremes, e, i)
-                if seen < box[0, i] - margin or seen > box[1, i] + margin:
-                    held = False
-            if not held:
-                break
+        margin = margin_at(places, frames[k], inner, outer, size)
+        held = box_holds(turns, places, frames[k], inner, outer, extremes, boxes[0], margin)
+        if held and len(boxes) > 1:
+            held = False
+            for b in range(1, len(boxes)):
+                held = held or box_holds(turns, places, frames[k], inner, outer, extremes, boxes[b], margin)
         if held:
             states[k] = UNCERTAIN
             count += 1
     return count
+
+
+@kernel
+def box_holds(
+    turns: FloatArray, places: FloatArray, frame: int, inner: int, outer: int, extremes: FloatArray, box: FloatArray,
+    margin: float,
+) -> bool:  # fmt: skip
+    """Whether a box (2, 3) of the outer body may hold all points (E, 3) of the inner one."""
+    for e in range(len(extremes)):
+        x, y, z = seen_point(turns, places, frame, inner, outer, extremes, e)
+        # What is not a number is kept: in poses far out a difference may be none.
+        outside = (x < box[0, 0] - margin) | (x > box[1, 0] + margin)
+        outside |= (y < box[0, 1] - margin) | (y > box[1, 1] + margin)
+        outside |= (z < box[0, 2] - margin) | (z > box[1, 2] + margin)
+        if outside:
+            return False
+    return True
 
 
 @kernel
@@ -202,8 +228,7 @@ def decide_by_rays(
         margin = margin_at(places, frames[k], inner, outer, size)
         for probe in range(len(probes)):
             if states[k] == UNCERTAIN:
-                for i in range(3):
-                    seen[i] = seen_coordinate(turns, places, frames[k], inner, outer, probes, probe, i)
+                seen[0], seen[1], seen[2] = seen_point(turns, places, frames[k], inner, outer, probes, probe)
                 states[k] = point_state(grid, seen, margin)
 
 
@@ -217,15 +242,17 @@ def margin_at(places: FloatArray, frame: int, inner: int, outer: int, size: floa
 
 
 @hot_kernel
-def seen_coordinate(
-    turns: FloatArray, places: FloatArray, frame: int, inner: int, outer: int, points: FloatArray, e: int, i: int
-) -> float:
-    """A coordinate, in the outer body's frame, of a point of the inner body."""
+def seen_point(
+    turns: FloatArray, places: FloatArray, frame: int, inner: int, outer: int, points: FloatArray, e: int
+) -> tuple[float, float, float]:
+    """A point of the inner body in the outer body's frame."""
     become_part_of_caller()
-    total = 0.0
+    x = y = z = 0.0
     for k in range(3):
         way = places[frame, inner, k] - places[frame, outer, k]
         for j in range(3):
             way += turns[frame, inner, k, j] * points[e, j]
-        total += turns[frame, outer, k, i] * way
-    return total
+        x += turns[frame, outer, k, 0] * way
+        y += turns[frame, outer, k, 1] * way
+        z += turns[frame, outer, k, 2] * way
+    return x, y, z
