@@ -1,17 +1,13 @@
-"""Asking for help costs nothing: no numpy, no compiler, no pictures, and an answer before one looks up."""
+"""Asking for help costs nothing: no numpy, no compiler, no pictures (``tests/bench`` times it)."""
 
 import subprocess
 import sys
-from time import perf_counter
 
 import pytest
 
 HEAVY = {
     "numpy", "scipy", "numba", "fcl", "trimesh", "rerun", "pyarrow", "rich", "matplotlib", "mcap", "google.protobuf",
 }  # fmt: skip
-
-PROMISED = 0.150
-"""Processor seconds that ``replay --help`` may take, the quickest of several: neighbours cost cache misses."""
 
 
 def loaded_by(code):
@@ -53,22 +49,3 @@ WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click"}
 )
 def test_it_loads_nothing_that_it_does_not_need(code, never):
     assert not loaded_by(code) & never
-
-
-def children_seconds():
-    """Processor seconds of ended children where the system counts them, else the clock on the wall."""
-    try:
-        import resource
-    except ImportError:
-        return perf_counter()
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def test_help_answers_at_once():
-    taken = []
-    for _ in range(5):
-        start = children_seconds()
-        subprocess.run([sys.executable, "-m", "replay", "--help"], capture_output=True, check=True)
-        taken.append(children_seconds() - start)
-    assert 0.0 < min(taken) < PROMISED, sorted(taken)
