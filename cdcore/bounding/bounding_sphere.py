@@ -7,12 +7,11 @@ two bodies whose balls are apart do not touch.
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray, readonly
 
 FARTHEST_POINT_STEPS: Final = 64
@@ -86,14 +85,16 @@ def sphere_best(mesh: TriangleMesh) -> Sphere:
 
 def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
     """The ball of a mode of ``SPHERES``, ``"paper"`` or ``"best"``, found once for all detectors of a mesh."""
-    spheres = _SPHERES.setdefault(mesh, {})
+    spheres = _spheres(mesh)
     if mode not in spheres:
         spheres[mode] = min((build(mesh) for build in SPHERES[mode]), key=lambda sphere: sphere.radius)
     return spheres[mode]
 
 
-_SPHERES: Final[WeakKeyDictionary[TriangleMesh, dict[str, Sphere]]] = WeakKeyDictionary()
-"""Balls by mode of the meshes that are in use; it keeps no mesh of a session that is done."""
+@once_a_mesh
+def _spheres(_mesh: TriangleMesh) -> dict[str, Sphere]:
+    """Balls found so far, by mode."""
+    return {}
 
 
 def _squares(points: FloatArray, centre: FloatArray) -> FloatArray:

@@ -1,6 +1,5 @@
 """Meshes as picture and page draw them: normals, smooth surfaces, and edges at which faces meet."""
 
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -9,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from cdcore import TriangleMesh
+from cdcore.mesh import once_a_mesh
 from cdcore.numerics import FloatArray, IntArray
 
 CREASE_COSINE: Final = float(np.cos(np.radians(40.0)))
@@ -38,7 +38,7 @@ def bends(normals: FloatArray, faces: IntArray) -> FloatArray:
     return cosine
 
 
-@lru_cache(maxsize=64)  # several tabs have bodies of their own
+@once_a_mesh
 def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
     """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
     area, unit = face_normals(mesh.triangles)
