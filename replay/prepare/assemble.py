@@ -5,14 +5,14 @@ pose in every frame by the rules of ``replay.prepare.interpolation``; parents, o
 together; rotations are renormalised in float64. The session itself stays as it was recorded.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
+from cdcore.numerics import IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import shown
 from replay.errors import AssemblyError
@@ -20,7 +20,7 @@ from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.convex_pieces import solids_of
 from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import filled
-from replay.prepare.kinematics import Kinematics, PlacedFrames
+from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
 from sessions import Session
@@ -77,12 +77,13 @@ def assemble(
     rows = chosen_pairs(scene, names, moves, pairs)
     if not len(rows) and looking:
         raise AssemblyError(f"no pair to look at: {_why_no_pair(session, names, moves, pairs)}")
-    frames = _placed(session, kinematics, *_window(seen, start, end), seen)
-    known = {body.id: body for body in scene.bodies}
+    stamps = _window(seen, start, end)
+    placed = _placed(session, kinematics, stamps, len(bodies))
+    declared = [scene.body(name) for name in names]
     return Assembly(
-        bodies=bodies, motion=_motion(frames, seen, session, names, looking=len(rows) > 0), pairs=rows,
-        held=held_pairs(scene, names, rows), stamp_ns=frames.stamp_ns, origin=frames.origin,
-        proxies=tuple(name for name in names if name in known and known[name].proxy),
+        bodies=bodies, motion=_motion(stamps, placed, seen, session, names, looking=len(rows) > 0), pairs=rows,
+        held=held_pairs(scene, names, rows), stamp_ns=stamps, origin=placed.origin,
+        proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
     )  # fmt: skip
@@ -100,34 +101,35 @@ def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], ask
     return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
 
 
-def _placed(session: Session, kinematics: Kinematics, low: int, high: int, seen: SessionScan) -> PlacedFrames:
-    """The frames between two stamps, both included."""
+def _placed(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: int) -> Placed:
+    """The frames of these stamps, written block by block into arrays of their size."""
+    whole, done = Placed.empty(len(stamps), bodies), 0
+    for frames in filled(in_order(session.blocks(BLOCK_FRAMES))):
+        frames = frames.part(*np.searchsorted(frames.stamp_ns, [stamps[0], stamps[-1] + 1]).tolist())
+        rows = slice(done, done + len(frames))
+        kinematics.place(frames, Placed(whole.translation[rows], whole.rotation[rows], whole.origin[rows]))
+        done = rows.stop
+        if done == len(stamps):
+            break
+    return whole
 
-    def parts() -> Iterator[PlacedFrames]:
-        for frames in filled(in_order(session.blocks(BLOCK_FRAMES))):
-            first, stop = np.searchsorted(frames.stamp_ns, low), np.searchsorted(frames.stamp_ns, high, side="right")
-            if stop > first:
-                yield kinematics.place(frames).part(int(first), int(stop))
-            if len(frames) and frames.stamp_ns[-1] > high:
-                return
 
-    return PlacedFrames.filled(int(((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).sum()), parts())
-
-
-def _motion(frames: PlacedFrames, seen: SessionScan, session: Session, names: list[str], *, looking: bool) -> Motion:
-    times = (frames.stamp_ns - seen.first_ns) / 1e9
-    valid = frames.origin != PoseOrigin.NONE
+def _motion(
+    stamps: IntArray, placed: Placed, seen: SessionScan, session: Session, names: list[str], *, looking: bool
+) -> Motion:
+    times = (stamps - seen.first_ns) / 1e9
+    valid = placed.origin != PoseOrigin.NONE
     linked = valid & np.roll(valid, 1, axis=0)
     linked[:1] = False
     for column, name in enumerate(names):
         # A frame lies in a break that begins before it and does not end before it.
         breaks = _breaks(seen, chain_of(name, session.scene))
-        begun, ended = (np.searchsorted(edge, frames.stamp_ns) for edge in breaks.T)
+        begun, ended = (np.searchsorted(edge, stamps) for edge in breaks.T)
         linked[:, column] &= begun == ended
     if looking:
-        return Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names, copy=False)
+        return Motion(times, placed.translation, placed.rotation, valid, linked=linked, names=names, copy=False)
     # The scan has checked every sample, and no detector will use these poses: the compiler stays unloaded.
-    return Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
+    return Motion.of_rigid(times, placed.translation, placed.rotation, valid, linked)
 
 
 def window_ns(first: int, last: int, start: float | None, end: float | None) -> tuple[int, int]:
@@ -140,16 +142,17 @@ def window_ns(first: int, last: int, start: float | None, end: float | None) -> 
     return low, high
 
 
-def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[int, int]:
-    """First and last stamp asked for."""
+def _window(seen: SessionScan, start: float | None, end: float | None) -> IntArray:
+    """The stamps asked for."""
     low, high = window_ns(seen.first_ns, int(seen.stamp_ns[-1]), start, end)
-    if not ((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).any():
-        asked = f"between {0.0 if start is None else start:g} and {seen.duration if end is None else end:g} s"
+    stamps = seen.stamp_ns[(seen.stamp_ns >= low) & (seen.stamp_ns <= high)]
+    if not len(stamps):
+        asked = f"between {start or 0.0:g} and {seen.duration if end is None else end:g} s"
         raise AssemblyError(f"no frame lies {asked}; the session runs from 0 to {seen.duration:.3f} s")
-    return low, high
+    return stamps
 
 
-def _breaks(seen: SessionScan, chain: Sequence[str]) -> NDArray[np.int64]:
+def _breaks(seen: SessionScan, chain: Sequence[str]) -> IntArray:
     """Stamps (k, 2) between which a body, or one of those that carry it, has no known path: gaps and teleports."""
     gaps = seen.stamp_ns[gap_rows(seen.stamp_ns)[:, None] + [0, 1]]
     return np.sort(np.concatenate([gaps, *(seen.jumps[one] for one in chain if one in seen.jumps)]), axis=0)

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from replay.prepare.assembly import PoseOrigin
 from sessions import Frames, Status
 from sessions.geometry.rotations import slerp
@@ -50,6 +50,10 @@ class FilledFrames:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
+    def part(self, start: int, stop: int) -> "FilledFrames":
+        """Frames ``start <= t < stop`` as views."""
+        return FilledFrames(*(column[start:stop] for column in vars(self).values()))
+
 
 def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
     """Fill frames whose stamps increase, block by block; a frame leaves once nothing to come can change it.
@@ -80,10 +84,8 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
     quaternion[origin == PoseOrigin.NONE] = np.nan
     rows, columns = np.nonzero(head.status == Status.ABSENT)
     if len(rows):
-        usable, present = _ORIGIN[window.status] != PoseOrigin.NONE, window.status != Status.ABSENT
-        numbers, last = np.arange(len(window))[:, None], len(window) - 1
-        before = np.maximum.accumulate(np.where(present, numbers, -1), axis=0)[first + rows, columns]
-        after = np.minimum.accumulate(np.where(present, numbers, last + 1)[::-1], axis=0)[::-1][first + rows, columns]
+        usable, last = _ORIGIN[window.status] != PoseOrigin.NONE, len(window) - 1
+        before, after = (some[first + rows, columns] for some in neighbours(window.status != Status.ABSENT))
         since = head.stamp_ns[rows] - window.stamp_ns[before]
         until = window.stamp_ns[np.minimum(after, last)] - head.stamp_ns[rows]
         near_before = (before >= 0) & usable[before, columns] & (since <= BRIDGE_NS)
@@ -98,6 +100,14 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
         position[r, c], quaternion[r, c] = np.split(blended(start, end, share), [3], axis=1)
         origin[r, c] = PoseOrigin.INTERPOLATED
     return FilledFrames(head.stamp_ns, position, quaternion, origin)
+
+
+def neighbours(there: BoolArray) -> tuple[IntArray, IntArray]:
+    """Of every row (T, ...) the last one up to it that is there, -1: none, and the first from it on, T: none."""
+    count = len(there)
+    numbers = np.arange(count).reshape(-1, *[1] * (there.ndim - 1))
+    before = np.maximum.accumulate(np.where(there, numbers, -1), axis=0)
+    return before, np.minimum.accumulate(np.where(there, numbers, count)[::-1], axis=0)[::-1]
 
 
 def blended(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:

@@ -5,15 +5,14 @@ parent is met in its tracker's frame, before its own offset. Bodies without pare
 recorded pose.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
@@ -22,43 +21,18 @@ from replay.prepare.interpolation import FilledFrames
 from sessions.model.scene import Pose, Scene, SceneBody
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedFrames:
-    """World poses of the meshes of N bodies in T frames.
+class Placed(NamedTuple):
+    """World poses of the meshes of N bodies in T frames."""
 
-    Parameters
-    ----------
-    stamp_ns : (T,) int64.
-    translation : (T, N, 3), zeros where there is no pose.
-    rotation : (T, N, 3, 3), identity where there is no pose.
-    origin : (T, N) uint8, values of ``PoseOrigin``.
-    """
-
-    stamp_ns: IntArray
-    translation: FloatArray
-    rotation: FloatArray
-    origin: ByteArray
-
-    def __len__(self) -> int:
-        return len(self.stamp_ns)
-
-    def part(self, start: int, stop: int) -> "PlacedFrames":
-        """Frames ``start <= t < stop`` as views."""
-        rows = slice(start, stop)
-        return PlacedFrames(self.stamp_ns[rows], self.translation[rows], self.rotation[rows], self.origin[rows])
+    translation: FloatArray  # (T, N, 3), zeros where there is no pose
+    rotation: FloatArray  # (T, N, 3, 3), identity where there is no pose
+    origin: ByteArray  # (T, N) uint8, values of ``PoseOrigin``
 
     @classmethod
-    def filled(cls, count: int, parts: "Iterable[PlacedFrames]") -> "PlacedFrames":
-        """Blocks after each other, ``count`` frames in all, each block let go once it is taken in."""
-        arrays: list[NDArray[Any]] = []
-        row = 0
-        for part in parts:
-            columns = [getattr(part, item.name) for item in fields(cls)]
-            arrays = arrays or [np.empty((count, *one.shape[1:]), one.dtype) for one in columns]
-            for whole, column in zip(arrays, columns, strict=True):
-                whole[row : row + len(part)] = column
-            row += len(part)
-        return cls(*arrays)
+    def empty(cls, frames: int, bodies: int) -> "Placed":
+        """Room for so many poses."""
+        shape = frames, bodies
+        return cls(np.empty((*shape, 3)), np.empty((*shape, 3, 3)), np.empty(shape, dtype=np.uint8))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +72,10 @@ class Kinematics:
         for name in bodies:
             self._check_chain(name)
 
-    def place(self, frames: FilledFrames) -> PlacedFrames:
-        """World poses of the chosen bodies."""
+    def place(self, frames: FilledFrames, placed: Placed) -> None:
+        """Write the world poses of the chosen bodies into ``placed``, as many frames of them."""
         known: dict[str, _World] = {}
-        count, width = len(frames), len(self._bodies)
-        translation, rotation = np.zeros((count, width, 3)), np.zeros((count, width, 3, 3))
-        origin = np.zeros((count, width), dtype=np.uint8)
+        translation, rotation, origin = placed
         for column, name in enumerate(self._bodies):
             world, offset = self._tracker(name, frames, known), self._declared(name).offset
             if offset != Pose():
@@ -112,7 +84,6 @@ class Kinematics:
             origin[:, column] = world.origin
         none = origin == PoseOrigin.NONE
         translation[none], rotation[none] = 0.0, np.eye(3)
-        return PlacedFrames(frames.stamp_ns, translation, rotation, origin)
 
     def _declared(self, name: str) -> SceneBody:
         return self._scene.body(name) or SceneBody(name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
-from replay.prepare.interpolation import blended
+from replay.prepare.interpolation import blended, neighbours
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
 from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan, scan_of
 from sessions import Finding, Frames, Session, Status
@@ -92,9 +92,8 @@ def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, bl
         samples = slice(*np.searchsorted(present, [span.first, span.last + 1]))
         rank[samples], limit[samples] = strictness, round(rule.limit * 1e9)
     # The good samples around each bad one, by their place among those present.
-    places, good, none = np.arange(len(present)), rank == 0, len(present)
-    before = np.maximum.accumulate(np.where(good, places, -1))[~good]
-    after = np.minimum.accumulate(np.where(good, places, none)[::-1])[::-1][~good]
+    good, none = rank == 0, len(present)
+    before, after = (places[~good] for places in neighbours(good))
     rows, rank, limit = present[~good], rank[~good], limit[~good]
     start, end = present[before], present[np.minimum(after, none - 1)]
     since, width = stamps[rows] - stamps[start], stamps[end] - stamps[start]

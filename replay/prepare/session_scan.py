@@ -9,6 +9,7 @@ import numpy as np
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
+from replay.base.shown import plural
 from sessions import Frames, Session
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import Jumps, teleports
@@ -36,7 +37,6 @@ class SessionScan:
 
     Parameters
     ----------
-    names : N tracked bodies.
     first_ns : second 0, the stamp of the recording's first frame.
     stamp_ns : (T,) int64 of the frames kept, strictly increasing.
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
@@ -45,7 +45,6 @@ class SessionScan:
     jumps : what the doctor calls a teleport.
     """
 
-    names: tuple[str, ...]
     first_ns: int
     stamp_ns: IntArray
     repeated: int
@@ -61,12 +60,8 @@ class SessionScan:
 
     def notes(self) -> tuple[str, ...]:
         """Sentences about what will be done to the frames and poses."""
-        notes = []
-        if self.repeated:
-            notes.append(f"{_frames(self.repeated)} left out: the stamp repeats the one before")
-        if self.backwards:
-            notes.append(f"{_frames(self.backwards)} left out: the stamp lies before one already read")
-        return tuple(notes)
+        counts = {"repeats the one before": self.repeated, "lies before one already read": self.backwards}
+        return tuple(f"{plural(count, 'frame')} left out: the stamp {what}" for what, count in counts.items() if count)
 
 
 def scan(session: Session) -> SessionScan:
@@ -99,7 +94,6 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
     same = looked.has(Mark.SAME_PLACE) & looked.has(Mark.SAME_ROTATION)
     moves = np.any((np.isfinite(looked.steps) & ~same) | looked.has(Mark.OUT_OF_SPACE), axis=0)
     return SessionScan(
-        names=looked.names,
         first_ns=first_ns if part is None else part.first_ns,
         stamp_ns=stamps,
         repeated=repeated,
@@ -127,7 +121,3 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
     number = number if session.part is None else int(session.part.numbers[number])
     where = f"frame {number} ({time:.6f} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
-
-
-def _frames(count: int) -> str:
-    return f"{count} frame" if count == 1 else f"{count} frames"

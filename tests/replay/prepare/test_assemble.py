@@ -16,40 +16,24 @@ from sessions.model.scene import Pose, SceneBody
 MS = 1_000_000
 
 
-def test_motion_holds_the_recorded_poses_on_seconds_since_the_first_frame():
+def test_a_motion_holds_the_poses_of_tracked_and_fixed_bodies_with_a_mesh_and_the_others_are_named():
     start = 1_709_283_600_000_000_000
-    session = Session.from_arrays(
-        start + np.array([0, 11_111_111, 22_222_222]),
-        {"a": along_x([0, 1, 2]), "b": along_x([5, 5, 5])},
-        {"a": cube(), "b": cube()},
+    bodies = (
+        SceneBody("bench", fixed=Pose()), SceneBody("a", proxy=True), SceneBody("ghost"),
+        SceneBody("glass", parent="tracker", offset=Pose((0.0, 1.0, 0.0))),
+    )  # fmt: skip
+    tracks = {"tracker": along_x([3, 4, 5]), "a": along_x([0, 1, 2]), "glass": along_x([10, 10, 10])}
+    meshes = dict.fromkeys(("a", "glass", "bench"), cube())
+    got = assemble(
+        Session.from_arrays(start + np.array([0, 11_111_111, 22_222_222]), tracks, meshes, Scene(bodies=bodies))
     )
-    got = assemble(session)
     assert got.motion.times.tolist() == [0.0, 0.011111111, 0.022222222]
-    assert got.motion.translations[:, 0].tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
-    assert (got.motion.rotations == np.eye(3)).all()
     assert got.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
-    assert got.names == ("a", "b") and got.pair_name(0) == "a-b"
-
-
-def test_bodies_without_a_mesh_are_named_and_may_still_be_parents():
-    scene = Scene(bodies=(SceneBody("glass", parent="tracker", offset=Pose((0.0, 1.0, 0.0))),))
-    session = Session.from_arrays(
-        [0, 1],
-        {"tracker": along_x([3, 4]), "glass": along_x([10, 10]), "b": along_x([0, 0])},
-        {"glass": cube(), "b": cube()},
-        scene,
-    )
-    got = assemble(session)
-    assert got.left_out == ("tracker",) and got.names == ("glass", "b")
-    assert got.motion.translations[:, 0].tolist() == [[13, 1, 0], [14, 1, 0]]
-
-
-def test_fixed_bodies_come_last_and_proxies_are_named():
-    scene = Scene(bodies=(SceneBody("bench", fixed=Pose()), SceneBody("a", proxy=True), SceneBody("ghost")))
-    session = Session.from_arrays([0, 1], {"a": along_x([0, 1])}, {"a": cube(), "bench": cube()}, scene)
-    got = assemble(session)
-    assert got.names == ("a", "bench") and got.proxies == ("a",)
-    assert got.origin[:, 1].tolist() == [PoseOrigin.FIXED] * 2
+    assert got.names == ("a", "glass", "bench") and got.pair_name(0) == "a-glass"
+    assert got.motion.translations[:, 0].tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert got.motion.translations[:, 1].tolist() == [[13, 1, 0], [14, 1, 0], [15, 1, 0]]
+    assert (got.motion.rotations == np.eye(3)).all() and got.origin[:, 2].tolist() == [PoseOrigin.FIXED] * 3
+    assert (got.left_out, got.proxies) == (("tracker",), ("a",))
     assert got.notes == ("body 'ghost' is declared in the scene but was not recorded",)
 
 

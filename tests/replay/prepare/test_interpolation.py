@@ -6,52 +6,38 @@ from scipy.spatial.transform import Rotation, Slerp
 from support.small_worlds import framed
 
 from replay.prepare.assembly import PoseOrigin
-from replay.prepare.interpolation import FilledFrames, blended, filled
+from replay.prepare.interpolation import blended, filled
 from sessions import Status
 
 A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
-MS = 1_000_000
+NONE, SEEN, HELD, BETWEEN, _ = (int(origin) for origin in PoseOrigin)
+MS, NO = 1_000_000, np.nan
 
 
-def fill(session, block=1000) -> FilledFrames:
-    parts = list(filled(session.blocks(block)))
-    return FilledFrames(*(np.concatenate([getattr(p, k) for p in parts]) for k in FilledFrames.__dataclass_fields__))
-
-
-def fill_column(status, stamps=None):
-    stamps = np.arange(len(status)) * 10 * MS if stamps is None else stamps
-    return fill(framed(stamps, np.array(status)[:, None]))
-
-
-def test_a_recorded_sample_is_used_as_it_is():
-    session = framed([0, 7], [[V], [V]], position=[[[0.1, 0.2, 0.3]], [[0.4, 0.5, 0.6]]])
-    got = fill(session)
-    assert got.position.tobytes() == session.frames.position.tobytes()
-    assert got.quaternion_xyzw.tobytes() == session.frames.quaternion_xyzw.tobytes()
-    assert (got.origin == PoseOrigin.RECORDED).all()
-
-
-def test_between_near_samples_the_position_is_linear_in_time():
-    got = fill_column([V, A, A, V], stamps=np.array([0, 10, 30, 40]) * MS)
-    assert got.position[:, 0, 0].tolist() == [0.0, 0.75, 2.25, 3.0]
-    assert got.origin[:, 0].tolist() == [1, 3, 3, 1]
-
-
-@pytest.mark.parametrize(("gap", "bridged"), [(50 * MS, True), (50 * MS + 1, False)])
-def test_a_neighbour_counts_up_to_50_ms_and_not_a_nanosecond_longer(gap, bridged):
-    got = fill_column([V, A, V], stamps=np.array([0, 20 * MS, 20 * MS + gap]))
-    assert got.origin[1, 0] == (PoseOrigin.INTERPOLATED if bridged else PoseOrigin.HELD)
-    got = fill_column([V, A], stamps=np.array([0, gap]))
-    assert got.origin[1, 0] == (PoseOrigin.HELD if bridged else PoseOrigin.NONE)
-    assert np.isnan(got.position[1]).all() == (not bridged)
-
-
-def test_nothing_is_held_or_interpolated_across_a_lost_sample():
-    assert fill_column([V, H, I]).origin[:, 0].tolist() == [1, 2, 3], "what the source held keeps that name"
-    got = fill_column([V, A, L, A, V])
-    assert got.origin[:, 0].tolist() == [1, 2, 0, 0, 1]
-    assert got.position[1, 0, 0] == 0.0
-    assert np.isnan(got.position[2:4]).all()
+@pytest.mark.parametrize(
+    ("status", "stamps", "origin", "places"),
+    [
+        # Between near samples the place is linear in time. A sample recorded at second k lies at k metres.
+        ([V, A, A, V], [0, 10, 30, 40], [SEEN, BETWEEN, BETWEEN, SEEN], [0.0, 0.75, 2.25, 3.0]),
+        # A neighbour counts up to 50 ms and not a nanosecond longer.
+        ([V, A, V], [0, 20, 70], [SEEN, BETWEEN, SEEN], [0.0, 2 * 20 / 70, 2.0]),
+        ([V, A, V], [0, 20, 70 + 1e-6], [SEEN, HELD, SEEN], [0.0, 0.0, 2.0]),
+        ([V, A], [0, 50], [SEEN, HELD], [0.0, 0.0]),
+        ([V, A], [0, 50 + 1e-6], [SEEN, NONE], [0.0, NO]),
+        # What the source held keeps that name, and nothing is held or interpolated across a lost sample.
+        ([V, H, I], [0, 10, 20], [SEEN, HELD, BETWEEN], [0.0, 1.0, 2.0]),
+        ([V, A, L, A, V], [0, 10, 20, 30, 40], [SEEN, HELD, NONE, NONE, SEEN], [0.0, 0.0, NO, NO, 4.0]),
+    ],
+)
+def test_a_frame_without_a_sample_gets_a_pose_from_near_neighbours_or_none(status, stamps, origin, places):
+    session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
+    parts = list(filled(session.blocks(100)))
+    got, place, turn = (
+        np.concatenate([getattr(part, name)[:, 0] for part in parts])
+        for name in ("origin", "position", "quaternion_xyzw")
+    )
+    assert got.tolist() == origin and np.allclose(place[:, 0], places, rtol=1e-12, equal_nan=True)
+    assert np.isnan(turn).all(axis=1).tolist() == np.isnan(places).tolist()
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -7,42 +7,29 @@ from sessions.model.scene import Pose, Scene, SceneBody
 
 NAMES = ("hand", "glass", "lid", "bench", "shelf")
 MOVES = {"hand": True, "glass": True, "lid": False, "bench": False}
-SCENE = Scene(
-    bodies=(
-        SceneBody("hand"),
-        SceneBody("glass"),
-        SceneBody("lid", parent="glass"),
-        SceneBody("bench"),
-        SceneBody("shelf", fixed=Pose()),
-    )
+LID, SHELF = SceneBody("lid", parent="glass"), SceneBody("shelf", fixed=Pose())
+BODIES = (SceneBody("hand"), SceneBody("glass"), LID, SceneBody("bench"), SHELF)
+GROUPED = (SceneBody("hand", group="g"), SceneBody("glass", group="g"), *BODIES[2:])
+MOVING = {
+    "hand-glass", "hand-lid", "hand-bench", "hand-shelf", "glass-bench", "glass-shelf", "lid-bench", "lid-shelf",
+}  # fmt: skip
+"""All pairs but those without relative motion: glass and lid, bench and shelf."""
+
+
+@pytest.mark.parametrize(
+    ("scene", "moves", "asked", "expected"),
+    [
+        (Scene(bodies=BODIES), {}, None, MOVING),
+        (Scene(bodies=BODIES), {"lid": True}, None, MOVING | {"glass-lid"}),
+        # Declared pairs are taken even without motion, and absent bodies left out.
+        (Scene(bodies=BODIES, pairs=(("shelf", "bench"), ("hand", "ghost"))), {}, None, {"bench-shelf"}),
+        (Scene(bodies=GROUPED, ignore=(("bench", "hand"),)), {}, None, MOVING - {"hand-glass", "hand-bench"}),
+        (Scene(), {}, [("lid", "glass"), ("bench", "hand"), ("glass", "lid")], {"hand-bench", "glass-lid"}),
+    ],
 )
-
-
-def named(pairs):
-    return {f"{NAMES[i]}-{NAMES[j]}" for i, j in pairs.tolist()}
-
-
-def test_pairs_without_relative_motion_are_left_out():
-    got = named(chosen_pairs(SCENE, NAMES, MOVES))
-    assert "glass-lid" not in got and "bench-shelf" not in got
-    assert len(got) == 8
-    assert "glass-lid" in named(chosen_pairs(SCENE, NAMES, {**MOVES, "lid": True}))
-
-
-def test_declared_pairs_are_taken_even_without_motion_and_absent_bodies_left_out():
-    scene = Scene(bodies=SCENE.bodies, pairs=(("shelf", "bench"), ("hand", "ghost")))
-    assert named(chosen_pairs(scene, NAMES, MOVES)) == {"bench-shelf"}
-
-
-def test_groups_and_ignored_pairs_are_left_out():
-    bodies = (SceneBody("hand", group="g"), SceneBody("glass", group="g"), *SCENE.bodies[2:])
-    got = named(chosen_pairs(Scene(bodies=bodies, ignore=(("bench", "hand"),)), NAMES, MOVES))
-    assert not got & {"hand-glass", "hand-bench"} and "glass-bench" in got
-
-
-def test_pairs_asked_for_win_and_are_sorted():
-    got = chosen_pairs(SCENE, NAMES, MOVES, [("lid", "glass"), ("bench", "hand"), ("glass", "lid")])
-    assert got.tolist() == [[0, 3], [1, 2]]
+def test_pairs_are_those_asked_for_else_the_scene_s_else_all_with_relative_motion(scene, moves, asked, expected):
+    got = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
+    assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in got} == expected and got == sorted(got)
 
 
 @pytest.mark.parametrize(
@@ -50,13 +37,14 @@ def test_pairs_asked_for_win_and_are_sorted():
 )
 def test_a_pair_of_nobody_is_refused(pair, words):
     with pytest.raises(AssemblyError, match=words):
-        chosen_pairs(SCENE, NAMES, MOVES, [pair])
+        chosen_pairs(Scene(), NAMES, MOVES, [pair])
 
 
 def test_held_pairs_are_those_of_a_child_and_its_parent_and_of_a_hand_and_a_thing_of_its_group():
-    assert held_pairs(SCENE, NAMES, np.array([[0, 1], [1, 2], [0, 2]])).tolist() == [False, True, False]
-    hand, other = SceneBody("hand", group="g", tags=("hand",)), SceneBody("ghand", group="g", tags=("hand",))
-    scene = Scene(bodies=(hand, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", group="g"), other))
-    pairs = np.array([[0, 1], [0, 2], [1, 3], [2, 5], [0, 4], [3, 4]])
-    held = held_pairs(scene, ["hand", "rod", "cup", "lid", "ghand", "undeclared"], pairs)
-    assert held.tolist() == [True, False, False, False, False, True]
+    hands = (SceneBody(name, group="g", tags=("hand",)) for name in ("hand", "ghand"))
+    scene = Scene(
+        bodies=(*hands, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", parent="cup", group="g"))
+    )
+    names = ("hand", "rod", "cup", "lid", "ghand", "undeclared")
+    pairs = {(0, 1): True, (0, 2): False, (1, 3): False, (2, 3): True, (2, 5): False, (0, 4): False, (3, 4): True}
+    assert held_pairs(scene, names, np.array([*pairs])).tolist() == [*pairs.values()]

@@ -35,10 +35,17 @@ def bench(scene=None, **more):
     return Session.from_arrays(np.arange(COUNT) * STEP, tracks, {"top": top, **dict.fromkeys(tracks, small)}, scene)
 
 
-def test_near_pairs_and_what_is_held_are_found():
-    draft = drafted(bench())
-    assert {*map(frozenset, draft.near)} == {frozenset(p) for p in (("cup", "top"), ("cup", "lamp"))}
-    assert draft.held == (("hand-right", "rod"),)
+def test_near_pairs_and_what_is_held_are_found_and_the_text_is_a_scene_that_says_the_same():
+    session, near = bench(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
+    draft = drafted(session)
+    assert {*map(frozenset, draft.near)} == near and draft.held == (("hand-right", "rod"),)
+    text = draft_text(session, draft, {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
+    scene = parse_scene(text)
+    assert [body.id for body in scene.bodies] == ["cup", "hand-right", "rod", "far", "lamp", "top"]
+    assert scene.body("hand-right").group == scene.body("rod").group != "" == scene.body("far").group
+    assert scene.body("cup") == SceneBody("cup", mesh="m/cup.glb", node="Cup", scale=0.01)
+    assert scene.body("top") == SceneBody("top", fixed=Pose(), tags=("bench",))
+    assert {*map(frozenset, scene.pairs)} == near and "10.0 x 10.0 x 10.0 cm" in text
 
 
 def test_what_moves_with_a_hand_and_turns_in_it_is_not_held():
@@ -49,32 +56,19 @@ def test_what_moves_with_a_hand_and_turns_in_it_is_not_held():
     assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
 
 
-def test_the_text_is_a_scene_that_says_the_same():
-    session = bench()
-    text = draft_text(session, drafted(session), {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
-    scene = parse_scene(text)
-    assert [body.id for body in scene.bodies] == ["cup", "hand-right", "rod", "far", "lamp", "top"]
-    assert scene.body("hand-right").group == scene.body("rod").group != "" == scene.body("far").group
-    assert scene.body("cup").mesh == "m/cup.glb" and scene.body("cup").node == "Cup" and scene.body("cup").scale == 0.01
-    assert scene.body("top").fixed == Pose() and scene.body("top").tags == ("bench",)
-    assert {*map(frozenset, scene.pairs)} == {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
-    assert "10.0 x 10.0 x 10.0 cm" in text
-
-
 def test_what_the_recordings_own_scene_declares_is_kept_and_effects_ask_for_their_own_pairs():
     bodies = (SceneBody("top", fixed=Pose()), SceneBody("cup", mesh="gone.glb", tags=("glass",), extra={"mass": 0.1}))
     effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
-    session = bench(Scene("lab", bodies, ignore=(("cup", "far"),), effects=effects))
-    scene = parse_scene(draft_text(session, drafted(session), {}, "A first scene."))
+
+    def kept(**more):
+        session = bench(Scene("lab", bodies, **more))
+        return parse_scene(draft_text(session, drafted(session), {}, "A first scene."))
+
+    scene = kept(ignore=(("cup", "far"),), effects=effects, space_radius=9.0, colliders="c.glb")
     assert (scene.name, scene.effects, scene.ignore, scene.pairs) == ("lab", effects, (("cup", "far"),), None)
+    assert (scene.space_radius, scene.colliders) == (9.0, "c.glb")
     assert scene.body("cup") == SceneBody("cup", tags=("glass",), extra={"mass": 0.1})  # the recording holds its mesh
-    declared = bench(Scene("lab", bodies, pairs=(("cup", "far"),)))
-    assert parse_scene(draft_text(declared, drafted(declared), {}, "x")).pairs == (("cup", "far"),)
-    far = Scene(bodies=bodies, space_radius=9.0, colliders="c.glb")
-    kept = parse_scene(draft_text(bench(far), drafted(bench(far)), {}, "x"))
-    assert (kept.space_radius, kept.colliders) == (9.0, "c.glb")
-    none = bench(Scene(effects=(), bodies=bodies))
-    assert parse_scene(draft_text(none, drafted(none), {}, "x")).effects == ()
+    assert kept(pairs=(("cup", "far"),)).pairs == (("cup", "far"),) and kept(effects=()).effects == ()
 
 
 def test_without_meshes_or_neighbours_it_is_a_scene_all_the_same():

@@ -21,13 +21,6 @@ def test_a_body_moves_when_two_usable_samples_differ_and_not_when_only_lost_ones
     assert scan(session).moves.tolist() == [True, False, False]
 
 
-def test_counts_of_samples_and_losses_leave_out_dropped_frames():
-    session = framed([0, 10, 10, 20], [[V], [V], [L], [L]])
-    seen = scan(session)
-    assert (seen.repeated, seen.backwards) == (1, 0)
-    assert seen.notes() == ("1 frame left out: the stamp repeats the one before",)
-
-
 @pytest.mark.parametrize(
     ("position", "quaternion", "words"),
     [
@@ -67,3 +60,7 @@ def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamp
     seen = scan(session)
     assert np.concatenate(kept).tolist() == expected == seen.stamp_ns.tolist()
     assert (seen.repeated, seen.backwards) == (repeated, backwards)
+    counts = ((repeated, "repeats the one before"), (backwards, "lies before one already read"))
+    assert seen.notes() == tuple(
+        f"{count} frame{'s' * (count > 1)} left out: the stamp {what}" for count, what in counts if count
+    )
