@@ -12,16 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.glassware.devices import FOLDER, GRIPS
+from sessions.glassware.devices import COARSE_STEPS, FOLDER, GRIPS, TOLERANCES
 from sessions.glassware.instrument import in_single_precision
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
+from sessions.meshes.mesh_files import simplified
 
 Points = NDArray[np.float64]
 Distance = NDArray[np.float64]
@@ -334,8 +335,11 @@ def main() -> None:
         corners = (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15)
         meshes[f"hand_{1e3 * grip:.0f}"] = surface_of(partial(_distance, grip=grip), *corners, DENSE_FACES)
     for name, mesh in meshes.items():
-        (FOLDER / f"{name}.glb").write_bytes(mesh_to_glb(in_single_precision(mesh), name))
-        print(f"{name:10} {len(mesh.faces):6,} faces")
+        fine = in_single_precision(mesh)
+        coarse = reduce(simplified, TOLERANCES[:COARSE_STEPS], fine)
+        for file, level in ((name, fine), (f"{name}_coarse", coarse)):
+            (FOLDER / f"{file}.glb").write_bytes(mesh_to_glb(level, name))
+            print(f"{file:14} {len(level.faces):6,} faces")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,8 @@ pose of the thing it holds: put the origin on the axis of a beaker at the height
 """
 
 from functools import lru_cache
+from itertools import accumulate, repeat
+from operator import mul
 from pathlib import Path
 from typing import Final
 
@@ -22,7 +24,10 @@ GRIPS: Final = (0.008, 0.01, 0.02, 0.03, 0.034, 0.045)
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
 
-FIRST_TOLERANCE, LAST_TOLERANCE, TOLERANCE_GROWTH = 1e-4, 0.02, 1.15
+TOLERANCES: Final = tuple(accumulate(repeat(1.15, 37), mul, initial=1e-4))
+"""Metres by which a mesh is simplified step after step: one large step stalls at 730 faces."""
+COARSE_STEPS: Final = 16
+"""After so many steps a mesh is shipped once more: the first ones take most of the time, 0.3 s a mesh."""
 SPLIT_M = 4e-3  # The first length tried that edges are split to where more faces are asked for
 
 
@@ -61,12 +66,14 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
 @lru_cache(maxsize=16)
 def _shipped(name: str, faces: int) -> MeshData:
     """A shipped mesh with about ``faces`` faces, made once: scenes ask for the same hand on both sides."""
-    mesh = load_mesh(FOLDER / f"{name}.glb")
+    mesh, tolerances = load_mesh(FOLDER / f"{name}_coarse.glb"), TOLERANCES[COARSE_STEPS:]
+    if len(mesh.faces) <= faces:
+        mesh, tolerances = load_mesh(FOLDER / f"{name}.glb"), TOLERANCES
     if faces > len(mesh.faces):
         return fitted(lambda length: refined(mesh, length), faces, SPLIT_M)[0]
-    tolerance, before, after = FIRST_TOLERANCE, mesh, mesh
-    # In small steps: one large step stalls at 730 faces.
-    while len(after.faces) > faces and tolerance < LAST_TOLERANCE:
+    before = after = mesh
+    for tolerance in tolerances:
+        if len(after.faces) <= faces:
+            break
         before, after = after, simplified(after, tolerance)
-        tolerance *= TOLERANCE_GROWTH
     return min(before, after, key=lambda trial: abs(np.log(len(trial.faces) / faces)))

@@ -15,6 +15,6 @@ def test_the_shipped_meshes_are_those_that_the_script_makes(tmp_path, monkeypatc
     monkeypatch.setattr(devices, "FOLDER", tmp_path)
     runpy.run_path(str(SCRIPT), run_name="__main__")
     shipped = sorted(Path(devices.__file__).with_name("device_meshes").glob("*.glb"))
-    assert len(shipped) == 8
+    assert len(shipped) == 16
     for file in shipped:
         assert (tmp_path / file.name).read_bytes() == file.read_bytes(), file.name
