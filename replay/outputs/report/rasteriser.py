@@ -107,19 +107,18 @@ def drawn(
             np.maximum.at(depth, pixel, near)
             first = near == depth[pixel]
             seen[pixel[first]], number[pixel[first]] = colour[face[first]], place
-    weight, through, tint = np.zeros(count), np.zeros(count), np.zeros((count, 3))
-    for shape in glass:
+    layers, through = np.zeros((len(glass), count)), np.zeros(count)
+    for layer, shape in zip(layers, glass, strict=True):
         local = view.local(shape.corners)
         alpha = np.minimum(0.9, shape.alpha * (1.0 + 3.0 * (1.0 - _facing(local, local.mean(axis=1))) ** 3))
         for face, pixel, near in covered(local, view):
             ahead = near > depth[pixel]
-            share, at = alpha[face[ahead]], pixel[ahead]
-            layer = np.bincount(at, share, count)
-            weight += layer
-            tint += np.outer(layer, shape.colour)
-            through += np.bincount(at, np.log1p(-share), count)
-    mixed = tint / np.maximum(weight, 1e-12)[:, None]
-    seen = mixed + (seen - mixed) * np.exp(through)[:, None]
+            layer += np.bincount(pixel[ahead], alpha[face[ahead]], count)
+            through += np.bincount(pixel[ahead], np.log1p(-alpha)[face[ahead]], count)
+    tinted = np.flatnonzero(through)
+    weights = layers[:, tinted]
+    mixed = weights.T @ np.array([shape.colour for shape in glass]).reshape(-1, 3) / weights.sum(axis=0)[:, None]
+    seen[tinted] = mixed + (seen[tinted] - mixed) * np.exp(through[tinted])[:, None]
     for line in lines:
         on = _line_pixels(line, view, depth)
         seen[on] += line.alpha * (np.array(line.colour) - seen[on])
@@ -148,20 +147,22 @@ def covered(local: FloatArray, view: View) -> Iterator[Covered]:
     flat = view.flat(local)
     depth = flat[..., 2]
     there = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
-    inverse, place = np.linalg.inv(flat[there]), flat[there, :, 1] / np.maximum(depth[there], NEAREST) - 0.5
+    # Corner by corner (3, k): sums over rows of three numbers would take most of the time.
+    across, down, rest = np.linalg.inv(flat[there]).transpose(1, 2, 0)
+    place = flat[there, :, 1] / np.maximum(depth[there], NEAREST) - 0.5
     # One that reaches behind the eye may be in any row.
     ahead = depth[there].min(axis=1, initial=1) > NEAREST
     low = np.where(ahead, np.clip(np.ceil(place.min(axis=1)), 0, high), 0).astype(np.int64)
     stop = np.where(ahead, np.clip(np.floor(place.max(axis=1)) + 1, low, high), high).astype(np.int64)
     one, row = _counted_up(low, stop)
-    slope, at_left = inverse[one, 0], inverse[one, 1] * (row + 0.5)[:, None] + inverse[one, 2]
+    slope, at_left = across[:, one], down[:, one] * (row + 0.5) + rest[:, one]
     with np.errstate(divide="ignore", invalid="ignore"):
         border = -at_left / slope - 0.5
-    begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=1)
-    end = np.where(slope < 0, border, np.inf).min(axis=1)
+    begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=0)
+    end = np.where(slope < 0, border, np.inf).min(axis=0)
     left = np.clip(np.ceil(begin - ROUNDING), 0, wide).astype(np.int64)
     right = np.clip(np.floor(end + ROUNDING) + 1, left, wide).astype(np.int64)
-    near, step = at_left.sum(axis=1), slope.sum(axis=1)
+    near, step = at_left.sum(axis=0), slope.sum(axis=0)
     blocks = np.flatnonzero(np.diff(np.cumsum(right - left) // AT_ONCE)) + 1
     for some in np.split(np.arange(len(row)), blocks):
         stretch, x = _counted_up(left[some], right[some])
