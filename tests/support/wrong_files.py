@@ -3,8 +3,7 @@
 import json
 import struct
 import warnings
-from collections.abc import Callable
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -12,213 +11,188 @@ from google.protobuf.message import DecodeError
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, McapRecord, Metadata
+from mcap.records import Attachment, Channel, Metadata
 from mcap.writer import CompressionType
-from support.damage import HEAD, closed, damaged_below_checksums, opened
-from support.mcap_samples import protobuf_messages, session_of, tetrahedron, write_foreign
+from support.damage import (
+    MESSAGE,
+    body_and_index,
+    closed,
+    damaged_below_checksums,
+    joined,
+    opened,
+    split,
+    with_messages,
+    with_records,
+    without_index,
+)
+from support.mcap_samples import protobuf_messages, write_foreign
+from support.planted_faults import BODIES, POSE_CHANNEL, START_NS, STEP_NS, clean
 
 from cdcore.errors import CollisionCoreError
 from replay.errors import ReplayError
 from replay.pipeline.engine import compute
 from replay.session_info import session_info
-from sessions import Event, Frames, HandTrack, Interval, Recorder, Severity, examine, parse_scene, read_session, recover
+from sessions import Event, HandTrack, Interval, Recorder, Severity, examine, parse_scene, read_session, recover
 from sessions.errors import SessionError
 from sessions.mcap_format.writer import write_session
 
-MESSAGE = struct.Struct("<HIQQ")
-TF_CHANNEL = 1
-"""The first channel that a session file declares."""
 NUMBERS = [0, 1, 7, 255, 2**16 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1, 2**63, 2**64 - 1]
-TEXTS = ["", "../../x", "a\nb", "\x1b[31mred", "\u202eevil", "x" * 5000, "<script>", "\0", "/tf", "world", "body 0"]
-PARTS = list[tuple[int, bytes]]
+TEXTS = ["", "../../x", "a\nb", "\x1b[31mred", "\u202eevil", "x" * 5000, "<script>", "\0", "/tf", "world", BODIES[0]]
+FLOATS = [np.nan, np.inf, 1e308, -1e20, 0.0]
+FIELDS = {
+    "parent_frame_id": TEXTS, "child_frame_id": TEXTS, "translation.x": FLOATS, "rotation.x": FLOATS,
+    "timestamp.seconds": [2**62, -(2**62), 9223372037, -1],
+}  # fmt: skip
+"""Field of a transform -> values that it had better not have."""
 
 
-def good_files(folder: Path) -> dict[str, bytes]:
+def good_files(folder):
     """The files that wrong ones are made of; the doctor finds no error in those of our own profile."""
-    rng, count = np.random.default_rng(4), 200
-    stamp = 1_700_000_000_000_000_000 + np.arange(count) * 11_111_111
-    position = 0.2 * np.sin(np.linspace(0, 9, count))[:, None, None] + rng.normal(0, 1e-4, (count, 2, 3))
-    position[:, 1, 0] += 1.0
-    quaternion = np.array([0, 0, 0, 1]) + rng.normal(0, 1e-4, (count, 2, 4))
-    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
-    sample, status = np.repeat(stamp[:, None], 2, axis=1), np.ones((count, 2), dtype=np.uint8)
-    frames = Frames(("body 0", "body 1"), stamp, stamp + 700, sample, position, quaternion, status)
-    parts = {
-        "meshes": {"body 0": tetrahedron(0.2), "body 1": tetrahedron(0.3)},
-        "events": [Event(int(stamp[3]), "grasp", "takes", "body 1")],
-        "intervals": [Interval(int(stamp[0]), int(stamp[9]), "task", "stir")],
-        "hands": {"student/right": HandTrack(stamp[:60], np.zeros(60), np.zeros(60), ("menu",), np.zeros((60, 1)))},
-        "scene": parse_scene('[[body]]\nid = "body 1"\n[[body]]\nid = "body 0"\n'),
-    }
-    write_session(session_of(frames, **parts), folder / "own.mcap")
-    with Recorder(folder / "live.mcap", meshes=parts["meshes"], overwrite=True) as recorder:
-        for k in range(40):
-            pose = {name: (position[k, c], quaternion[k, c]) for c, name in enumerate(frames.names)}
-            recorder.poses(int(stamp[k]), pose, log_ns=int(stamp[k]))
-    messages = protobuf_messages(frames)[:60]
+    draft = clean()
+    session = draft.session().between(START_NS, START_NS + 199 * STEP_NS)
+    stamps = session.frames.stamp_ns
+    first = int(stamps[0])
+    whole = replace(
+        session,
+        events=(Event(first + 9, "grasp", "takes", "flask"),),
+        intervals=(Interval(first, first + 99, "task", "stir"),),
+        hands={"student/right": HandTrack(stamps[:60], np.zeros(60), np.zeros(60), ("menu",), np.zeros((60, 1)))},
+        scene=parse_scene("".join(f'[[body]]\nid = "{name}"\n' for name in BODIES)),
+    )
+    write_session(whole, folder / "own.mcap")
+    with Recorder(folder / "live.mcap", meshes=draft.meshes) as recorder:
+        for k, stamp in enumerate(stamps[:40].tolist()):
+            poses = (session.frames.position[k], session.frames.quaternion_xyzw[k])
+            recorder.poses(stamp, {name: (poses[0][c], poses[1][c]) for c, name in enumerate(BODIES)}, log_ns=stamp)
+    messages = protobuf_messages(session.frames)[:60]
     write_foreign(folder / "lz4.mcap", messages, chunk_size=4000, compression=CompressionType.LZ4)
     write_foreign(folder / "loose.mcap", messages, use_chunking=False)
     return {path.stem: path.read_bytes() for path in sorted(folder.glob("*.mcap"))}
 
 
-# --- Files as lists of records: what a hostile writer has in hand ---
+# --- Records that a hostile writer adds and changes ---
 
 
-def split(data: bytes) -> PARTS:
-    """(opcode, content) of the records in a row."""
-    records, start = [], 0
-    while start + HEAD.size <= len(data):
-        opcode, length = HEAD.unpack_from(data, start)
-        records.append((opcode, data[start + HEAD.size : start + HEAD.size + length]))
-        start += HEAD.size + length
-    return records
-
-
-def joined(parts: PARTS) -> bytes:
-    return b"".join(HEAD.pack(opcode, len(content)) + content for opcode, content in parts)
-
-
-def inside(chunk: bytes) -> PARTS:
-    """The records of a chunk packed by zstd, or none."""
-    return split(opened(chunk))
-
-
-def chunk(parts: PARTS) -> tuple[int, bytes]:
+def chunk(parts):
     return Opcode.CHUNK, closed(joined(parts))
 
 
-def record(entry: McapRecord) -> tuple[int, bytes]:
+def record(entry):
     builder = RecordBuilder()
     entry.write(builder)
     return split(builder.end())[0]
 
 
-def attachment(name: str, data: bytes) -> tuple[int, bytes]:
+def attachment(name, data):
     return record(Attachment(0, 0, name, "x", data))
 
 
-def message(number: int, payload: bytes = b"", which: int = 1) -> tuple[int, bytes]:
+def facts(**words):
+    return record(Metadata("vrlab.session", words))
+
+
+def message(number, payload=b"", which=1):
     return Opcode.MESSAGE, MESSAGE.pack(which, 0, number, number) + payload
 
 
-def named(first: int, count: int) -> bytes:
+def named(count, first=0):
     """Poses of bodies called n0, n1, ..."""
     poses = FrameTransforms()
     for k in range(first, first + count):
-        pose = poses.transforms.add()
-        pose.parent_frame_id, pose.child_frame_id, pose.rotation.w = "world", f"n{k}", 1.0
+        pose = poses.transforms.add(parent_frame_id="world", child_frame_id=f"n{k}")
+        pose.rotation.w = 1.0
     return poses.SerializeToString()
 
 
-def with_records(data: bytes, change: Callable[[PARTS], PARTS]) -> bytes:
-    """A file whose records are changed, without an index."""
-    foot = int.from_bytes(data[-28:-20], "little") or len(data) - 37
-    footer = HEAD.pack(Opcode.FOOTER, 20) + struct.pack("<QQI", 0, 0, 0)
-    return data[:8] + joined(change(split(data[8:foot]))) + footer + data[:8]
+def plus(*added):
+    return lambda data: with_records(data, lambda parts: [*parts[:-1], *added, parts[-1]])
 
 
-def plus(*records: tuple[int, bytes]) -> Callable[[bytes], bytes]:
-    return lambda data: with_records(data, lambda parts: [*parts[:-1], *records, parts[-1]])
+def of_chunk(change):
+    """Change the content of the last chunk."""
 
-
-def of_kind(opcode: int, change: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    """Change the content of the last record of a kind."""
-
-    def changed(parts: PARTS) -> PARTS:
-        k = max(k for k, (kind, _) in enumerate(parts) if kind == opcode)
-        return [*parts[:k], (opcode, change(parts[k][1])), *parts[k + 1 :]]
+    def changed(parts):
+        last = max(k for k, (kind, _) in enumerate(parts) if kind == Opcode.CHUNK)
+        return [*parts[:last], (Opcode.CHUNK, change(parts[last][1])), *parts[last + 1 :]]
 
     return lambda data: with_records(data, changed)
 
 
-def of_messages(change: Callable[[int, bytes], bytes], which: int | None = None) -> Callable[[bytes], bytes]:
-    """Change the content of messages of the last chunk, by their number: of all channels, or of one."""
-
-    def changed(content_of_chunk: bytes) -> bytes:
-        messages = []
-        for k, (opcode, content) in enumerate(inside(content_of_chunk)):
-            meant = opcode == Opcode.MESSAGE and which in (None, MESSAGE.unpack_from(content)[0])
-            messages.append((opcode, change(k, content) if meant else content))
-        return closed(joined(messages))
-
-    return of_kind(Opcode.CHUNK, changed)
+def of_messages(change, channel=None):
+    return lambda data: with_messages(data, change, channel)
 
 
-def of_heads(at: int, value: Callable[[int], int]) -> Callable[[bytes], bytes]:
-    """Change a number of the head of every message: channel, sequence, log time or publish time."""
+def of_heads(place, value):
+    """Change a number of the head of every message by the frame: channel, sequence, log time or publish time."""
 
-    def change(k: int, content: bytes) -> bytes:
+    def change(content):
         head = list(MESSAGE.unpack_from(content))
-        head[at] = value(k)
+        head[place] = value((head[3] - START_NS) // STEP_NS)
         return MESSAGE.pack(*head) + content[MESSAGE.size :]
 
     return of_messages(change)
 
 
-def of_poses(path: str, *values: object) -> Callable[[bytes], bytes]:
-    """Set a field of every transform of the last chunk."""
-
-    def change(_: int, content: bytes) -> bytes:
-        poses = FrameTransforms()
-        poses.ParseFromString(content[MESSAGE.size :])
-        for pose, value in zip(poses.transforms, values * len(poses.transforms), strict=False):
-            part, _, name = path.rpartition(".")
-            setattr(getattr(pose, part) if part else pose, name, value)
-        return content[: MESSAGE.size] + poses.SerializeToString()
-
-    return of_messages(change, which=TF_CHANNEL)
+def with_poses(content, path, *values):
+    """A message with a field of its transforms set to the values in turn."""
+    poses = FrameTransforms.FromString(content[MESSAGE.size :])
+    *parts, name = path.split(".")
+    for k, pose in enumerate(poses.transforms):
+        setattr(getattr(pose, parts[0]) if parts else pose, name, values[k % len(values)])
+    return content[: MESSAGE.size] + poses.SerializeToString()
 
 
-def glb(words: dict, length: int | None = None) -> bytes:
+def of_poses(path, *values):
+    return of_messages(lambda content: with_poses(content, path, *values), POSE_CHANNEL)
+
+
+def glb(words, length=None):
     body = json.dumps(words).encode()
     body += b" " * (-len(body) % 4)
     size = 20 + len(body) if length is None else length
     return b"glTF" + struct.pack("<II", 2, size) + struct.pack("<I4s", len(body), b"JSON") + body
 
 
-def listed(names: object) -> tuple[int, bytes]:
+def listed(names):
     return record(Metadata("vrlab.bodies", {"names": json.dumps(names)}))
 
 
-def scene(words: bytes) -> tuple[int, bytes]:
+def scene(words):
     return attachment("scene.toml", words)
 
 
 ENDLESS = {"accessors": [{"count": 2**40, "type": "VEC3", "componentType": 5126}], "scenes": [{"nodes": [0]}],
            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]}  # fmt: skip
 LOOP = {"nodes": [{"children": [0]}], "scenes": [{"nodes": [0]}], "asset": {"version": "2.0"}}
-EACH_OTHER = b'[[body]]\nid="body 0"\nparent="body 1"\n[[body]]\nid="body 1"\nparent="body 0"\n'
 INSERTED = [
     listed([f"n{k}" for k in range(4097)]),
-    listed(["body 0", "body 0"]),
-    listed(["body 0"]),
+    listed(["flask", "flask"]),
+    listed(["flask"]),
     listed([1, 2]),
-    listed(["", "body 0", "body 1"]),
+    listed(["", *BODIES]),
     record(Metadata("vrlab.bodies", {"names": "[" * 100_000})),
-    record(Metadata("vrlab.session", {"format": "vrlab/1", "pseudonym": "S01"})),
-    record(Metadata("vrlab.session", {"\x1b[2J": "\x1b]0;own\x07", "a\nb": "\u202e"})),
-    record(Metadata("vrlab.session", {"format": "vrlab/1", "consent": "x" * 10**6})),
+    facts(format="vrlab/1", pseudonym="S01"),
+    facts(**{"\x1b[2J": "\x1b]0;own\x07", "a\nb": "\u202e"}),
+    facts(format="vrlab/1", consent="x" * 10**6),
     attachment("meshes/../../evil.glb", b"x"),
-    attachment("meshes/body 1.glb", glb(ENDLESS)),
-    attachment("meshes/body 1.glb", glb(LOOP)),
-    attachment("meshes/body 1.glb", glb({}, 2**32 - 1)),
+    *(attachment("meshes/flask.glb", data) for data in (glb(ENDLESS), glb(LOOP), glb({}, 2**32 - 1))),
     scene(b"\xff\xfe\x00"),
-    scene(EACH_OTHER),
-    scene(b'[[body]]\nid="body 0"\nmesh="/etc/passwd"\n'),
-    scene(b'[scene]\nspace_radius=nan\n[[body]]\nid="body 0"\n'),
+    scene(b'[[body]]\nid="flask"\nparent="tray"\n[[body]]\nid="tray"\nparent="flask"\n'),
+    scene(b'[[body]]\nid="flask"\nmesh="/etc/passwd"\n'),
+    scene(b'[scene]\nspace_radius=nan\n[[body]]\nid="flask"\n'),
     record(Channel(1, "/events", "protobuf", {}, 1)),
     record(Channel(1, "/tf", "protobuf", {}, 999)),
     record(Channel(900, "/hands//", "protobuf", {}, 1)),
     record(Channel(901, "/hands/\x1b[2J\u202e/l", "protobuf", {}, 1)),
-    message(10**18, named(0, 2)),
-    chunk([message(1, named(0, 300))]),
+    message(10**18, named(2)),
+    chunk([message(1, named(300))]),
     (200, b"x"),
     (Opcode.CHUNK, b""),
     (Opcode.MESSAGE, b"\x01"),
 ]
 """Records that a file had better not hold."""
 
-WRONG: dict[str, Callable[[bytes], bytes]] = {
+WRONG = {
     "nothing": lambda data: b"",
     "a damaged mark": lambda data: b"\x88" + data[1:],
     "zeros after the mark": lambda data: data[:8] + bytes(100_000),
@@ -227,14 +201,14 @@ WRONG: dict[str, Callable[[bytes], bytes]] = {
     "no footer": lambda data: data[:-37],
     "records in the wrong order": lambda data: with_records(data, lambda parts: [parts[0], *parts[:0:-1]]),
     "an index at byte 2^63": lambda data: data[:-28] + struct.pack("<Q", 2**63) + data[-20:],
-    "poses in JSON": of_kind(Opcode.CHUNK, lambda c: closed(opened(c).replace(b"protobuf", b"protobad"))),
+    "poses in JSON": of_chunk(lambda c: closed(opened(c).replace(b"protobuf", b"protobad"))),
     "an unknown version": lambda data: data.replace(b"vrlab/1", b"vrlab/9"),
-    "a chunk that unpacks to 2^63": of_kind(Opcode.CHUNK, lambda c: c[:16] + struct.pack("<Q", 2**63) + c[24:]),
-    "a chunk with another checksum": of_kind(Opcode.CHUNK, lambda c: c[:24] + bytes(4) + b"1" + c[29:]),
-    "a chunk packed by nobody knows what": of_kind(Opcode.CHUNK, lambda c: c.replace(b"zstd", b"tsdz", 1)),
-    "a chunk in a chunk": of_kind(Opcode.CHUNK, lambda c: closed(joined([(Opcode.CHUNK, c)]))),
-    "a body twice in a message": of_messages(lambda _, content: content + content[MESSAGE.size :]),
-    "messages that are none": of_messages(lambda _, content: content[: MESSAGE.size] + b"\xff"),
+    "a chunk that unpacks to 2^63": of_chunk(lambda c: c[:16] + struct.pack("<Q", 2**63) + c[24:]),
+    "a chunk with another checksum": of_chunk(lambda c: c[:24] + bytes(4) + b"1" + c[29:]),
+    "a chunk packed by nobody knows what": of_chunk(lambda c: c.replace(b"zstd", b"tsdz", 1)),
+    "a chunk in a chunk": of_chunk(lambda c: closed(joined([(Opcode.CHUNK, c)]))),
+    "a body twice in a message": of_messages(lambda content: content + content[MESSAGE.size :]),
+    "messages that are none": of_messages(lambda content: content[: MESSAGE.size] + b"\xff"),
     "messages of every channel": of_heads(0, lambda k: k % 12),
     "log times of 2^63": of_heads(2, lambda k: 2**63),
     "frames all at one time": of_heads(2, lambda k: 10**18),
@@ -244,7 +218,7 @@ WRONG: dict[str, Callable[[bytes], bytes]] = {
     "places of 1e308": of_poses("translation.z", 1e308, -1e308),
     "rotations of zero": of_poses("rotation.w", 0.0),
     "a body that is the world": of_poses("child_frame_id", "world"),
-    "names of control characters": of_poses("child_frame_id", "\x1b[2J", "\u202e\n"),
+    "names of control characters": of_poses("child_frame_id", "\x1b[2J", "\u202e\n", "\0"),
     **{f"inserted record {k}": plus(record) for k, record in enumerate(INSERTED)},
 }
 """What is wrong -> what it makes of a good file."""
@@ -253,96 +227,71 @@ WRONG: dict[str, Callable[[bytes], bytes]] = {
 # --- Draws over records ---
 
 
-def redrawn(draw: st.DrawFn, opcode: int, content: bytes) -> tuple[int, bytes]:
-    """A record with one thing in it drawn anew: a message of a chunk, a pose of a message, a number or a byte."""
-    if opcode == Opcode.CHUNK and draw(st.booleans()) and (parts := inside(content)):
+def redrawn(draw, opcode, content):
+    """A record with one thing in it drawn anew: a message of a chunk, a field of the poses, a number or a byte."""
+    if opcode == Opcode.CHUNK and draw(st.booleans()) and (parts := split(opened(content))):
         return chunk(edited(draw, parts))
-    poses = FrameTransforms()
-    try:
-        poses.ParseFromString(content[MESSAGE.size :] if opcode == Opcode.MESSAGE else b"")
-    except DecodeError:
-        poses.Clear()
-    if poses.transforms and draw(st.booleans()):
-        pose, word = poses.transforms[0], draw(st.sampled_from(TEXTS))
-        value = draw(st.sampled_from([np.nan, np.inf, 1e308, -1e20, 0.0]))
-        change = draw(st.sampled_from(["parent", "child", "place", "turn", "second", "more", "without"]))
-        if change in ("parent", "child"):
-            setattr(pose, f"{change}_frame_id", word)
-        elif change == "second":
-            pose.timestamp.seconds = draw(st.sampled_from([2**62, -(2**62), 9223372037, -1]))
-        elif change == "more":
-            poses.MergeFromString(named(0, draw(st.sampled_from([1, 50, 500]))))
-        elif change == "without":
-            pose.ClearField("rotation")
-        else:
-            {"place": pose.translation, "turn": pose.rotation}[change].x = value
-        return opcode, content[: MESSAGE.size] + poses.SerializeToString()
+    if opcode == Opcode.MESSAGE and draw(st.booleans()):
+        path = draw(st.sampled_from(sorted(FIELDS)))
+        try:
+            return opcode, with_poses(content, path, draw(st.sampled_from(FIELDS[path])))
+        except DecodeError:
+            return opcode, content
     kind = draw(st.sampled_from(["<B", "<H", "<I", "<Q"]))
     size = struct.calcsize(kind)
     if len(content) < size:
         return opcode, content
-    at = draw(st.integers(0, min(len(content) - size, 200)))
+    place = draw(st.integers(0, min(len(content) - size, 200)))
     value = draw(st.sampled_from(NUMBERS)) & ((1 << 8 * size) - 1)
-    return opcode, content[:at] + struct.pack(kind, value) + content[at + size :]
+    return opcode, content[:place] + struct.pack(kind, value) + content[place + size :]
 
 
-def edited(draw: st.DrawFn, parts: PARTS) -> PARTS:
-    """One record left out, doubled, moved, changed, or one more."""
-    if not parts:
-        return parts
-    k, to = draw(st.integers(0, len(parts) - 1)), draw(st.integers(0, len(parts) - 1))
-    action = draw(st.sampled_from(["change", "change", "change", "drop", "double", "swap", "insert"]))
-    if action == "drop":
-        return parts[:k] + parts[k + 1 :]
-    if action == "double":
-        return [*parts[:to], parts[k], *parts[to:]]
-    if action == "insert":
-        return [*parts[:k], draw(st.sampled_from(INSERTED)), *parts[k:]]
+def edited(draw, parts):
+    """One record changed, or put elsewhere: left out, doubled, in place of another, or a record of `INSERTED` there."""
+    k, to = (draw(st.integers(0, len(parts) - 1)) for _ in range(2))
     changed = list(parts)
-    if action == "swap":
+    what = draw(st.sampled_from(["change", "change", "change", "drop", "double", "swap", "insert"]))
+    if what == "change":
+        changed[k] = redrawn(draw, *parts[k])
+    elif what == "drop":
+        del changed[k]
+    elif what == "swap":
         changed[k], changed[to] = parts[to], parts[k]
     else:
-        changed[k] = redrawn(draw, *parts[k])
+        changed.insert(to, parts[k] if what == "double" else draw(st.sampled_from(INSERTED)))
     return changed
 
 
 @st.composite
-def wrong_bytes(draw: st.DrawFn, files: dict[str, bytes]) -> bytes:
+def wrong_bytes(draw, files):
     """A good file with records changed, with or without its index, or with its bytes damaged."""
     data = files[draw(st.sampled_from(sorted(files)))]
     if draw(st.booleans()):
         return draw(damaged_below_checksums(data))
-    foot = int.from_bytes(data[-28:-20], "little") or len(data) - 37
-    parts, index = split(data[8:foot]), data[foot:]
+    parts, index = body_and_index(data)
     for _ in range(draw(st.integers(1, 3))):
         parts = edited(draw, parts)
     if draw(st.booleans()):  # the index as it was: its offsets are wrong now
         return data[:8] + joined(parts) + index
-    footer = HEAD.pack(Opcode.FOOTER, 20) + struct.pack("<QQI", draw(st.sampled_from([0, *NUMBERS])), 0, 0)
-    return data[:8] + joined(parts) + footer + data[:8]
+    return without_index(parts, data[:8], draw(st.sampled_from(NUMBERS)))
 
 
 # --- Small files that ask for much ---
 
 
-def bodies(count: int) -> bytes:
-    return b"".join(b'[[body]]\nid="b%d"\ntags=["x"]\n' % k for k in range(count))
-
-
-def many_names(count: int, each: int = 5000) -> list[tuple[int, bytes]]:
-    rows = [message(k, named(k * each, each)) for k in range(count // each)]
+def many_names(count, each=5000):
+    rows = [message(k, named(each, k * each)) for k in range(count // each)]
     return [chunk(rows[k : k + 50]) for k in range(0, len(rows), 50)]
 
 
-BOMBS: dict[str, Callable[[], list[tuple[int, bytes]]]] = {
+TAGGED = b"".join(b'[[body]]\nid="b%d"\ntags=["x"]\n' % k for k in range(5000))
+BOMBS = {
     "a million names": lambda: many_names(1_000_000),
     "two million empty messages": lambda: [chunk([message(5)] * 2_000_000)],
     "a scene of dots": lambda: [scene(b"a" + b".a" * 200_000 + b"=1\n")],
-    "tags times tags": lambda: [
-        scene(bodies(5000) + b'[[pair]]\nbetween=["tag:x", "tag:x"]\n' * 100)
-    ],
+    "tags times tags": lambda: [scene(TAGGED + b'[[pair]]\nbetween=["tag:x", "tag:x"]\n' * 100)],
     "a million tiny records": lambda: [(0x90, b"")] * 1_000_000,
-}  # fmt: skip
+}
 """Name -> records that a good file holds more."""
 
 
@@ -352,7 +301,8 @@ KNOWN = (SessionError, ReplayError, CollisionCoreError)
 STRUCTURE = {"torn", "unreadable", "damaged-chunk", "bad-message"}
 
 
-def answer(work: Callable[[], object]) -> tuple[bool, str]:
+def answer(work):
+    """Whether it is accepted, and what is said: one sentence of a known error."""
     try:
         return True, str(work() or "")
     except KNOWN as error:
@@ -360,7 +310,7 @@ def answer(work: Callable[[], object]) -> tuple[bool, str]:
         return False, str(error)
 
 
-def verbs(path: Path, out: Path) -> dict[str, tuple[bool, str]]:
+def verbs(path, out):
     """Whether each verb accepts a file, and what it says; ``doctor`` accepts where it finds no error."""
     findings = [finding for finding in examine(path) if finding.severity == Severity.ERROR]
     answers = {"doctor": (not findings, "; ".join(f"{finding.code}: {finding.message}" for finding in findings))}
@@ -380,7 +330,7 @@ def verbs(path: Path, out: Path) -> dict[str, tuple[bool, str]]:
     return answers
 
 
-def contradictions(data: bytes, folder: Path) -> list[str]:
+def contradictions(data, folder):
     """What two verbs say of one file that cannot both be true, and files that they leave elsewhere."""
     path, out = folder / "wrong.mcap", folder / "out.mcap"
     path.write_bytes(data)

@@ -11,15 +11,10 @@ def findings(draft):
     return [*time_findings(look_through([draft.session().frames]))]
 
 
-def shifted(draft, start, stop, by):
-    for name in ("stamp_ns", "log_ns", "sample_ns"):
-        draft.arrays[name][start:stop] += by
-
-
 @pytest.mark.parametrize(("steps", "found"), [(2.9, False), (3.1, True)])
 def test_a_gap_is_longer_than_three_median_steps(steps, found):
     draft = clean()
-    shifted(draft, 400, FRAMES, round((steps - 1) * STEP_NS))
+    draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
     gaps = [one for one in findings(draft) if one.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
     assert [(one.start_ns, one.end_ns) for one in gaps] == [(stamps[399], stamps[400])] * found
