@@ -15,6 +15,7 @@ from replay.outputs.report.markup import element, safe
 from replay.outputs.report.page import report_html, write_report
 from replay.outputs.report.run_view import RunView
 from replay.pipeline.engine import compute
+from replay.studies.synthetic_sessions import synthetic_session
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +124,13 @@ def test_the_page_needs_nothing_from_outside_and_runs_no_script(several):
 def test_the_same_result_gives_the_same_bytes(several, tmp_path):
     write_report(several[0], tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == several[1]
+
+
+def test_a_calorimeter_has_its_temperature_as_headline_and_as_the_first_curve():
+    page = report_html(compute(synthetic_session("ammonia-calorimetry")[0]))
+    captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
+    assert captions[0].startswith("The temperature of calorimeter: 20.00 to 24.4")
+    assert "warms from 20.00 to 24.4" in page[: page.index(captions[0])]
 
 
 def test_hostile_names_stay_words():

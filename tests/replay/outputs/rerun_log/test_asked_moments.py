@@ -2,15 +2,12 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 from support.sentences import recording_text
-from support.shapes import box_mesh
 
 from replay.errors import RunFolderError
-from replay.outputs.rerun_log.close_up import sharp_edges
 from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.viewer import _target
@@ -39,11 +36,6 @@ def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_with
         stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
     with pytest.raises(RunFolderError, match="earlier version; replay the session again"):
         _target(tmp_path / "run.rrd", 1, None, "")
-
-
-def test_a_box_has_twelve_edges_and_none_across_its_sides():
-    edges = sharp_edges(box_mesh((1.0, 2.0, 3.0)))
-    assert sorted(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).round(9)) == [1.0] * 4 + [2.0] * 4 + [3.0] * 4
 
 
 def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, drawn):

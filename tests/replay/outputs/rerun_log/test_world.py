@@ -1,11 +1,9 @@
-"""Bodies: every pose that changed and no other, flat benches, no body without a pose."""
+"""Bodies stand where the motion has them, at every frame and at a touch between two."""
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh
 
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.outputs.drawn_mesh import shaded
 from replay.outputs.rerun_log.scene import body_path
 
 
@@ -21,25 +19,6 @@ def test_poses_read_back_are_those_of_the_motion_at_every_frame(demo, read):
         assert np.allclose(shown[valid], motion.translations[valid, column], atol=1e-6)
         matrix = rotation_from_quaternion(np.array([row[2][0] for row in turns]))[latest]
         assert np.allclose(matrix[valid], motion.rotations[valid, column], atol=1e-6)
-
-
-def test_a_body_that_stands_still_has_one_row(read):
-    assert len(read.column("world/beaker", "Transform3D:translation")) == 1
-    assert len(read.column("world/rod", "Transform3D:translation")) == 270
-
-
-def test_a_body_without_a_pose_is_not_drawn(demo, read):
-    lost = np.flatnonzero(~demo.assembly.motion.valid[:, 3])
-    rows = read.column("world/hand/mesh", "Mesh3D:albedo_factor")
-    assert [row[1] for row in rows] == [0, lost[0], lost[-1] + 1]
-    assert [row[2][0] & 0xFF for row in rows] == [40, 0, 40]
-    assert all(row[1] not in lost for row in read.column("world/hand", "Transform3D:translation"))
-
-
-def test_drawing_keeps_every_face_and_its_corners():
-    mesh = box_mesh()
-    vertices, _, faces = shaded(mesh)
-    assert np.array_equal(vertices[faces], mesh.triangles.astype(np.float32))
 
 
 def test_at_a_touch_between_frames_the_bodies_stand_where_they_touch_until_the_next_frame(passed, passed_read):

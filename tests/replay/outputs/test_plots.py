@@ -1,0 +1,29 @@
+"""Plots: no two names on one another, and a curve goes through its points."""
+
+import re
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from replay.outputs.plots import HIGH, LETTER, Axis, Dot, curve, scatter
+from replay.outputs.report.charts import drawn
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
+    random = np.random.default_rng(seed)
+    dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
+    plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
+    names = [(words.at, LETTER * len(words.text)) for words in plot.words if words.dot >= 0]
+    assert names
+    for ((x, y), wide), ((other, below), broad) in combinations(names, 2):
+        assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
+
+
+def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
+    points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
+    markup = drawn(curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0))
+    path = re.search(r'class="curve" d="M([^"]*)"', markup)[1]
+    heights = [float(corner.split()[1]) for corner in path.split("L")]
+    assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
