@@ -10,7 +10,7 @@ from typing import Any
 from replay.base.shown import plural
 from replay.errors import TradeoffError
 from replay.pipeline.gates import figure
-from replay.tradeoffs.pareto import count_words
+from replay.tradeoffs.pareto import wrong_words
 from replay.tradeoffs.settings import FASTEST
 
 Row = Mapping[str, Any]
@@ -93,17 +93,16 @@ def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
     if not first["wrong"]:
         return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]
     best = min(rows, key=lambda row: (row["wrong"], len(row["knobs"]), row["false"] or 0.0, row["number"]))
-    sentences = [f"Row {first['number']}: {wrong_words(first)}."]
+    sentences = [f"Row {first['number']}: {_all_wrong(first)}."]
     if best["wrong"] >= first["wrong"]:
         return [*sentences, "No row gets fewer contacts wrong."]
-    cure = f"Take row {best['number']} ({knob_words(best['knobs'])}): {wrong_words(best)} (measured on this session)."
+    cure = f"Take row {best['number']} ({knob_words(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
     return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
 
 
-def wrong_words(row: Row) -> str:
+def _all_wrong(row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
-    parts = [f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed"]
-    parts.append(f"{count_words(row, 'late')} late or cut short")
+    parts = [wrong_words(row)]
     if row["undecided"]:
         parts.append(f"{row['undecided']} undecided")
     if row["false"] is not None:

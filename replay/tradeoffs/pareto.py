@@ -25,11 +25,6 @@ CHEAPER: Final = 0.95
 """A p99 above this share of another one is no cheaper."""
 
 
-def budget_ms(rate_hz: float) -> float:
-    """Milliseconds of a frame."""
-    return 1e3 / rate_hz
-
-
 def counts(row: Row) -> bool:
     """Whether a row may be on the front: of one that left contact undecided nobody knows what it misses."""
     return not row["contact_frames_undecided"] and row["mean_ms"] is not None
@@ -94,13 +89,18 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
     by_label = {row["label"]: row for row in candidates}
     front = front_of(candidates)
     best = by_label[front[-1]]
-    first = f"{_least(best)} {_ms(best)} a frame ({best['label']}), {_of_frame(best)}."
+    cost = (
+        f"The fewest wrong contacts, {count_words(best, 'wrong')}, cost" if best["wrong"] else "Missing nothing costs"
+    )
+    share = figure(100 * best["mean_ms"] * HEADSET_HZ / 1e3)
+    first = f"{cost} {_ms(best)} a frame ({best['label']}), {share} % of a {HEADSET_HZ:g} Hz frame."
     other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
     if other is None:
         return [first, "No setting that was tried is surely quicker."]
+    wrong = f"{wrong_words(other)}, {count_words(other, 'false_contacts')} false"
     if not quicker(other, best):
-        return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {_wrong(other)}."]
-    return [first, f"At {_ms(other)} ({other['label']}) {_wrong(other)}; {_slow_frames(other, best)}."]
+        return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]
+    return [first, f"At {_ms(other)} ({other['label']}): {wrong}; {_slow_frames(other, best)}."]
 
 
 def _usual(rows: Sequence[Row], best: Row) -> Row | None:
@@ -109,18 +109,8 @@ def _usual(rows: Sequence[Row], best: Row) -> Row | None:
     return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["wrong"]), default=None)
 
 
-def _least(row: Row) -> str:
-    if not row["wrong"]:
-        return "Missing nothing costs"
-    return f"The fewest wrong contacts, {count_words(row, 'wrong')}, cost"
-
-
 def _ms(row: Row) -> str:
     return f"{row['mean_ms']:.2g} ms"
-
-
-def _of_frame(row: Row) -> str:
-    return f"{figure(100 * row['mean_ms'] / budget_ms(HEADSET_HZ))} % of a {HEADSET_HZ:g} Hz frame"
 
 
 def count_words(row: Row, name: str) -> str:
@@ -128,13 +118,10 @@ def count_words(row: Row, name: str) -> str:
     return range_words((row[f"{name}_smallest"], row[f"{name}_largest"]))
 
 
-def _wrong(row: Row) -> str:
-    """``1 of 18 contacts is missed, 7 are late or cut short and 9 contacts are false``."""
-    missed, late, false = (count_words(row, name) for name in ("missed", "late", "false_contacts"))
-    parts = [f"{missed} of {plural(row['contacts'], 'contact')} {'is' if missed == '1' else 'are'} missed"]
-    parts.append(f"{late} {'is' if late == '1' else 'are'} late or cut short")
-    parts.append("1 more is false" if false == "1" else f"{false} more are false")
-    return f"{parts[0]}, {parts[1]} and {parts[2]}"
+def wrong_words(row: Row) -> str:
+    """``0-1 of 18 contacts missed, 1-3 late or cut short``."""
+    missed = f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed"
+    return f"{missed}, {count_words(row, 'late')} late or cut short"
 
 
 def _slow_frames(row: Row, best: Row) -> str:

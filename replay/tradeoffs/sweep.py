@@ -24,7 +24,7 @@ from replay.prepare.convex_pieces import seconds_to_cut
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
-from replay.tradeoffs.timing import MEAN, P99, Clock, LiveFrames, Timed
+from replay.tradeoffs.timing import MEAN, P99, Clock, LiveFrames, Timed, known
 from sessions import Session
 
 if TYPE_CHECKING:
@@ -66,21 +66,13 @@ class _Trial(Timed):
         self.prepared = perf_counter() - began
         super().__init__(setting.label, detector, assembly.motion)
         self.row: dict[str, Any] = {}
-        self.frame, self.answer = self._warmed()
-
-    def _warmed(self) -> tuple[float, float]:
-        """The second of two samples of each kind, for the first one compiles."""
-        motion = self.motion
-        sample = motion.take(warm_frames(len(motion)))
-        spent = []
-        for _ in range(2):
+        sample = self.motion.take(warm_frames(len(self.motion)))
+        alone = Timed(self.label, detector, sample)
+        for _ in range(2):  # the first one compiles
             began = perf_counter()
-            self.detector.detect(sample)
-            spent.append(perf_counter() - began)
-        answer = min(spent) * len(motion) / max(1, len(sample))
-        asked = Timed(self.label, self.detector, sample)
-        frames = LiveFrames(sample, len(sample))
-        return min(float(frames.live_pass([asked])[0].mean()) for _ in range(2)), answer
+            detector.detect(sample)
+            self.answer = (perf_counter() - began) * len(self.motion) / max(1, len(sample))
+            self.frame = float(LiveFrames(sample, len(sample)).live_pass([alone])[0].mean())
 
 
 ASKED: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "policy")
@@ -147,11 +139,10 @@ class _Sweep:
         self, assembly: Assembly, scoring: Scoring, seed: int, deadline: _Deadline, wanted: Sequence[Setting]
     ) -> None:
         self._assembly, self._scoring, self._seed, self._deadline = assembly, scoring, seed, deadline
-        self._wanted = wanted
+        self._wanted, self._left = wanted, [*wanted]
         self._pair = [_Trial(Setting(TRUSTED, TRUSTED), assembly, seed) for _ in range(2)]
         self._clock: Clock | None = None
         self._trials: list[_Trial] = []
-        self._refused: set[str] = set()
 
     def run(self, watch: Watch) -> None:
         """Rounds until everything was tried or the time is up; what is left of it goes to the front."""
@@ -173,21 +164,17 @@ class _Sweep:
 
     def _begun(self, size: int, share: float, watch: Watch) -> list[_Trial]:
         """The next settings, made and counted, as many as can be timed too within the limit."""
-        known = {trial.label for trial in self._trials} | self._refused
-        left = [setting for setting in self._wanted if setting.label not in known]
-        front = front_of(self._rows())
         batch: list[_Trial] = []
-        for setting in next_to_front(left, self._wanted, front) if front else left:
+        for setting in next_to_front(self._left, self._wanted, front_of(self._rows())):
             # The first setting is tried whatever it takes: a table without rows says nothing.
             if len(batch) == size or (self._trials and self._deadline.left(share) <= 0):
                 break
             watch(len(self._trials), len(self._wanted))
+            self._left.remove(setting)
             trial = self._counted(setting, batch)
-            if trial is None:
-                self._refused.add(setting.label)
-                continue
-            self._trials.append(trial)
-            batch.append(trial)
+            if trial is not None:
+                self._trials.append(trial)
+                batch.append(trial)
         return batch
 
     def _counted(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
@@ -240,10 +227,10 @@ class _Sweep:
         """Prices of the passes so far, into the row."""
         row = trial.row
         for name, level in (("mean", MEAN), ("p99", P99)):
-            price = clock.price(trial, level)
-            ends = {"ms": price.value, "low": price.low, "high": price.high}
-            known = level is MEAN or trial.detector.online
-            row |= {f"{name}_{end}": 1e3 * value if known and value else None for end, value in ends.items()}
+            seconds = clock.price(trial, level)
+            if level is not MEAN and not trial.detector.online:
+                seconds *= np.nan
+            row |= zip((f"{name}_ms", f"{name}_low", f"{name}_high"), known(1e3 * seconds), strict=True)
         row |= {"passes": trial.passes, "frames": clock.frames.count}
 
     def whole(self, session: Session) -> Tradeoff:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import exp, sqrt
+from math import sqrt
 from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -38,15 +38,6 @@ INTERRUPTED: Final = 3.0
 """A frame that takes so many times its median over passes was interrupted by something else on the machine."""
 
 
-@dataclass(frozen=True)
-class Price:
-    """Seconds of a frame and their 95 % interval over passes; of one pass there is no interval."""
-
-    value: float
-    low: float | None
-    high: float | None
-
-
 @dataclass(eq=False)
 class Timed:
     """A setting that is timed: its detector, the poses, and pass by pass its seconds (F,) and the reference's."""
@@ -62,20 +53,19 @@ class Timed:
         """How often it was timed."""
         return len(self.own)
 
-    def ratio(self, level: float | None, widened: float = 1.0) -> Price:
-        """The mean or quantile over the reference's, in the same passes; the interval is widened by a factor.
+    def ratio(self, level: float | None, widened: float = 1.0) -> FloatArray:
+        """The mean or quantile over the reference's in the same passes, and the ends of its interval, widened: (3,).
 
-        The interval is Student's over passes, on logarithms. One pass gives none.
+        The interval is Student's over passes, on logarithms; one pass has none: nan.
         """
         logs = np.log(_of_passes(self.own, level) / _of_passes(self.reference, level))
-        count, middle = len(logs), float(logs.mean())
-        if count < 2:
-            return Price(exp(middle), None, None)
-        from scipy.special import stdtrit
+        middle, wide, count = float(logs.mean()), np.nan, len(logs)
+        if count > 1:
+            from scipy.special import stdtrit
 
-        # Bounded: two passes of a busy machine may be anything apart.
-        wide = min(float(stdtrit(count - 1, 0.975)) * float(logs.std(ddof=1)) / sqrt(count), 300.0)
-        return Price(exp(middle), exp(middle - wide) / widened, exp(middle + wide) * widened)
+            # Bounded: two passes of a busy machine may be anything apart.
+            wide = min(float(stdtrit(count - 1, 0.975)) * float(logs.std(ddof=1)) / sqrt(count), 300.0)
+        return np.exp([middle, middle - wide, middle + wide]) * [1.0, 1.0 / widened, widened]
 
 
 def _of_passes(seconds: Sequence[FloatArray], level: float | None) -> FloatArray:
@@ -120,25 +110,26 @@ class Clock:
     @property
     def widened(self) -> float:
         """The factor by which intervals are widened: 1 where the same setting twice comes out as a tie."""
-        again = self.twin.ratio(MEAN)
-        if again.low is None or again.high is None or again.low <= 1.0 <= again.high:
-            return 1.0
-        return max(again.value, 1.0 / again.value)
+        ratio, low, high = self.twin.ratio(MEAN).tolist()
+        return max(ratio, 1.0 / ratio) if low > 1.0 or high < 1.0 else 1.0
 
-    def price(self, setting: Timed, level: float | None) -> Price:
-        """Seconds of a setting: the ratio of its passes times what the reference takes in all passes."""
-        unit = exp(float(np.log(_of_passes(self.twin.reference, level)).mean()))
-        found = setting.ratio(level, self.widened)
-        low, high = (None if end is None else end * unit for end in (found.low, found.high))
-        return Price(found.value * unit, low, high)
+    def price(self, setting: Timed, level: float | None) -> FloatArray:
+        """Seconds of a setting and the ends of their interval (3,): its ratio times the reference's in all passes."""
+        reference = _of_passes(self.twin.reference, level)
+        return setting.ratio(level, self.widened) * np.exp(np.log(reference).mean())
 
     def as_json(self) -> dict[str, Any]:
         """The self-check: how often the reference was timed twice, and what came out."""
-        again = self.twin.ratio(MEAN)
+        ratio, low, high = known(self.twin.ratio(MEAN))
         return {
-            "passes": self.twin.passes, "ratio": again.value, "low": again.low, "high": again.high,
+            "passes": self.twin.passes, "ratio": ratio, "low": low, "high": high,
             "tie": self.widened == 1.0, "widened": self.widened,
         }  # fmt: skip
+
+
+def known(values: FloatArray) -> list[float | None]:
+    """The same as JSON has them: null for nan."""
+    return [None if np.isnan(value) else value for value in values.tolist()]
 
 
 class LiveFrames:

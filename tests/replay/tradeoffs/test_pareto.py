@@ -48,7 +48,7 @@ def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves
     found = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
     assert advice_of(found) == [
         "Missing nothing costs 0.041 ms a frame (exact), 0.37 % of a 90 Hz frame.",
-        "At 0.026 ms (meshes at 50 Hz) 0-1 of 18 contacts are missed, 7 are late or cut short and 9-10 more are false; "
+        "At 0.026 ms (meshes at 50 Hz): 0-1 of 18 contacts missed, 7 late or cut short, 9-10 false; "
         "slow frames (p99) get no cheaper.",
     ]
     slow = [found[0], {**usual, "mean_high": 0.05}, found[2]]
