@@ -105,7 +105,8 @@ def _placed(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: 
     """The frames of these stamps, written block by block into arrays of their size."""
     whole, done = Placed.empty(len(stamps), bodies), 0
     for frames in filled(in_order(session.blocks(BLOCK_FRAMES))):
-        frames = frames.part(*np.searchsorted(frames.stamp_ns, [stamps[0], stamps[-1] + 1]).tolist())
+        first, last = np.searchsorted(frames.stamp_ns, stamps[0]), np.searchsorted(frames.stamp_ns, stamps[-1], "right")
+        frames = frames.part(int(first), int(last))
         rows = slice(done, done + len(frames))
         kinematics.place(frames, Placed(whole.translation[rows], whole.rotation[rows], whole.origin[rows]))
         done = rows.stop

@@ -6,12 +6,13 @@ the same way.
 """
 
 import io
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, MessageIndex, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, MessageIndex, Metadata, Schema, Statistics
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import HEAD, MAGIC, Place, bytes_at, parsed, places
@@ -114,6 +115,15 @@ class Catalogue:
     """The record that ends the data; a file without one was never closed."""
     run: Region | None = None
     """The messages outside chunks that the next one joins."""
+    counted: dict[int, int] | None = None
+    """Channel -> messages, as the file's statistics have it."""
+    listed: Counter[int] = field(default_factory=Counter)
+    """Channel -> messages that an index lists, or that stand outside chunks."""
+
+    @property
+    def index_is_whole(self) -> bool:
+        """Whether the indexes of chunks list as many messages of every channel as there are."""
+        return self.counted == self.listed
 
     def declare(self, content: bytes) -> None:
         """Take in a schema or channel record, head included, wherever it was met; the last of an id counts."""
@@ -210,11 +220,14 @@ class Catalogue:
             region.channels = region.channels or set()
             if record.records:
                 region.channels.add(record.channel_id)
+                self.listed[record.channel_id] += len(record.records)
+        elif isinstance(record, Statistics):
+            self.counted = record.channel_message_counts
         elif place.opcode == Opcode.ATTACHMENT:
             name = attachment_name(content)
             what = f"the attachment {name!r} is damaged" if name else f"the attachment at byte {place.start} is damaged"
             self.refuse(place.opcode, place.start, "damaged-attachment", what, name)
-        elif place.opcode != Opcode.MESSAGE_INDEX:
+        elif place.opcode not in (Opcode.MESSAGE_INDEX, Opcode.STATISTICS):
             what = f"the {Opcode(place.opcode).name.lower()} at byte {place.start} is damaged"
             self.refuse(place.opcode, place.start, "unreadable", what)
 
@@ -227,6 +240,7 @@ class Catalogue:
         self.run.size = place.end - self.run.place.start
         if self.run.channels is not None:
             self.run.channels.add(channel)
+        self.listed[channel] += 1
 
     def _is_beyond(self, place: Place, size: int, limit: int) -> bool:
         if size > limit:
@@ -236,7 +250,9 @@ class Catalogue:
         return size > limit
 
 
-ENTERED = {Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT}
+ENTERED = {
+    Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.STATISTICS,
+}  # fmt: skip
 """Records that a catalogue takes in; what the index repeats of others is not looked at."""
 
 

@@ -59,7 +59,12 @@ class McapFile:
     def regions(self, *topics: str) -> list[Region]:
         """The regions that may hold messages of these topics, in file order."""
         ids = set[int]().union(*(self.catalogue.ids(topic) for topic in topics))
-        wanted = [region for region in self.catalogue.regions if region.channels is None or region.channels & ids]
+        # An index that leaves messages out would lose them: only a whole one says where nothing is.
+        wanted = [
+            region
+            for region in self.catalogue.regions
+            if region.channels is None or region.channels & ids or not self.catalogue.index_is_whole
+        ]
         return wanted if ids else []
 
     def read(self, regions: Iterable[Region]) -> Iterator[MessageTable]:

@@ -3,7 +3,9 @@ import sys
 
 import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from mcap.opcode import Opcode
 from mcap.writer import CompressionType
+from support.damage import with_records
 from support.mcap_samples import (
     assert_same_frames,
     protobuf_messages,
@@ -71,6 +73,15 @@ def test_a_flipped_byte_in_a_chunk_is_told_and_never_read(file):
     damaged(file, file.stat().st_size // 2)
     with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
         _ = read_session(file).frames
+
+
+def test_poses_that_the_index_of_their_chunk_leaves_out_are_read(file):
+    frames = read_session(file).frames
+    of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
+    file.write_bytes(
+        with_records(file.read_bytes(), lambda parts: [part for part in parts if (part[0], part[1][:2]) != of_poses])
+    )
+    assert_same_frames(read_session(file).frames, frames)
 
 
 def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
