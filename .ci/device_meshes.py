@@ -336,7 +336,7 @@ def main() -> None:
         meshes[f"hand_{1e3 * grip:.0f}"] = surface_of(partial(_distance, grip=grip), *corners, DENSE_FACES)
     for name, mesh in meshes.items():
         fine = in_single_precision(mesh)
-        coarse = reduce(simplified, TOLERANCES[:COARSE_STEPS], fine)
+        coarse = reduce(simplified, TOLERANCES[: COARSE_STEPS[name.partition("_")[0]]], fine)
         for file, level in ((name, fine), (f"{name}_coarse", coarse)):
             (FOLDER / f"{file}.glb").write_bytes(mesh_to_glb(level, name))
             print(f"{file:14} {len(level.faces):6,} faces")

@@ -26,8 +26,8 @@ WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the 
 
 TOLERANCES: Final = tuple(accumulate(repeat(1.15, 37), mul, initial=1e-4))
 """Metres by which a mesh is simplified step after step: one large step stalls at 730 faces."""
-COARSE_STEPS: Final = 16
-"""After so many steps a mesh is shipped once more: the first ones take most of the time, 0.3 s a mesh."""
+COARSE_STEPS: Final = {"hand": 12, "headset": 18, "wand": 11}
+"""After so many steps, with little more than 3,000 faces, a mesh is shipped once more: they take most of the time."""
 SPLIT_M = 4e-3  # The first length tried that edges are split to where more faces are asked for
 
 
@@ -66,7 +66,7 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
 @lru_cache(maxsize=16)
 def _shipped(name: str, faces: int) -> MeshData:
     """A shipped mesh with about ``faces`` faces, made once: scenes ask for the same hand on both sides."""
-    mesh, tolerances = load_mesh(FOLDER / f"{name}_coarse.glb"), TOLERANCES[COARSE_STEPS:]
+    mesh, tolerances = load_mesh(FOLDER / f"{name}_coarse.glb"), TOLERANCES[COARSE_STEPS[name.partition("_")[0]] :]
     if len(mesh.faces) <= faces:
         mesh, tolerances = load_mesh(FOLDER / f"{name}.glb"), TOLERANCES
     if faces > len(mesh.faces):
