@@ -1,13 +1,12 @@
 """What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from cdcore.numerics import ByteArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
@@ -15,6 +14,16 @@ from replay.comparison.outcome import Comparison, Episode, Outcome
 
 REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
+
+
+def never_found(frames: IntArray) -> BoolArray:
+    """(..., C) which contacts are never reported, and missed in a frame, of their ``frames`` (..., C, outcomes)."""
+    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] == 0)
+
+
+def found_in_part(frames: IntArray) -> BoolArray:
+    """(..., C) which contacts are reported in some frames and missed in others."""
+    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +39,13 @@ class ContactCounts:
     frames of each by ``Outcome``.
     """
 
-    numbers: NDArray[np.int64]
-    pairs: NDArray[np.int64]
-    frames: NDArray[np.int64]
+    numbers: IntArray
+    pairs: IntArray
+    frames: IntArray
 
-    def only(self, kept: ArrayLike) -> "ContactCounts":
+    def only(self, kept: BoolArray) -> "ContactCounts":
         """The contacts for which ``kept`` (C,) is true."""
-        which = np.asarray(kept, dtype=np.bool_)
-        return ContactCounts(self.numbers[which], self.pairs[which], self.frames[which])
+        return ContactCounts(self.numbers[kept], self.pairs[kept], self.frames[kept])
 
     @property
     def contacts(self) -> int:
@@ -45,14 +53,9 @@ class ContactCounts:
         return len(self.pairs)
 
     @property
-    def found(self) -> int:
-        """Contacts reported in every frame that was decided; those within tolerance elsewhere count."""
-        return int((self._any(Outcome.BOTH) & ~self._any(Outcome.MISSED)).sum())
-
-    @property
     def in_part(self) -> int:
         """Contacts reported in some frames and missed in others."""
-        return int((self._any(Outcome.BOTH) & self._any(Outcome.MISSED)).sum())
+        return int(found_in_part(self.frames).sum())
 
     @property
     def missed(self) -> int:
@@ -62,17 +65,17 @@ class ContactCounts:
     @property
     def missed_numbers(self) -> list[int]:
         """Numbers, from 1, of the contacts that were never found."""
-        return self.numbers[self._any(Outcome.MISSED) & ~self._any(Outcome.BOTH)].tolist()
+        return self.numbers[never_found(self.frames)].tolist()
 
     @property
     def undecided(self) -> int:
         """Contacts that were neither reported nor missed in any frame, because frames were left out."""
-        return int((self._any(Outcome.LEFT_OUT) & ~self._decided).sum())
+        return self._left_out(decided=False)
 
     @property
     def undecided_in_part(self) -> int:
         """Contacts of which some frames were left out and others decided; they count in their other class too."""
-        return int((self._any(Outcome.LEFT_OUT) & self._decided).sum())
+        return self._left_out(decided=True)
 
     @property
     def frames_undecided(self) -> int:
@@ -88,12 +91,10 @@ class ContactCounts:
         ended = self.frames[:, outcome]
         return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
 
-    def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
-        return self.frames[:, outcome] > 0
-
-    @property
-    def _decided(self) -> NDArray[np.bool_]:
-        return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
+    def _left_out(self, decided: bool) -> int:
+        """Contacts with frames that were left out, and others that were decided or none."""
+        some = (self.frames[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
+        return int(((self.frames[:, Outcome.LEFT_OUT] > 0) & (some == decided)).sum())
 
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
@@ -106,11 +107,6 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     pairs = np.array([one.pair for one in contacts], dtype=np.int64)
     everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
     return everything.only(frames[:, Outcome.HELD] == 0)
-
-
-def cut_contacts(contacts: Iterable[Episode]) -> int:
-    """How many contacts lost poses cut."""
-    return sum(one.cuts > 0 for one in contacts)
 
 
 def held_counts(

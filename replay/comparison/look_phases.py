@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from cdcore.protocol import HeldLooks, is_one_of, stream_live
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
-from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
+from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports, found_in_part, never_found
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
 from replay.comparison.reference import Reference
@@ -63,34 +64,22 @@ class OffsetCounts:
         """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
         return replace(self, frames=self.frames[:, kept])
 
-    @property
-    def missed(self) -> BoolArray:
-        """(offsets, C) which contacts are never found."""
-        return (self.frames[..., Outcome.MISSED] > 0) & (self.frames[..., Outcome.BOTH] == 0)
-
-    @property
-    def in_part(self) -> BoolArray:
-        """(offsets, C) which contacts are found in part."""
-        return (self.frames[..., Outcome.MISSED] > 0) & (self.frames[..., Outcome.BOTH] > 0)
+    @cached_property
+    def _faults(self) -> dict[str, BoolArray]:
+        """Name -> (offsets, C) at which offsets which contacts have that fault."""
+        return {"contacts_missed": never_found(self.frames), "contacts_in_part": found_in_part(self.frames)}
 
     def shares(self) -> Shares:
         """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
         offsets, contacts, _ = self.frames.shape
         whole = np.full(contacts, offsets)
         missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        return {
-            "contacts_missed": share_of_clusters(self.missed.sum(axis=0), whole),
-            "contacts_in_part": share_of_clusters(self.in_part.sum(axis=0), whole),
-            "missed": share_of_clusters(missed, missed + found),
-            "invented": self.invented,
-        }
+        shares = {name: share_of_clusters(fault.sum(axis=0), whole) for name, fault in self._faults.items()}
+        return {**shares, "missed": share_of_clusters(missed, missed + found), "invented": self.invented}
 
     def spreads(self) -> dict[str, dict[str, float]]:
         """Smallest, largest and mean number of contacts missed, and found in part, over the offsets."""
-        return {
-            "contacts_missed": spread(self.missed.sum(axis=1).tolist()),
-            "contacts_in_part": spread(self.in_part.sum(axis=1).tolist()),
-        }
+        return {name: spread(fault.sum(axis=1).tolist()) for name, fault in self._faults.items()}
 
 
 def spread(counts: Sequence[int]) -> dict[str, float]:

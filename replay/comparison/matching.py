@@ -99,34 +99,24 @@ def _matched(
     truth: Sequence[Episode], found: Sequence[Episode], reach: int, held: set[int]
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
     """All overlaps but those of ``held`` contacts of the first list, and the best assignment in that list's order."""
-    overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach) if one.truth not in held]
+    overlaps = [one for one in _overlaps(truth, found, reach) if one.truth not in held]
     return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
 
 
-Numbered = list[tuple[int, Episode]]
-
-
-def _columns(truth: Sequence[Episode], found: Sequence[Episode]) -> Iterator[tuple[Numbered, Numbered]]:
-    """The numbered episodes of each pair that has some in both."""
-    sides: tuple[dict[int, Numbered], dict[int, Numbered]] = ({}, {})
-    for side, episodes in zip(sides, (truth, found), strict=True):
-        for number, episode in enumerate(episodes, 1):
-            side.setdefault(episode.pair, []).append((number, episode))
-    for pair in sorted(sides[0].keys() & sides[1].keys()):
-        yield sides[0][pair], sides[1][pair]
-
-
-def _overlaps(truth: Numbered, found: Numbered, reach: int) -> Iterator[EpisodeMatch]:
-    """Overlaps of one pair, in order of time."""
+def _overlaps(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
+    """Overlaps, pair by pair in order of time."""
+    left, right = (
+        sorted(enumerate(episodes, 1), key=lambda entry: (entry[1].pair, entry[1].first)) for episodes in (truth, found)
+    )
     i = j = 0
-    while i < len(truth) and j < len(found):
-        (number, one), (other_number, other) = truth[i], found[j]
+    while i < len(left) and j < len(right):
+        (number, one), (other_number, other) = left[i], right[j]
         first, last = max(one.first, other.first), min(one.last, other.last + reach)
         frames = last - first + 1 - one.lost_within(first, last)
-        if frames > 0:
+        if one.pair == other.pair and frames > 0:
             longer = (other.end - other.start) - (one.end - one.start)
             yield EpisodeMatch(number, other_number, frames, other.start - one.start, longer)
-        if one.last <= other.last + reach:
+        if (one.pair, one.last) <= (other.pair, other.last + reach):
             i += 1
         else:
             j += 1

@@ -44,14 +44,6 @@ BLOCK: Final = 1024
 """Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
 
 
-class Stretch(NamedTuple):
-    """Frames ``first`` to ``last`` of a pair (column)."""
-
-    pair: int
-    first: int
-    last: int
-
-
 class NoisySpan(NamedTuple):
     """Frames ``first`` to ``last`` of a pair (column), and the share of the copies with contact there."""
 
@@ -75,7 +67,7 @@ class NoiseResult:
     words: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
     near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
     # stretches of a second and more in which copies disagree: bodies at rest on each other
-    resting: tuple[Stretch, ...]
+    resting: tuple[NoisySpan, ...]
     asked: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
     sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
 
@@ -127,7 +119,7 @@ def in_noise(
 def _result(
     times: FloatArray, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
 ) -> NoiseResult:
-    near, resting = list[NoisySpan](), list[Stretch]()
+    near, resting = list[NoisySpan](), list[NoisySpan]()
     windows = [_widened(contact, times) for contact in contacts]
     for pair in pairs:
         frames, said = pair.answer
@@ -135,7 +127,7 @@ def _result(
         wavering = frames[(counts > 0) & (counts < drawn.copies)]
         for first, last in _spans(wavering, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
-                resting.append(Stretch(pair.column, first, last))
+                resting.append(pair.span(first, last))
         taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
         passes = [pair.span(*span) for span in _between(frames, taken, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
@@ -176,7 +168,7 @@ def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int,
     return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
 
 
-def _at_rest(span: NoisySpan, resting: Sequence[Stretch]) -> bool:
+def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
     """Whether most of a span lies in stretches at rest of its pair."""
     alike = [rest for rest in resting if rest.pair == span.pair]
     frames = sum(max(0, min(span.last, rest.last) - max(span.first, rest.first) + 1) for rest in alike)

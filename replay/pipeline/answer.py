@@ -55,9 +55,9 @@ class Answer:
 
     label: str
     sentence: str
-    why: str  # ``""`` where nothing is wrong
-    fix: Fix | None
-    moment: KeyMoment | None
+    why: str = ""  # ``""`` where nothing is wrong
+    fix: Fix | None = None
+    moment: KeyMoment | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Plain data."""

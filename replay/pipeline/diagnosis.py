@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -26,10 +27,11 @@ def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]
     for number, rank in enumerate(ranks[:-1]):
         label, fault = rank.label, _key_fault(result, rank)
         sentence = _sentence(result, summary, rank, worst=number == 0 and len(ranks) > 2)
-        if fault is None:
-            found.append(Answer(label, sentence, "", None, None))
-            continue
-        found.append(Answer(label, sentence, fault.why, _fix(result, summary, rank, fault), _moment(result, fault)))
+        answer = Answer(label, sentence)
+        if fault is not None:
+            fix, moment = _fix(result, summary, rank, fault), _moment(result, fault)
+            answer = replace(answer, why=fault.why, fix=fix, moment=moment)
+        found.append(answer)
     return tuple(found)
 
 

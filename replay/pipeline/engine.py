@@ -25,7 +25,7 @@ from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.run_detector import Run, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import EffectRun, run_effects
+from replay.effects.effects_runner import run_effects
 from replay.effects.recorded import recorded
 from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
@@ -117,7 +117,8 @@ def compute(
     effects = recorded(result.session, ready.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
-            effects |= _effects(ready, runs, lineup.oracle)
+            believed = _believed(planned, runs, lineup.oracle)
+            effects |= run_effects(planned, result.session, ready.assembly, believed)
     result = replace(result, effects=effects)
     summary = summarise(result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began)
     tidy()
@@ -182,7 +183,12 @@ def _audited(
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
             label: match_episodes(
-                comparison, truth, found[label], counts=counts[label], reach=_reach(audited[label].detection, reference)
+                # A contact at an instant still speaks for the interval that begins there.
+                comparison,
+                truth,
+                found[label],
+                counts=counts[label],
+                reach=int((runs[label].detection.covers, runs[oracle].detection.covers) == ("instants", "intervals")),
             )
             for label, comparison in comparisons.items()
         }
@@ -206,16 +212,6 @@ def _audited(
         result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
         phases=phases, counts=counts, holdings=reference.holdings, loose=reference.contacts,
     )  # fmt: skip
-
-
-def _reach(subject: Detection, reference: Reference) -> int:
-    """Frames for which a contact of instants still speaks: one beside a reference of intervals."""
-    return int((subject.covers, reference.truth.covers) == ("instants", "intervals"))
-
-
-def _effects(ready: Prepared, runs: dict[str, Run], oracle: str) -> dict[str, EffectRun]:
-    """What the effects of the plan find, in running order."""
-    return run_effects(ready.plan, ready.treatment.session, ready.assembly, _believed(ready.plan, runs, oracle))
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
-from replay.comparison.contact_counts import ContactCounts, count_reports, cut_contacts, held_counts
+from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
@@ -46,7 +46,7 @@ def score(result: RunResult, label: str) -> dict[str, Any]:
         "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
         "between_frames": _between(result, label),
         "unconfirmed": unconfirmed, "contacts": contacts.contacts,
-        "contacts_cut": cut_contacts(result.loose),
+        "contacts_cut": sum(one.cuts > 0 for one in result.loose),
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
         "held": _held(result, label, held_pairs), "misses": len(missed),

@@ -92,7 +92,7 @@ def test_contact_of_what_is_held_is_neither_found_nor_missed_nor_false():
     compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
     assert [Outcome(one).name[0] for one in compared.outcome[:, 0]] == list("NBMHHHHNBN")
     counts = count_contacts(compared, episodes(oracle))
-    assert (counts.contacts, counts.found, counts.in_part, counts.numbers.tolist()) == (2, 1, 1, [1, 3])
+    assert (counts.contacts, counts.missed, counts.in_part, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
     assert count_reports(compared).contacts == 2
     matches = match_episodes(compared, episodes(oracle), episodes(subject))
     assert (matches.held_truth, matches.missed, matches.invented) == ((2,), (), ())
