@@ -5,7 +5,7 @@ To find the stage, the missed frames are decided again.
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache
 from typing import Any, Final
@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict
+from cdcore.numerics import IntArray
 from cdcore.protocol import Explains, Explanation, counts_as_contact
 from replay.comparison.delay import at_frame, constant_delay, reported
 from replay.comparison.evidence import grouped, longest_cuts, looks
@@ -94,23 +95,39 @@ class Causes:
 
 
 @dataclass(frozen=True, eq=False)
-class MissEvidence:
-    """The data in which the causes of one detector's misses are found."""
+class Audited:
+    """A detector that is compared, which may explain itself, its answer and the oracle's about one motion."""
 
-    motion: Motion  # as it was detected
+    motion: Motion
+    detector: object
     subject: Detection
     oracle: Detection
-    detector: object  # the subject itself, which may explain
-    faces: Callable[[Motion], Detection]  # an exact answer with faces for some frames
+    _delays: dict[int, int] = field(default_factory=dict)
+
+    def stages(self, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """What the detector says of its stages at a frame, ``faces`` (k, 2) being those that meet there."""
+        if isinstance(self.detector, Explains):
+            return self.detector.explain(self.motion, frame, pair, faces)
+        return Explanation()
+
+    def delay(self, pair: int) -> int:
+        """Frames by which all that it says of a pair comes late; negative: early; 0: by no constant number."""
+        if pair not in self._delays:
+            self._delays[pair] = constant_delay(self.subject, self.oracle, pair)
+        return self._delays[pair]
 
 
-def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: MissEvidence) -> Causes:
+Faces = Callable[[Motion], Detection]
+"""An exact answer with faces for some frames."""
+
+
+def find_causes(places: Sequence[MissedStretch], comparison: Comparison, by: Audited, faces_of: Faces) -> Causes:
     """Decide the frames of the misses (``places``, in order of time) again and give each miss its cause."""
     found: list[list[Cause]] = [[] for _ in places]
-    for number, cause in _causes(places, scene):
+    for number, cause in _causes(places, by, faces_of):
         found[number].append(cause)
     frames = Counter(cause for causes in found for cause in causes)
-    for outcome, verdict in zip(comparison.outcome.T, scene.oracle.verdict.T, strict=True):
+    for outcome, verdict in zip(comparison.outcome.T, by.oracle.verdict.T, strict=True):
         frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
     words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
     return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
@@ -159,40 +176,37 @@ def first_failed(
     return Cause.SEARCH if found_none else Cause.UNEXPLAINED
 
 
-def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:
+def _causes(places: Sequence[MissedStretch], by: Audited, faces_of: Faces) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every frame examined."""
-    instants, subject = scene.oracle.covers == "instants", scene.subject
-    delay_of = cache(lambda pair: constant_delay(subject, scene.oracle, pair))
-    reported_of = cache(lambda pair: reported(subject, scene.oracle, pair))
+    instants, subject = by.oracle.covers == "instants", by.subject
+    reported_of = cache(lambda pair: reported(subject, by.oracle, pair))
     for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
         if not instants:
             # An interval is also decided at the frame where it begins.
             frames = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
-        truth = scene.faces(scene.motion.take(frames))
+        truth = faces_of(by.motion.take(frames))
         row = {frame: k for k, frame in enumerate(frames.tolist())}
         contact = counts_as_contact(truth.verdict)
         for number, pair, looked in group:
             place = places[number]
             of_engine: tuple[Cause | None, ...] = ()
-            if isinstance(scene.detector, RecordedDetector):
-                first, last = scene.motion.times[[place.first, place.last]].tolist()
-                stepless = scene.detector.stepped(first, last) is False
+            if isinstance(by.detector, RecordedDetector):
+                first, last = by.motion.times[[place.first, place.last]].tolist()
+                stepless = by.detector.stepped(first, last) is False
                 of_engine = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(place.kind)
             for frame in looked:
                 asked = (frame,) if instants else (frame, frame - 1)
                 ends = [end for end in asked if end in row and contact[row[end], pair]]
                 # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
                 at = ends[0] if ends else frame
-                stages = Explanation()
-                if isinstance(scene.detector, Explains):
-                    stages = scene.detector.explain(scene.motion, at, pair, truth.faces(row[at], pair))
                 refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
                 asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
                 verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
-                delay = delay_of(pair)
+                delay = by.delay(pair)
                 shifted = delay != 0 and at_frame(reported_of(pair), at + delay)
                 timing = (delay_cause(delay) if shifted else None, *of_engine)
+                stages = by.stages(at, pair, truth.faces(row[at], pair))
                 yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
 
 
@@ -214,8 +228,8 @@ def _looks(places: Sequence[MissedStretch]) -> Iterator[Look]:
 
 
 def examine(
-    comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], runs: Mapping[str, Run], assembly: Assembly,
-    faces_of: Callable[[Motion], Detection],
+    comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], subjects: Mapping[str, Audited], trusted: Run,
+    assembly: Assembly, faces_of: Faces,
 ) -> tuple[dict[str, tuple[Miss, ...]], dict[str, Causes]]:  # fmt: skip
     """Misses and causes per label.
 
@@ -223,24 +237,23 @@ def examine(
     ----------
     comparisons : label -> comparison, all with one oracle.
     contacts : the oracle's episodes.
-    runs : every detector of the run, the oracle among them.
+    subjects : the detectors of these comparisons.
+    trusted : the oracle.
     faces_of : the most trusted answer, with faces, for some frames.
     """
     places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
     asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
     if not asked:
         return dict.fromkeys(places, ()), {label: Causes() for label in places}
-    trusted = runs[next(iter(comparisons.values())).oracle]
     own = trusted.detection
     has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
     cuts = longest_cuts(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
-    names = [(assembly.names[i], assembly.names[j]) for i, j in assembly.pairs.tolist()]
+    names = [assembly.bodies_of(pair) for pair in range(len(assembly.pairs))]
     times = assembly.motion.times
     numbered = {label: misses(found, names, times, cuts) for label, found in places.items()}
     causes = {}
     for label, found in places.items():
-        scene = MissEvidence(assembly.motion, runs[label].detection, own, runs[label].detector, faces_of)
-        causes[label] = find_causes(found, comparisons[label], scene)
+        causes[label] = find_causes(found, comparisons[label], subjects[label], faces_of)
         with_cause = zip(numbered[label], causes[label].of_misses, strict=True)
         numbered[label] = tuple(replace(miss, cause=cause.value) for miss, cause in with_cause)
     return numbered, causes

@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore import Detection, Verdict
+from cdcore import Verdict
 from cdcore.numerics import FloatArray, place_points
-from cdcore.protocol import NO_FACES, Explains, Explanation, counts_as_contact, is_one_of
-from replay.comparison.causes import Cause, delay_cause
+from cdcore.protocol import NO_FACES, counts_as_contact, is_one_of
+from replay.comparison.causes import Audited, Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
-from replay.comparison.delay import at_frame, constant_delay
+from replay.comparison.delay import at_frame
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.misses import kind_within
@@ -81,7 +81,7 @@ class FalseContact:
     widest: int
     gap: float
     point: Vector
-    cause: str
+    cause: str = ""
     hollow: str = ""
     ends: tuple[Vector, Vector] | None = None
     why: str = ""
@@ -92,80 +92,51 @@ class FalseContact:
         return self.last - self.first + 1
 
 
-@dataclass(frozen=True, eq=False)
-class FalseReporter:
-    """The detector whose false contacts are explained, as an object that may explain itself, and both answers."""
+class _Hulls:
+    """The convex hulls of the bodies of an assembly, each made when it is first asked for."""
 
-    detector: object = None
-    subject: Detection | None = None
-    oracle: Detection | None = None
+    def __init__(self, assembly: Assembly) -> None:
+        self._assembly, self._planes = assembly, dict[int, FloatArray]()
 
-    @cached_property
-    def _delays(self) -> dict[int, int]:
-        return {}
-
-    @cached_property
-    def _planes(self) -> dict[int, FloatArray]:
-        return {}
-
-    def is_candidate(self, frame: int, pair: int) -> bool:
-        """Whether only bounding volumes were asked."""
-        return self.subject is not None and int(self.subject.verdict[frame, pair]) == Verdict.CANDIDATE
-
-    def hollow_at(self, assembly: Assembly, pair: int, frame: int) -> str:
+    def hollow_at(self, pair: int, frame: int) -> str:
         """Name of the body of a pair into whose convex hull the other reaches, at a frame without contact.
 
-        Of two such bodies the one into whose hull more vertices reach; ``""``: neither, or no hulls were asked.
+        Of two such bodies the one into whose hull more vertices reach; ``""``: neither.
         """
-        settings = getattr(self.detector, "settings", None)
-        if getattr(settings, "shape", None) != "hull":
-            return ""
-        ends = assembly.pairs[pair].tolist()
-        inside = [self._inside(assembly, frame, body, other) for body, other in (ends, ends[::-1])]
+        ends = self._assembly.pairs[pair].tolist()
+        inside = [self._inside(frame, body, other) for body, other in (ends, ends[::-1])]
         most = int(inside[1] > inside[0])
-        return assembly.names[ends[most]] if inside[most] else ""
+        return self._assembly.names[ends[most]] if inside[most] else ""
 
-    def _inside(self, assembly: Assembly, frame: int, body: int, other: int) -> int:
+    def _inside(self, frame: int, body: int, other: int) -> int:
         """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
-        motion, vertices = assembly.motion, assembly.bodies[other].mesh.vertices
+        motion, bodies = self._assembly.motion, self._assembly.bodies
+        vertices = bodies[other].mesh.vertices
         some = vertices[:: 1 + len(vertices) // MOST_VERTICES]
         world = place_points(some, motion.rotations[frame, other], motion.translations[frame, other])
         local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
         # Few vertices are in the box around the hull, and a hull has thousands of planes.
-        hollowed = assembly.bodies[body].mesh.vertices
+        hollowed = bodies[body].mesh.vertices
         near = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
-        planes = self._hull_planes(assembly, body)
+        planes = self._hull_planes(body, hollowed)
         return int((near @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
 
-    def _hull_planes(self, assembly: Assembly, body: int) -> FloatArray:
+    def _hull_planes(self, body: int, vertices: FloatArray) -> FloatArray:
         """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""
         from scipy.spatial import ConvexHull, QhullError
 
         if body not in self._planes:
             try:
-                self._planes[body] = ConvexHull(assembly.bodies[body].mesh.vertices).equations
+                self._planes[body] = ConvexHull(vertices).equations
             except QhullError:
                 self._planes[body] = np.zeros((0, 4))
         return self._planes[body]
 
-    def moved(self, frame: int, pair: int) -> Cause | None:
-        """``late`` or ``early`` where all that is said of the pair is so by a constant number of frames, as here."""
-        if self.subject is None or self.oracle is None:
-            return None
-        if pair not in self._delays:
-            self._delays[pair] = constant_delay(self.subject, self.oracle, pair)
-        delay = self._delays[pair]
-        moved = delay != 0 and at_frame(counts_as_contact(self.oracle.verdict[:, pair]), frame - delay)
-        return delay_cause(delay) if moved else None
 
-
-NOBODY: Final = FalseReporter()
-
-
-def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter = NOBODY) -> tuple[FalseContact, ...]:
+def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> tuple[FalseContact, ...]:
     """Number the false stretches of a comparison, in order of time, then pair; what a hand holds is none.
 
-    ``by``: who reports them; without the answers no delay and no candidate is known.
+    ``by``: who reports them.
     """
     outcome, times = comparison.outcome, assembly.motion.times
     ends = frame_ends(times)
@@ -178,24 +149,21 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
-    measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
+    measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[FalseContact]()
+    hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
-        a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())
         # Not its ends: there the pair is about to part, and the next moment is near.
         inner = (last - first) // 4
         frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
         gap, frame, point, between = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
         begin, end = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1].tolist()
-        made.append(
-            FalseContact(
-                number, pair, a, b, first, last, float(times[first]), float(ends[last]),
-                kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
-                ends=between,
-            )
+        one = FalseContact(
+            number, pair, *assembly.bodies_of(pair), first, last, float(times[first]), float(ends[last]),
+            kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, ends=between,
         )  # fmt: skip
-        cause = _cause(by, assembly, made[-1])
-        hollow = by.hollow_at(assembly, pair, frame) if cause == SOLIDS else ""
-        made[-1] = replace(made[-1], cause=HOLLOW if hollow else cause, hollow=hollow)
+        cause = _cause(by, one)
+        hollow = hulls.hollow_at(pair, frame) if cause == SOLIDS and hulls is not None else ""
+        made.append(replace(one, cause=HOLLOW if hollow else cause, hollow=hollow))
     return tuple(made)
 
 
@@ -211,23 +179,23 @@ def _widest(
     return gap, frame, vector_of(ends.mean(axis=0)), (vector_of(ends[0]), vector_of(ends[1]))
 
 
-def _cause(by: FalseReporter, assembly: Assembly, one: FalseContact) -> str:
-    if by.is_candidate(one.widest, one.pair):
+def _cause(by: Audited, one: FalseContact) -> str:
+    if by.subject.verdict[one.widest, one.pair] == Verdict.CANDIDATE:
         return VOLUMES
-    stages = Explanation()
-    if isinstance(by.detector, Explains):
-        stages = by.detector.explain(assembly.motion, one.widest, one.pair, NO_FACES.astype(np.int64))
+    stages = by.stages(one.widest, one.pair, NO_FACES.astype(np.int64))
     if stages.within_clock:
         return Cause.CLOCK.value
     # Shape before rate: a look at solids that meet there would have said the same.
     if stages.shapes_meet:
         return SOLIDS
     if isinstance(by.detector, RecordedDetector):
-        return _reported(by.detector, one, float(assembly.motion.times[one.last]))
+        return _reported(by.detector, one, float(by.motion.times[one.last]))
     if stages.looked is False:
         return HELD
-    moved = by.moved(one.widest, one.pair)
-    return UNEXPLAINED if moved is None else moved.value
+    # Late or early where all that is said of the pair is so by a constant number of frames, as here.
+    delay = by.delay(one.pair)
+    moved = delay != 0 and at_frame(counts_as_contact(by.oracle.verdict[:, one.pair]), one.widest - delay)
+    return delay_cause(delay).value if moved else UNEXPLAINED
 
 
 def _reported(detector: RecordedDetector, one: FalseContact, last: float) -> str:

@@ -58,7 +58,6 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
     if session is None or not session.hands:
         return None
     motion = assembly.motion
-    zero = int(assembly.stamp_ns[0]) - round(float(motion.times[0]) * 1e9)
     window = (float(motion.times[0]), float(motion.times[-1]))
     hands = hand_bodies(assembly, session)
     moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
@@ -67,7 +66,7 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
     for body, side in hands.items():
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
-                times = (track.times_ns - zero) / 1e9
+                times = (track.times_ns - assembly.first_ns) / 1e9
                 for first, stop in switched(track.trigger.astype(np.float64), PRESSED, RELEASED):
                     start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
                     if start <= window[1] and end >= window[0]:

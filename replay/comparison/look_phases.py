@@ -65,7 +65,7 @@ class OffsetCounts:
         return replace(self, frames=self.frames[:, kept])
 
     @cached_property
-    def _faults(self) -> dict[str, BoolArray]:
+    def faults(self) -> dict[str, BoolArray]:
         """Name -> (offsets, C) at which offsets which contacts have that fault."""
         return {"contacts_missed": never_found(self.frames), "contacts_in_part": found_in_part(self.frames)}
 
@@ -74,12 +74,12 @@ class OffsetCounts:
         offsets, contacts, _ = self.frames.shape
         whole = np.full(contacts, offsets)
         missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        shares = {name: share_of_clusters(fault.sum(axis=0), whole) for name, fault in self._faults.items()}
+        shares = {name: share_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
         return {**shares, "missed": share_of_clusters(missed, missed + found), "invented": self.invented}
 
     def spreads(self) -> dict[str, dict[str, float]]:
         """Smallest, largest and mean number of contacts missed, and found in part, over the offsets."""
-        return {name: spread(fault.sum(axis=1).tolist()) for name, fault in self._faults.items()}
+        return {name: spread(fault.sum(axis=1).tolist()) for name, fault in self.faults.items()}
 
 
 def spread(counts: Sequence[int]) -> dict[str, float]:

@@ -58,9 +58,7 @@ class BodyPoses:
 
     def take(self, rows: IntArray | slice) -> "BodyPoses":
         """Some frames of it."""
-        return BodyPoses(
-            self.times[rows], self.translation[rows], self.rotation[rows], self.valid[rows], self.linked[rows]
-        )
+        return BodyPoses(*(column[rows] for column in vars(self).values()))
 
     def relative_to(self, other: "BodyPoses") -> "BodyPoses":
         """The same in the other body's frame."""

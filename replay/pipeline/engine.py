@@ -11,10 +11,10 @@ from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
 from replay.base.progress import Progress, Silent
 from replay.base.shown import plural
-from replay.comparison.causes import examine
+from replay.comparison.causes import Audited, examine
 from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
-from replay.comparison.false_contacts import FalseReporter, false_contacts
+from replay.comparison.false_contacts import false_contacts
 from replay.comparison.holding import holdings
 from replay.comparison.look_phases import STEPS, over_phases
 from replay.comparison.matching import match_episodes
@@ -193,12 +193,15 @@ def _audited(
             for label, comparison in comparisons.items()
         }
         phases = over_phases(audited, assembly, reference, settings.seed, advance)
-        misses, causes = examine(comparisons, truth, runs, assembly, again)
+        subjects = {
+            label: Audited(assembly.motion, run.detector, run.detection, reference.truth)
+            for label, run in audited.items()
+        }
+        misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, again)
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
-            reporter = FalseReporter(audited[label].detector, audited[label].detection, reference.truth)
-            found_false = false_contacts(assembly, comparison, reporter)
+            found_false = false_contacts(assembly, comparison, subjects[label])
             figures = {"name": audited[label].spec.name, "settings": audited[label].settings}
             misses[label] = tuple(
                 replace(miss, why=why_missed(miss, label, figures, truth[miss.episode - 1])) for miss in misses[label]

@@ -122,7 +122,7 @@ def result_tables(result: RunResult) -> dict[str, Table]:
 
 def _events(result: RunResult) -> Iterator[dict[str, Any]]:
     """What the recording says happened, and what the effects found: moments, and spans with an end."""
-    zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
+    zero = result.assembly.first_ns
     for event in result.session.events:
         yield _event(
             zero, (event.time_ns, None), "event", name=event.name, body=event.body, level=event.level,
@@ -183,8 +183,7 @@ def _entries(
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
         held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
         for number, (thing, is_held) in enumerate(zip(things, held.tolist(), strict=True), 1):
-            first, second = result.assembly.pairs[thing.pair].tolist()
-            bodies = result.assembly.names[first], result.assembly.names[second]
+            bodies = result.assembly.bodies_of(thing.pair)
             row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_held}
             yield row | more(label, number, thing)
 

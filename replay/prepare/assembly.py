@@ -66,5 +66,9 @@ class Assembly:
 
     def pair_name(self, pair: int) -> str:
         """``a-b`` for a column of the detections."""
-        i, j = self.pairs[pair]
-        return f"{self.bodies[i].name}-{self.bodies[j].name}"
+        return "-".join(self.bodies_of(pair))
+
+    def bodies_of(self, pair: int) -> tuple[str, str]:
+        """Names of the two bodies of a column of the detections."""
+        first, second = self.pairs[pair].tolist()
+        return self.bodies[first].name, self.bodies[second].name

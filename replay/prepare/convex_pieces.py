@@ -12,7 +12,7 @@ from functools import reduce
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from platformdirs import user_cache_path
@@ -23,6 +23,9 @@ from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Body, Solids
 from sessions.whole_files import whole_file
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
 
 SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
 """Half of CoACD's usual search: 16 pieces of a beaker of 3,168 faces take 10 s, not 30 (2 cores, 2026-11)."""
@@ -97,16 +100,20 @@ def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
         starts = np.cumsum([0, *(len(one.vertices) for one in pieces)])
         faces = [one.faces + start for one, start in zip(pieces, starts, strict=False)]
         return TriangleMesh(np.concatenate([one.vertices for one in pieces]), np.concatenate(faces))
-    from manifold3d import Error, Manifold, Mesh64
+    from manifold3d import Manifold
 
-    solids = [Manifold(Mesh64(one.vertices.copy(), one.faces.astype(np.uint64))) for one in pieces]
     # Faces without area, which a thin hull may have, are no manifold: the hull is computed anew.
-    solids = [
-        solid if solid.status() == Error.NoError else Manifold.hull_points(one.vertices)
-        for solid, one in zip(solids, pieces, strict=True)
-    ]
+    solids = [manifold_of(one) or Manifold.hull_points(one.vertices) for one in pieces]
     whole = reduce(lambda joined, solid: joined + solid, solids).to_mesh64()
     return TriangleMesh(whole.vert_properties[:, :3], np.asarray(whole.tri_verts).astype(np.int64))
+
+
+def manifold_of(mesh: TriangleMesh) -> Manifold | None:
+    """A closed mesh for the library manifold; ``None``: it takes it for no solid."""
+    from manifold3d import Error, Manifold, Mesh64
+
+    solid = Manifold(Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64)))
+    return solid if solid.status() == Error.NoError else None
 
 
 def seconds_to_cut(meshes: Iterable[TriangleMesh], most: int) -> float:

@@ -7,17 +7,14 @@ CoACD takes ten, and its pieces cover the whole solid. It cannot cut what is not
 from collections.abc import Sequence
 from functools import cache
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.prepare.convex_pieces import beyond_planes, within_triangles
-
-if TYPE_CHECKING:
-    from manifold3d import Manifold
+from replay.prepare.convex_pieces import beyond_planes, manifold_of, within_triangles
 
 ROUND: Final = 0.8
 """Share of the corners that must have others of their radius and height all around: a spout may differ."""
@@ -80,9 +77,9 @@ def sector_pieces(mesh: TriangleMesh) -> list[list[TriangleMesh]] | None:
     Every list covers the whole solid. The next one has more pieces, until they fill little more than the body. Each
     piece has at most 255 triangles.
     """
-    found = round_axis(mesh)
-    solid = None if found is None or not mesh.is_closed else _manifold(mesh)
-    if found is None or solid is None:
+    found = round_axis(mesh) if mesh.is_closed else None
+    solid = None if found is None else manifold_of(mesh)
+    if found is None or solid is None or solid.volume() <= 0.0:
         return None
     parts: list[FloatArray] = []
     for band in _bands(solid, mesh, found[1]):
@@ -90,13 +87,6 @@ def sector_pieces(mesh: TriangleMesh) -> list[list[TriangleMesh]] | None:
     pieces = [piece for part in parts if (piece := hull_of(part)) is not None]
     least = LEAST * abs(solid.volume())
     return _merged([piece for piece in pieces if _volume(piece) > least])
-
-
-def _manifold(mesh: TriangleMesh) -> "Manifold | None":
-    from manifold3d import Error, Manifold, Mesh64
-
-    solid = Manifold(Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64)))
-    return solid if solid.status() == Error.NoError and solid.volume() > 0.0 else None
 
 
 def _bands(solid: Any, mesh: TriangleMesh, way: FloatArray) -> list[Any]:

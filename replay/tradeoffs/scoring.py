@@ -31,7 +31,7 @@ def wrong_counts(
     if offsets is None:
         counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false]}
     else:
-        missed, late = (part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part))
+        missed, late = (part.sum(axis=1).tolist() for part in offsets.faults.values())
         counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
         invented = offsets.invented
     counts["wrong"] = [sum(each) for each in zip(*counts.values(), strict=True)]

@@ -10,7 +10,7 @@ from support.small_worlds import STILL, cube, cubes, verdict_column
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation
-from replay.comparison.causes import Cause, MissEvidence, find_causes, first_failed
+from replay.comparison.causes import Audited, Cause, find_causes, first_failed
 from replay.comparison.compare import compare
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
@@ -126,7 +126,7 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
 def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
-    told = find_causes((), comparison, MissEvidence(None, subject, oracle, None, None))
+    told = find_causes((), comparison, Audited(None, None, subject, oracle), None)
     assert told.pair_frames == {Cause.TOLERANCE: 2} and told.of_misses == ()
 
 

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from support.shapes import box_mesh
+from support.small_worlds import verdict_column
 
 from cdcore import Body, Motion, create_detector
 from replay.comparison import false_contacts as module
-from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, FalseReporter, false_contacts
+from replay.comparison.causes import Audited
+from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_contacts
 from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
@@ -28,6 +30,13 @@ def world(outcomes, gaps=None):
     return assembly, Comparison("it", "truth", np.array(outcomes, dtype=np.uint8)[:, None])
 
 
+def false_of(outcomes, gaps=None, detector=None):
+    """What a detector that may explain itself says falsely; of all this alone says when."""
+    assembly, said = world(outcomes, gaps)
+    subject, oracle = (verdict_column(["C" if one in told else "." for one in outcomes]) for told in ((B, F), (B, M)))
+    return false_contacts(assembly, said, Audited(assembly.motion, detector, subject, oracle))
+
+
 @pytest.mark.parametrize(
     ("outcomes", "kinds"),
     [
@@ -37,36 +46,39 @@ def world(outcomes, gaps=None):
     ],
 )  # fmt: skip
 def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
-    assert [one.kind for one in false_contacts(*world(outcomes))] == kinds
+    assert [one.kind for one in false_of(outcomes)] == kinds
 
 
 def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
-    (one,) = false_contacts(*world([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0]))
+    (one,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
     assert (one.number, one.body_a, one.body_b, one.first, one.last, one.frames) == (1, "a", "b", 1, 3, 3)
     assert (one.start, one.end, one.widest) == (0.01, 0.04, 2)
     assert one.gap == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
 
 
 def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
-    assert [(one.number, one.first) for one in false_contacts(*world([F, N, F, F]))] == [(1, 0), (2, 2)]
-    assert false_contacts(*world([H, H])) == ()
+    assert [(one.number, one.first) for one in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
+    assert false_of([H, H]) == ()
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):
     monkeypatch.setattr(module, "LOOKS_IN_ALL", 1)
-    short, long = false_contacts(*world([F, N, F, F], [0.5, 1, 0.5, 0.5]))
+    short, long = false_of([F, N, F, F], [0.5, 1, 0.5, 0.5])
     assert np.isnan(short.gap) and long.gap == pytest.approx(0.5)
 
 
 def test_the_cause_is_the_solid_before_the_rate():
-    assembly, said = world([N, F, F], [9.0, 0.5, 0.5])
-    ball = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="sphere")
-    slow = create_detector("discrete", assembly.bodies, pairs=assembly.pairs, rate_hz=1.0)
-    causes = [false_contacts(assembly, said, FalseReporter(one))[0].cause for one in (ball, slow, None)]
-    assert causes == [UNEXPLAINED, HELD, UNEXPLAINED]
-    near = world([N, F, F], [9.0, -0.01, -0.01])[0]
-    box = create_detector("collider", near.bodies, pairs=near.pairs, shape="box", rate_hz=1.0)
-    assert false_contacts(near, said, FalseReporter(box))[0].cause == SOLIDS
+    bodies, pairs = world([N])[0].bodies, np.array([[0, 1]])
+    ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
+    slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
+    box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
+    for gap, detector, cause in (
+        (0.5, ball, UNEXPLAINED),
+        (0.5, slow, HELD),
+        (0.5, None, UNEXPLAINED),
+        (-0.01, box, SOLIDS),
+    ):
+        assert false_of([N, F, F], [9.0, gap, gap], detector)[0].cause == cause
 
 
 STEP = "between physics steps"
@@ -84,23 +96,23 @@ REPORTS = [
 @pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
 @pytest.mark.parametrize("steps", [50.0, None])
 def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, report, causes, steps):
-    assembly, said = world([{".": N, "B": B, "F": F}[one] for one in frames])
+    outcomes = [{".": N, "B": B, "F": F}[one] for one in frames]
+    assembly, _ = world(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)
     contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
     known = {} if steps is None else {"rate_hz": steps}
     engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
     late = [one if steps else one.replace(STEP, "late" if "F." in frames else "unexplained") for one in causes]
-    assert [one.cause for one in false_contacts(assembly, said, FalseReporter(engine))] == late
+    assert [one.cause for one in false_of(outcomes, None, engine)] == late
 
 
 def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_solid_comes_before_time():
-    assembly, said = world([N, B, F, N], [0.5, 0.5, 0.5, 0.5])
+    assembly, _ = world([N])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 
-    def cause(residual, **known):
+    def cause(residual, gap=0.5, **known):
         engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
-        return false_contacts(assembly, said, FalseReporter(engine))[0].cause
+        return false_of([N, B, F, N], [gap] * 4, engine)[0].cause
 
     assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
-    assembly, said = world([N, B, F, N], [-0.1] * 4)
-    assert cause(0.0, shape="box") == SOLIDS
+    assert cause(0.0, -0.1, shape="box") == SOLIDS
