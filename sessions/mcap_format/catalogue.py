@@ -126,12 +126,16 @@ class Catalogue:
         return self.counted == self.listed
 
     def declare(self, content: bytes) -> None:
-        """Take in a schema or channel record, head included, wherever it was met; the last of an id counts."""
+        """Take in a schema or channel record, head included, wherever it was met.
+
+        The first of an id counts, so that what a chunk repeats changes nothing for who unpacks it.
+        """
         record = parsed(content)
         if isinstance(record, Schema):
-            self.schemas[record.id] = record
+            self.schemas.setdefault(record.id, record)
         elif isinstance(record, Channel) and len(self.channels) < MOST_CHANNELS:
-            self.channels[record.id] = ChannelInfo(record, self.schemas.get(record.schema_id))
+            if record.id not in self.channels or self.channels[record.id].schema is None:
+                self.channels[record.id] = ChannelInfo(record, self.schemas.get(record.schema_id))
         elif isinstance(record, Channel):
             self.refuse(Opcode.CHANNEL, 0, "too-much", f"it has more than {MOST_CHANNELS} channels")
         elif content[0] in (Opcode.SCHEMA, Opcode.CHANNEL):
