@@ -83,10 +83,9 @@ def asked(good, at, numbers, capsys):
     return faults, peak_bytes() - held
 
 
-# 333: answers of a detector that is not audited. 735: misses whose column of detectors has another name, which the page
-# of a class added to a word.
+# 992: the column of detectors has another name, which the page of a class once added to a word.
 def test_a_changed_run_folder_is_answered_or_refused_in_a_sentence(good, no_window, tmp_path, capsys):
-    faults, growth = asked(good, tmp_path / "at", [*range(6), 333, 735], capsys)
+    faults, growth = asked(good, tmp_path / "at", [*range(8), 992], capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
 
 
