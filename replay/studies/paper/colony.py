@@ -5,17 +5,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Body, Motion, Verdict, create_detector
-from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.search.search_settings import EQUATIONS
-from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.base.constants import HEADSET_HZ
 from replay.base.tables import Table
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, paper_table
-from replay.studies.paper.fixtures import FAMILY_NAMES, fixture
+from replay.studies.paper.fixtures import FAMILY_NAMES, Ways, fixture
 from sessions.synthetic.rng import random_stream
 
 TARGET: Final = 500
@@ -44,25 +40,14 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
     bodies = fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
     rng = random_stream(seed, "paper/near", family)
-    turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
-    way = rng.normal(size=(count, 3))
-    way /= np.linalg.norm(way, axis=1)[:, None]
-    spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
-    reach = sum(ball.radius for ball in spheres)
-    exact = create_detector("exact", bodies, containment=False)
-
-    def motion(distance: NDArray[np.float64]) -> Motion:
-        moves = np.stack([-np.einsum("tij,j->ti", turns[:, k], spheres[k].centre) for k in range(2)], axis=1)
-        moves[:, 1] += distance[:, None] * way
-        return Motion(np.arange(count) / HEADSET_HZ, moves, turns)
-
-    low, high = np.full(count, 0.3 * reach), np.full(count, reach)
+    ways = Ways(rng, bodies, count)
+    low, high = np.full(count, 0.3 * ways.reach), np.full(count, ways.reach)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        meets = exact.detect(motion(middle)).verdict[:, 0] == Verdict.CONTACT
+        meets = ways.meet(middle)
         low, high = np.where(meets, middle, low), np.where(meets, high, middle)
-    posed = motion(low + rng.uniform(-DEEPER, FARTHER, size=count))
-    meets = exact.detect(posed).verdict[:, 0] == Verdict.CONTACT
+    distances = low + rng.uniform(-DEEPER, FARTHER, size=count)
+    posed, meets = ways.motion(distances), ways.meet(distances)
     return NearPoses(family, bodies, posed.take(np.flatnonzero(meets)), posed.take(np.flatnonzero(~meets)))
 
 

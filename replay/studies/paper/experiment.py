@@ -8,7 +8,7 @@ from typing import Any, Final
 from replay.base.progress import Progress, Silent
 from replay.base.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
-from replay.studies.paper.feature_samples import DRAWS, feature_sample_tables, search_samples
+from replay.studies.paper.feature_samples import feature_sample_tables, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
 from replay.studies.paper.rows import groups_of
 from replay.studies.paper.table_one import (
@@ -56,8 +56,7 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
         for share in SHARES
     }
     colony = each("searches near contact", colony_rows, [(family, size.near, seed) for family in FAMILY_NAMES])
-    draws = [(family, draw, size.near, seed) for family in FAMILY_NAMES for draw in range(DRAWS)]
-    drawn = each("samples of faces", search_samples, draws)
+    drawn = each("samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES])
     return [
         table_one(complete, short), to_completion(complete), accuracy(short), times(complete),
         *colony_tables(colony), *feature_sample_tables(drawn),

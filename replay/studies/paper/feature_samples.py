@@ -5,8 +5,10 @@ The poses are those about first touch that collide. Each draw of faces serves a 
 one lucky sample.
 """
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import ceil
 from typing import Final
 
@@ -19,7 +21,6 @@ from replay.base.tables import Table
 from replay.base.wilson import wilson
 from replay.outputs.paper_table import Cell, paper_table
 from replay.studies.paper.colony import BUDGET, near_poses
-from replay.studies.paper.fixtures import FAMILY_NAMES
 
 SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)
 """Faces sampled of each mesh; ``None``: all."""
@@ -36,7 +37,7 @@ ENOUGH: Final = 20
 
 @dataclass(frozen=True)
 class Drawn:
-    """Some poses of a family searched within one draw of every size."""
+    """The poses of a family, searched within samples of every size."""
 
     family: str
     meeting: Mapping[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
@@ -44,32 +45,33 @@ class Drawn:
     spent: Mapping[tuple[str, int | None], list[int | None]]
 
 
-def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
-    """Every ``DRAWS``-th colliding one of ``near`` poses, searched within samples of a draw of its own."""
+def search_samples(family: str, near: int, seed: int) -> Drawn:
+    """Search the colliding ones of ``near`` poses; each draw of samples serves every ``DRAWS``-th of them."""
     poses = near_poses(family, near, seed)
-    frames = [poses.colliding.frames(k, k + 1) for k in range(draw, len(poses.colliding), DRAWS)]
-    exact = create_detector("exact", poses.bodies, containment=False)
-    truth = [exact.detect(frame, faces=True).faces(0, 0) for frame in frames]
+    exact = create_detector("exact", poses.bodies, containment=False).detect(poses.colliding, faces=True)
     features = [features_of(body.mesh) for body in poses.bodies]
-    key = seed * DRAWS + draw
-    meeting: dict[int | None, list[int]] = {}
-    spent: dict[tuple[str, int | None], list[int | None]] = {}
-    for size in SIZES:
+    drawn = Drawn(family, defaultdict(list), defaultdict(list))
+    for draw, size in product(range(DRAWS), SIZES):
+        key = seed * DRAWS + draw
         first, second = (
             some.face[sample_of(some, size, key, body.name).pick]
             for some, body in zip(features, poses.bodies, strict=True)
         )
-        meeting[size] = [int((np.isin(pairs[:, 0], first) & np.isin(pairs[:, 1], second)).sum()) for pairs in truth]
+        covered = []
+        for k in range(draw, len(poses.colliding), DRAWS):
+            pairs = exact.faces(k, 0)
+            count = int((np.isin(pairs[:, 0], first) & np.isin(pairs[:, 1], second)).sum())
+            drawn.meeting[size].append(count)
+            if count:
+                covered.append(poses.colliding.frames(k, k + 1))
         for searcher in SEARCHERS:
             detector = create_detector(
                 "qaco", poses.bodies, variant=searcher, seed=key, samples=size, budget=LIMIT, warm_start=False
             )
-            answers = [detector.detect(frame) for frame, count in zip(frames, meeting[size], strict=True) if count]
-            spent[searcher, size] = [
-                int(answer.work["evaluations"]) if answer.verdict[0, 0] == Verdict.CONTACT else None
-                for answer in answers
-            ]
-    return Drawn(family, meeting, spent)
+            for answer in map(detector.detect, covered):
+                hit = answer.verdict[0, 0] == Verdict.CONTACT
+                drawn.spent[searcher, size].append(int(answer.work["evaluations"]) if hit else None)
+    return drawn
 
 
 def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
@@ -79,17 +81,9 @@ def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
     return hits[wanted - 1] if 0 < wanted <= len(hits) else None
 
 
-def feature_sample_tables(drawn: Sequence[Drawn]) -> list[Table]:
+def feature_sample_tables(families: Sequence[Drawn]) -> list[Table]:
     """F8: coverage and search."""
-    families = [_joined([part for part in drawn if part.family == family]) for family in FAMILY_NAMES]
     return [_coverage(families), _search(families)]
-
-
-def _joined(draws: Sequence[Drawn]) -> Drawn:
-    """All draws of a family as one."""
-    meeting = {size: [count for part in draws for count in part.meeting[size]] for size in SIZES}
-    spent = {key: [hit for part in draws for hit in part.spent[key]] for key in draws[0].spent}
-    return Drawn(draws[0].family, meeting, spent)
 
 
 def _coverage(families: Sequence[Drawn]) -> Table:

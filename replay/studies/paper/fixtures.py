@@ -13,9 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
+from cdcore import Body, Detector, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.bounding.bounding_sphere import sphere_about
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.errors import ReplayError
@@ -72,8 +72,7 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
     for _ in range(ATTEMPTS):
-        way = _Way(rng, bodies)
-        motion = _with_faces(way, target)
+        motion = _with_faces(Ways(rng, bodies, away=0.1), target)
         if motion is not None:
             # Every pose has a stamp, hence a random stream, of its own.
             motion = Motion([number / HEADSET_HZ], motion.translations, motion.rotations)
@@ -89,32 +88,40 @@ def _exact(bodies: tuple[Body, Body]) -> Detector:
     return create_detector("exact", bodies, containment=False)
 
 
-class _Way:
-    """Two random rotations, a random direction: bodies that part along it."""
+class Ways:
+    """Random directions, and random rotations of two bodies that part along them.
 
-    def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body]) -> None:
-        self._bodies = bodies
-        self.turns = rotation_from_quaternion(rng.normal(size=(2, 4)))
-        direction = rng.normal(size=3)
-        self.direction = direction / np.linalg.norm(direction)
+    ``away``: metres by which they all stand beside the origin, about.
+    """
+
+    def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body], count: int = 1, away: float = 0.0) -> None:
+        self.bodies = bodies
+        self.turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
+        directions = rng.normal(size=(count, 3))
+        self.directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
         self.reach = sum(ball.radius for ball in spheres)
-        start = rng.normal(size=3) * 0.1
-        self.base = np.array([start - turn @ ball.centre for turn, ball in zip(self.turns, spheres, strict=True)])
+        start = away * rng.normal(size=3) if away else np.zeros(3)
+        self.base = start - np.einsum("tbij,bj->tbi", self.turns, [ball.centre for ball in spheres])
 
     def motion(self, distances: FloatArray) -> Motion:
-        """One frame for each distance between the middles of the two bodies."""
-        moves = np.tile(self.base, (len(distances), 1, 1))
-        moves[:, 1] += distances[:, None] * self.direction
-        return Motion(np.arange(len(distances)) / HEADSET_HZ, moves, np.tile(self.turns, (len(distances), 1, 1, 1)))
+        """A frame for each distance (T,) of the middles: of each along its direction, or of all along a single one."""
+        count = len(distances)
+        moves = np.broadcast_to(self.base, (count, 2, 3)).copy()
+        moves[:, 1] += distances[:, None] * self.directions
+        return Motion(np.arange(count) / HEADSET_HZ, moves, np.broadcast_to(self.turns, (count, 2, 3, 3)))
+
+    def meet(self, distances: FloatArray) -> BoolArray:
+        """Whether the bodies meet at each distance."""
+        return _exact(self.bodies).detect(self.motion(distances)).verdict[:, 0] == Verdict.CONTACT
 
     def faces(self, distances: FloatArray) -> NDArray[np.int64]:
         """How many faces meet at each distance."""
-        detection = _exact(self._bodies).detect(self.motion(distances), faces=True)
+        detection = _exact(self.bodies).detect(self.motion(distances), faces=True)
         return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(distances))])
 
 
-def _with_faces(way: _Way, target: int) -> Motion | None:
+def _with_faces(way: Ways, target: int) -> Motion | None:
     """The frame in which the number of faces is nearest to the target, if near enough."""
     distances = np.linspace(0.0, way.reach, LOOKS, endpoint=False)
     counts = way.faces(distances)
@@ -144,7 +151,7 @@ def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
 def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     """The largest number of faces along some random ways, three quarters of their median."""
     rng = random_stream(seed, "table-1/tessellation", family)
-    ways = [_Way(rng, bodies) for _ in range(PROBES)]
+    ways = [Ways(rng, bodies, away=0.1) for _ in range(PROBES)]
     most = [way.faces(np.linspace(0.0, way.reach, 12, endpoint=False)).max() for way in ways]
     return 0.75 * float(np.median(most))
 

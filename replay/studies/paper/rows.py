@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore import Body, Detector, create_detector
 from replay.studies.paper.fixtures import Fixture, faces_of_pairs
@@ -46,26 +47,15 @@ ROWS: Final[dict[str, Row]] = {
 BUDGETED: Final = tuple(name for name, row in ROWS.items() if row.counters)
 
 
-@dataclass(frozen=True)
-class PoseAnswer:
-    """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs."""
+ANSWER: Final = np.dtype(
+    [(name, int) for name in ("target", "faces", "true_faces", "pairs", "true_pairs", "right_pairs", "operations")]
+    + [("seconds", float)]
+)
+"""What was found in one pose of a target, beside the truth: unique faces of both meshes, and face pairs; operations are
+0 of a row without a budget.
+"""
 
-    target: int  # of its group
-    faces: int
-    true_faces: int
-    pairs: int
-    true_pairs: int
-    right_pairs: int
-    operations: int  # 0 of a row without a budget
-    seconds: float
-
-    @property
-    def face_recall(self) -> float:
-        """Share of the faces that meet which were found; false ones would not count here but in the precision."""
-        return self.faces / self.true_faces
-
-
-Answers = Mapping[str, Sequence[PoseAnswer]]
+Answers = Mapping[str, NDArray[Any]]
 """Row -> an answer a pose."""
 
 
@@ -83,21 +73,17 @@ def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
     return create_detector(row.detector, bodies, **dict(row.settings) | settings)
 
 
-def ask(name: str, detector: Detector, pose: Fixture) -> PoseAnswer:
-    """What ``detector``, made for row ``name``, finds in one pose, held to the truth."""
-    start = perf_counter()
-    detection = detector.detect(pose.motion, faces=True)
-    pairs = detection.faces(0, 0)
-    seconds = perf_counter() - start
-    both = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
-    right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
-    return PoseAnswer(
-        target=pose.target,
-        faces=faces_of_pairs(right),
-        true_faces=pose.faces,
-        pairs=len(pairs),
-        true_pairs=len(pose.pairs),
-        right_pairs=len(right),
-        operations=sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters),
-        seconds=seconds,
-    )
+def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]:
+    """What ``detector``, made for row ``name``, finds in some poses, held to the truth."""
+    answers = []
+    for pose in poses:
+        start = perf_counter()
+        detection = detector.detect(pose.motion, faces=True)
+        pairs = detection.faces(0, 0)
+        seconds = perf_counter() - start
+        both = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
+        right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
+        done = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
+        found = faces_of_pairs(right), pose.faces, len(pairs), len(pose.pairs), len(right)
+        answers.append((pose.target, *found, done, seconds))
+    return np.array(answers, ANSWER)
