@@ -50,8 +50,13 @@ class DetectorSpec:
             )
 
     def __str__(self) -> str:
-        settings = ",".join(f"{key}={_written(value)}" for key, value in self.settings.items())
-        return f"{self.label}={self.name}" + (f"[{settings}]" if settings else "")
+        return f"{self.label}={asked_as(self.name, self.settings)}"
+
+
+def asked_as(name: str, settings: Mapping[str, Any]) -> str:
+    """``discrete[rate_hz=22.5]``: how a command line asks for a detector."""
+    words = ",".join(f"{key}={_written(value)}" for key, value in settings.items())
+    return f"{name}[{words}]" if words else name
 
 
 def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
@@ -86,12 +91,10 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     """
     if isinstance(given, Mapping):
         specs = [parse_detector(value, label) for label, value in given.items()]
-    elif isinstance(given, str):
-        specs = [parse_detector(part) for part in _COMMA_OUTSIDE.split(given) if part.strip()]
-    elif isinstance(given, DetectorSpec) or _is_pair(given):
-        specs = [parse_detector(given)]
     else:
-        specs = [spec for part in cast("Iterable[SpecLike]", given) for spec in _several(part)]
+        alone = isinstance(given, str | DetectorSpec) or _is_pair(given)
+        parts = cast("Iterable[SpecLike]", [given] if alone else given)
+        specs = [parse_detector(spec) for part in parts for spec in _apart(part)]
     labels = [spec.label for spec in specs]
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
@@ -99,8 +102,9 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     return tuple(specs)
 
 
-def _several(part: SpecLike) -> list[DetectorSpec]:
-    return list(parse_detectors(part)) if isinstance(part, str) else [parse_detector(part)]
+def _apart(part: SpecLike) -> list[SpecLike]:
+    """What stands between the commas of a text."""
+    return [text for text in _COMMA_OUTSIDE.split(part) if text.strip()] if isinstance(part, str) else [part]
 
 
 def _is_pair(given: object) -> TypeGuard[tuple[str, Mapping[str, Any]]]:

@@ -142,7 +142,7 @@ def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, a
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
         return detection
-    parts = _streamed(detector, motion, faces, advance)
+    parts = _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
     return _joined(parts, detector, assembly) if len(motion) > HELD_FRAMES else join(parts)
 
 
@@ -173,10 +173,6 @@ def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) 
 def holds_answers(settings: Mapping[str, Any]) -> bool:
     """Whether a detector with these settings looks at a rate: between its looks, faces are those of an earlier pose."""
     return settings.get("rate_hz") is not None
-
-
-def _streamed(detector: Detector, motion: Motion, faces: bool, advance: Advance) -> Iterator[Detection]:
-    return _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
 
 
 def _advancing(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:

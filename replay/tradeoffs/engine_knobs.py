@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from replay.base.shown import plural
+from replay.detection.detector_spec import asked_as
 from replay.errors import TradeoffError
 from replay.pipeline.gates import figure
 from replay.tradeoffs.pareto import wrong_words
@@ -33,8 +34,7 @@ class Choice:
         """What ``replay run --detectors`` takes; a step as fast as the recording sees every frame and has no rate."""
         fast = self.settings["rate_hz"] >= FASTEST * frames_hz
         kept = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
-        words = ",".join(f"{key}={value}" for key, value in kept.items())
-        return f"{self.detector}[{words}]" if words else self.detector
+        return asked_as(self.detector, kept)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ one lucky sample.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import ceil
@@ -40,9 +40,9 @@ class Drawn:
     """The poses of a family, searched within samples of every size."""
 
     family: str
-    meeting: Mapping[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
+    meeting: dict[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
     # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
-    spent: Mapping[tuple[str, int | None], list[int | None]]
+    spent: dict[tuple[str, int | None], list[int | None]]
 
 
 def search_samples(family: str, near: int, seed: int) -> Drawn:
@@ -68,9 +68,10 @@ def search_samples(family: str, near: int, seed: int) -> Drawn:
             detector = create_detector(
                 "qaco", poses.bodies, variant=searcher, seed=key, samples=size, budget=LIMIT, warm_start=False
             )
-            for answer in map(detector.detect, covered):
-                hit = answer.verdict[0, 0] == Verdict.CONTACT
-                drawn.spent[searcher, size].append(int(answer.work["evaluations"]) if hit else None)
+            drawn.spent[searcher, size] += [
+                int(answer.work["evaluations"]) if answer.verdict[0, 0] == Verdict.CONTACT else None
+                for answer in map(detector.detect, covered)
+            ]
     return drawn
 
 

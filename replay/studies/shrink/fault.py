@@ -15,7 +15,6 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
-from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
@@ -80,12 +79,10 @@ def of_run(
     the recording, or a fault that does not happen again; ``RunFolderError``: no recording or scene, or those of another
     run.
     """
-    allowed = parse_detector(label).name if label is not None and ":" in label else None
-    if allowed is not None:
-        label = _label_of(run, allowed)
-    label, row = _row(run, miss, false, label)
-    said, contact = run.summary["detectors"][label], miss is not None
-    if ":" in said["name"] and said["name"] != allowed:
+    row, contact = _row(run, miss, false, label), miss is not None
+    trusted, label = label, row["detector"]
+    said = run.summary["detectors"][label]
+    if ":" in said["name"] and said["name"] != trusted:
         raise ShrinkError(
             f"{label} is {said['name']}, a class that {run.path} names and no table of this machine; "
             f"where you trust it, say so: --detector {said['name']}"
@@ -132,29 +129,21 @@ def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]
     yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
 
 
-def _row(run: RunFolder, miss: int | None, false: int | None, label: str | None) -> tuple[str, dict[str, Any]]:
-    """Label and row of a fault in the tables of a run."""
-    audited = list(run.summary["audit"])
-    if label is not None and label not in audited:
-        raise ShrinkError(f"{run.path} audited no {label}; it audited: {', '.join(audited) or 'nothing'}")
+def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None) -> dict[str, Any]:
+    """The row of a fault in the tables of a run; ``wanted``: the label of its detector, or its ``module:Class``."""
+    names = {label: run.summary["detectors"][label]["name"] for label in run.summary["audit"]}
+    among = [label for label, name in names.items() if wanted in (None, label) or (name == wanted and ":" in name)]
+    if wanted is not None and not among:
+        raise ShrinkError(f"{run.path} audited no {wanted}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
     file, number, what = (MISSES, miss, "miss") if miss is not None else (FALSE_CONTACTS, false, "false contact")
-    found = [row for row in run.rows(file) if row["number"] == number and label in (None, row["detector"])]
+    found = [row for row in run.rows(file) if row["number"] == number and row["detector"] in among]
     if len(found) > 1:
-        names = ", ".join(row["detector"] for row in found)
-        raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {names}")
+        labels = ", ".join(row["detector"] for row in found)
+        raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {labels}")
     if not found:
-        raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {label}" if label else ""))
-    return found[0]["detector"], found[0]
-
-
-def _label_of(run: RunFolder, name: str) -> str:
-    """The label of the one audited detector of this ``module:Class``."""
-    found = [label for label in run.summary["audit"] if run.summary["detectors"][label]["name"] == name]
-    if len(found) != 1:
-        what = f"audited {', '.join(found)} of {name}" if found else f"audited no {name}"
-        raise ShrinkError(f"{run.path} {what}; name a run that audited one")
+        raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {wanted}" if wanted else ""))
     return found[0]
 
 

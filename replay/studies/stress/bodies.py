@@ -26,39 +26,40 @@ AT_FRAMES: Final = "decides at frames: between them it is not asked"
 
 def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
     """Ask one detector one case; ``scenes`` are those of the case, if it has any."""
-    where: dict[str, Any] = {
-        "detector": detector, "kind": "case", "number": number, "name": CASES[number], "seed": seed,
-    }  # fmt: skip
     if number == REPEATED:
-        return _ask_again(where)
-    counts: Counter[Any] = Counter()
-    reasons, promised = list[str](), True
+        return _ask_again(detector, seed)
+    counts: Counter[str] = Counter()
+    why, promised = "", True
     for scene in scenes:
         words, reason, within_promise = _ask_scene(detector, scene, tau)
         counts.update(words)
         promised &= within_promise
-        if reason and (words["missed"] or words["invented"] or words["refused"]):
-            reasons.append(reason)
+        if any(words.get(word) for word in ("missed", "invented", "refused")):
+            why = why or reason
     if not promised and counts["missed"]:
-        reasons.append(AT_FRAMES)
+        why = why or AT_FRAMES
     asked = sum(len(scene.truth) for scene in scenes)
-    return Tally(**where, **dict[str, Any](counts), asked=asked, reason=next(iter(reasons), ""), promised=promised)
+    return Tally(
+        detector, "case", number, CASES[number], seed, asked, **dict[str, Any](counts), reason=why, promised=promised
+    )
 
 
-def _ask_again(where: dict[str, Any]) -> Tally:
+def _ask_again(detector: str, seed: int) -> Tally:
     """One digest for any size of blocks."""
-    detector = where["detector"]
     place = np.linspace(-1.3, 1.3, 97)
     motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
     sizes = (1, 10, 64, 4096)
+    told: dict[str, Any] = {}
     try:
         engine = create_detector(detector, two(ball_mesh(0.5), box_mesh()))
         whole = engine.detect(motion).digest
         other = [size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != whole]
     except CollisionCoreError as error:
-        return Tally(**where, asked=len(sizes), refused=len(sizes), reason=str(error))
-    reason = f"blocks {other[0]}: another digest" if other else ""
-    return Tally(**where, asked=len(sizes), changed=len(other), reason=reason)
+        told = {"refused": len(sizes), "reason": str(error)}
+    else:
+        if other:
+            told = {"changed": len(other), "reason": f"blocks {other[0]}: another digest"}
+    return Tally(detector, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **told)
 
 
 def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
@@ -66,9 +67,7 @@ def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str,
     try:
         detections = _asked(detector, scene)
     except CollisionCoreError as error:
-        every = np.ones(len(scene.truth), dtype=np.bool_)
-        counts = judged(np.zeros(len(every), dtype=np.uint8), scene.truth, every, lambda wrong: wrong)
-        return {word: int(rows.sum()) for word, rows in counts.items()}, str(error), True
+        return {"refused": len(scene.truth)}, str(error), True
     verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])
     reason = next((why for detection in detections for why in detection.reasons.values()), "")
     if scene.covers == "intervals":
@@ -90,10 +89,8 @@ def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str,
 def _asked(detector: str, scene: StressScene) -> list[Detection]:
     """One detection, or one a frame where instants are asked of a detector of intervals."""
     engine = create_detector(detector, scene.bodies)
-    first = engine.detect(scene.motion.take(np.array([0])))
-    if scene.covers == "instants" and first.covers == "intervals":
-        rest = [engine.detect(scene.motion.take(np.array([frame]))) for frame in range(1, len(scene.motion))]
-        return [first, *rest]
+    if scene.covers == "instants" and engine.detect(scene.motion.frames(0, 1)).covers == "intervals":
+        return [engine.detect(scene.motion.frames(frame, frame + 1)) for frame in range(len(scene.motion))]
     return [engine.detect(scene.motion)]
 
 

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +11,7 @@ from cdcore import Verdict
 from cdcore.detectors import OPTIONAL, detector_names, load_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
@@ -103,8 +102,8 @@ def stress(
             triangles = family.pairs(pairs, seed)
             truth = np.array([pair_intersects_integers(pair.tolist()) for pair in triangles], dtype=np.bool_)
             for name in names:
-                asked = FamilyAnswer(name, family, seed, triangles, truth, verdicts_of(name, triangles))
-                tallies.append(asked.tally(tau, out))
+                verdicts = verdicts_of(name, triangles)
+                tallies.append(family_tally(name, family, seed, triangles, truth, verdicts, tau, out))
                 advance(1)
         tallies.sort(key=lambda tally: names.index(tally.detector))
         for number in cases:
@@ -115,41 +114,37 @@ def stress(
     return StressResult(seed, pairs, tau, tuple(tallies))
 
 
-@dataclass(frozen=True, eq=False)
-class FamilyAnswer:
-    """What a detector says of the pairs of a family, beside the truth."""
+def family_tally(
+    detector: str,
+    family: Family,
+    seed: int,
+    triangles: FloatArray,
+    truth: BoolArray,
+    verdict: ByteArray,
+    tau: float,
+    out: Path | None = None,
+) -> Tally:
+    """Count what verdicts (n,) of pairs (n, 2, 3, 3) of a family are worth beside the truth (n,).
 
-    detector: str
-    family: Family
-    seed: int
-    triangles: FloatArray  # (n, 2, 3, 3)
-    truth: BoolArray  # (n,)
-    verdict: ByteArray  # (n,)
+    Pairs that failed are written to a file in ``out``, ``family-09-hybrid-seed-100.npz``.
+    """
 
-    def tally(self, tau: float, out: Path | None = None) -> Tally:
-        """Count what the verdicts are worth; pairs that failed are written to a file in ``out``."""
+    def within(wrong: BoolArray) -> BoolArray:
+        # With a tolerance of 0 none is, not even a touch.
+        some = wrong & family.metric & (tau > 0)
+        some[some] = triangle_margins(triangles[some])[1] <= tau
+        return some
 
-        def within(wrong: BoolArray) -> BoolArray:
-            # With a tolerance of 0 none is, not even a touch.
-            some = wrong & self.family.metric & (tau > 0)
-            some[some] = triangle_margins(self.triangles[some])[1] <= tau
-            return some
-
-        answers = judged(self.verdict, self.truth * np.uint8(Verdict.CONTACT), is_undecided(self.verdict), within)
-        counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
-        failed = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
-        file = None if out is None or not len(failed) else str(self._written(failed, out))
-        family = self.family
-        asked = len(self.triangles)
-        return Tally(self.detector, "family", family.number, family.name, self.seed, asked, **counts, file=file)
-
-    def _written(self, row: IntArray, out: Path) -> Path:
-        """The file of these pairs, ``family-09-hybrid-seed-100.npz``."""
-        name = re.sub("[^a-z0-9]+", "-", self.detector.lower())
-        target = out / f"family-{self.family.number:02d}-{name}-seed-{self.seed}.npz"
-        with whole_file(target, OutputError, parents=True) as file:
+    answers = judged(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), within)
+    counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
+    row = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
+    target = None
+    if out is not None and len(row):
+        name = re.sub("[^a-z0-9]+", "-", detector.lower())
+        target = str(out / f"family-{family.number:02d}-{name}-seed-{seed}.npz")
+        with whole_file(Path(target), OutputError, parents=True) as file:
             np.savez_compressed(
-                file, row=row, triangles=self.triangles[row], truth=self.truth[row], verdict=self.verdict[row],
-                family=self.family.number, seed=self.seed, count=len(self.triangles), detector=self.detector,
+                file, row=row, triangles=triangles[row], truth=truth[row], verdict=verdict[row],
+                family=family.number, seed=seed, count=len(triangles), detector=detector,
             )  # fmt: skip
-        return target
+    return Tally(detector, "family", family.number, family.name, seed, len(triangles), **counts, file=target)

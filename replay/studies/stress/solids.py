@@ -1,48 +1,36 @@
 """Meshes with known geometry for the hard cases of whole bodies: boxes, things turned on a lathe, icospheres."""
 
 from collections.abc import Sequence
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
-
-BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-BOX_FACES = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
+from sessions.geometry.solids import box
 
 
 def box_mesh(size: ArrayLike = (1.0, 1.0, 1.0), centre: ArrayLike = (0.0, 0.0, 0.0)) -> TriangleMesh:
     """A closed box of 12 faces."""
-    return TriangleMesh(BOX_CORNERS * np.asarray(size, dtype=float) / 2 + np.asarray(centre, dtype=float), BOX_FACES)
+    made = box(size, centre)
+    return TriangleMesh(made.vertices, made.faces)
 
 
 def revolved_mesh(profile: Sequence[tuple[float, float]], sides: int = 16) -> TriangleMesh:
     """A profile of (radius, height) turned about z; closed where it starts and ends on the axis."""
+    radius, height = np.array(profile, dtype=float).T[:, :, None]
     angle = 2 * np.pi * np.arange(sides) / sides
-    points: list[list[float]] = []
-    rings: list[list[int]] = []
-    for radius, height in profile:
-        ring = [len(points) + k for k in range(sides)] if radius > 0 else [len(points)] * sides
-        rings.append(ring)
-        if radius > 0:
-            points += [[radius * np.cos(a), radius * np.sin(a), height] for a in angle]
-        else:
-            points.append([0.0, 0.0, height])
-    faces = [
-        face
-        for low, high in pairwise(rings)
-        for k, n in ((k, (k + 1) % sides) for k in range(sides))
-        for face in ([low[k], low[n], high[n]], [low[k], high[n], high[k]])
-        if len(set(face)) == 3
-    ]
-    return TriangleMesh(points, faces)
+    around = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
+    # A ring on the axis is one point.
+    counts = np.where(radius[:, 0] > 0, sides, 1)
+    points = [ring[:count] for ring, count in zip(np.stack(around, axis=-1), counts, strict=True)]
+    ring = (np.cumsum(counts) - counts)[:, None] + np.arange(sides) * (radius > 0)
+    low, high = ring[:-1], ring[1:]
+    low_next, high_next = (np.roll(part, -1, axis=1) for part in (low, high))
+    faces = np.stack([low, low_next, high_next, low, high_next, high], axis=-1).reshape(-1, 3)
+    whole = (np.diff(np.sort(faces), axis=1) > 0).all(axis=1)
+    return TriangleMesh(np.concatenate(points), faces[whole])
 
 
 def ball_mesh(radius: float = 1.0, rings: int = 8, sides: int = 16) -> TriangleMesh:

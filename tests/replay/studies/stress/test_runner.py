@@ -11,7 +11,7 @@ from replay.errors import OutputError, StressError
 from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.families import FAMILIES
-from replay.studies.stress.runner import FamilyAnswer, detectors_of, numbers_of, stress
+from replay.studies.stress.runner import detectors_of, family_tally, numbers_of, stress
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
@@ -40,14 +40,14 @@ MIXED = [Verdict.INVALID, Verdict.CANDIDATE, Verdict.UNRESOLVED, Verdict.CLEAR, 
 )
 def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, counts):
     assert np.array_equal(triangles_intersect(PAIRS), TRUTH)
-    tally = FamilyAnswer("planted", family, 5, PAIRS, TRUTH, verdict).tally(tau)
+    tally = family_tally("planted", family, 5, PAIRS, TRUTH, verdict, tau)
     assert (tally.missed, tally.invented, tally.within, tally.refused, tally.unconfirmed) == counts
     assert tally.failed == sum(counts[:4])
 
 
 def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
-    planted = FamilyAnswer("lab.engine:Planted", FAMILIES[0], 5, PAIRS, TRUTH, OPPOSITE)
-    tally = planted.tally(2e-6, tmp_path / "new")
+    planted = "lab.engine:Planted", FAMILIES[0], 5, PAIRS, TRUTH, OPPOSITE, 2e-6
+    tally = family_tally(*planted, tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
     assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
     cases = read_cases(path)
@@ -57,7 +57,7 @@ def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
     assert np.array_equal(cases.truth, TRUTH[cases.row]) and np.array_equal(cases.verdict, OPPOSITE[cases.row])
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        planted.tally(2e-6, tmp_path / "taken")
+        family_tally(*planted, tmp_path / "taken")
 
 
 def test_exact_is_right_on_a_sample_of_every_family():
