@@ -63,9 +63,12 @@ def with_steady_times(result, mean=4e-5):
     """A run whose times are the same on every machine: 0.04 ms a frame, 0.1 ms in 99 of 100, nothing else at work."""
     summary = deepcopy(result.summary)
     for figures in summary["detectors"].values():
-        figures["seconds"] |= {"per_frame_mean": mean, "processor_share": 1.0}
-        frames = figures["seconds"].get("per_frame", {})
-        figures["seconds"]["per_frame"] = frames | {"p99": 2.5 * mean, "max": 3 * mean}
+        figures["seconds"] |= {"per_frame_mean": mean, "processor_share": 1.0, "detect": 100 * mean}
+        figures["seconds"]["longest_stage"] = {"stage": "search", "share": 0.5}
+        quantiles = {"median": mean, "p95": 2 * mean, "p99": 2.5 * mean, "max": 3 * mean}
+        figures["seconds"]["per_frame"] = quantiles | {"looks": 1, "over_budget": 0.0, "stages": {}}
+    for figures in summary["effects"].values():
+        figures |= {"seconds": mean, "share": 0.01}
     answers = [replace(answer, fix=answer.fix and timeless(answer.fix)) for answer in result.answers]
     ranks = ranking(summary) if result.ranking else ()
     detections = {label: replace(one, seconds=stages(one.seconds)) for label, one in result.detections.items()}

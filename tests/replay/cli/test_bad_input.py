@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes, framed
+from support.small_worlds import along_x, framed
 
 from replay.cli.main import main
-from sessions import Session, Status, Track, write_session
+from sessions import Session, Status, write_session
 
 FAILURE, USAGE = 1, 2
 
@@ -57,56 +57,6 @@ def test_a_pose_that_is_none_is_refused_and_flagged_as_lost_it_gives_no_pose_and
     assert run(file, tmp_path, "--format", "json", "--oracle", "none") == 0
     verdicts = json.loads(capsys.readouterr().out)["detectors"]["hybrid"]["verdicts"]
     assert verdicts["NO_POSE"] == 1 and verdicts.get("CLEAR", 0) == 3 - verdicts.get("CONTACT", 0)
-
-
-def torn(folder):
-    whole = session_file(folder, cubes(PLACES))
-    return whole.read_bytes()[:-200]
-
-
-def without_mesh(folder):
-    bare = Session.from_arrays([0, 1], {"a": along_x([0, 1]), "b": along_x([3, 3])})
-    return session_file(folder, bare).read_bytes()
-
-
-def without_frames(folder):
-    none = Session.from_tracks({"a": Track(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()})
-    return session_file(folder, none).read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (lambda _: b"", ("given.mcap",)), (lambda _: b"hello " * 100, ("given.mcap",)),
-        (lambda _: bytes(5000), ("given.mcap",)), (torn, ("given.mcap", "cut short")),
-        (without_mesh, ("no body has a mesh", "--mesh")), (without_frames, ("no frames",)),
-    ],
-    ids=["empty", "text", "zeros", "torn", "no mesh", "no frames"],
-)  # fmt: skip
-def test_a_file_that_cannot_be_replayed_is_refused_and_told_what_to_do(content, words, tmp_path, capsys):
-    (tmp_path / "given.mcap").write_bytes(content(tmp_path))
-    refused(capsys, run(tmp_path / "given.mcap", tmp_path), FAILURE, *words)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--detectors", "hybird"], ("no detector 'hybird'", "hybrid")),
-        (["--detectors", "hybrid[speed=3]"], ("no setting 'speed'",)),
-        (["--detectors", "discrete[rate_hz=-1]"], ("rate_hz=-1",)),
-        (["--detectors", "discrete[rate_hz=fast]"], ("rate_hz='fast'", "give looks per second")),
-        (["--detectors", "hybrid["], ("names no detector",)),
-        (["--detectors", "hybrid,hybrid"], ("two detectors are called 'hybrid'",)),
-        (["--detectors", "hybrid", "--start", "99"], ("no frame lies between 99 and",)),
-        (["--detectors", "hybrid", "--end", "-1"], ("no frame lies between 0 and -1 s",)),
-        (["--detectors", "hybrid", "--oracle", "nobody"], ("no detector 'nobody'",)),
-    ],
-)
-def test_what_a_run_cannot_do_is_one_sentence(arguments, words, tmp_path, capsys):
-    file = session_file(tmp_path, cubes(PLACES))
-    code = main(["run", str(file), "--out", str(tmp_path / "run"), "--no-picture", *arguments])
-    refused(capsys, code, FAILURE, *words)
-    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="closed by `>&-`, and /dev/full, are POSIX")

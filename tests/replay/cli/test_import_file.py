@@ -32,42 +32,6 @@ def test_a_motion_capture_with_meshes_becomes_a_session_file(tmp_path, capsys):
     assert np.allclose(session.frames.position[0, 1], [0.5, 1.0, 0.0])
 
 
-def test_json_says_what_was_taken_for_what_assumed_and_stood_in(tmp_path, capsys):
-    source, out = aframe(tmp_path / "m.json"), tmp_path / "s.mcap"
-    assert main(["import", "auto", str(source), "-o", str(out), "--format", "json"]) == 0
-    printed, said = capsys.readouterr()
-    told = json.loads(printed)
-    assert (told["out"], told["frames"], told["bodies"]) == (str(out), 20, ["left", "right"])
-    assert told["notes"] == said.splitlines() and "proxy meshes stand in for: left, right" in said
-    assert "taken for aframe, because it is JSON\n" in said
-    assert f"converted: {read_session(out).facts['conversions']}\n" in said
-    assert main(["import", "aframe", str(source), "-o", str(out), "--force"]) == 0
-    assert "taken for" not in capsys.readouterr().err
-
-
-def test_a_file_in_the_way_is_kept_unless_forced(tmp_path, capsys):
-    source, out = aframe(tmp_path / "m.json"), tmp_path / "s.mcap"
-    out.write_text("precious")
-    assert main(["import", "aframe", str(source), "-o", str(out)]) == 1
-    assert out.read_text() == "precious" and "--force" in capsys.readouterr().err
-    assert main(["import", "aframe", str(source), "-o", str(out), "--force"]) == 0
-
-
-@pytest.mark.parametrize(
-    ("format_", "option", "code", "words"),
-    [
-        ("aframe", ["--mesh", "left"], 2, "is not BODY=FILE"),
-        ("aframe", ["--mesh", "left=nowhere.glb"], 2, "does not exist"),
-        ("aframe", ["--convention", "unity"], 1, "has no option 'convention'"),
-        ("fbx", [], 1, "aframe, csv"),
-    ],
-)
-def test_a_format_or_an_option_that_means_nothing_is_refused_by_name(format_, option, code, words, tmp_path, capsys):
-    source = aframe(tmp_path / "m.json")
-    assert main(["import", format_, str(source), "-o", str(tmp_path / "s.mcap"), *option]) == code
-    assert words in capsys.readouterr().err
-
-
 def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
     source = tmp_path / "foreign.mcap"
     write_foreign(source, protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))

@@ -95,30 +95,16 @@ def test_a_fault_of_a_users_detector_names_class_frame_file_and_line(file, capsy
     assert "please report it" not in said
 
 
-@pytest.mark.parametrize("limit", [["--max-missed", "nan"], ["--max-missed", "50"], ["--max-invented", "-0.1"],
-                                   ["--max-p99-ms", "nan"], ["--max-p99-ms", "inf"], ["--tau", "nan"],
-                                   ["--end", "1e308"], ["--start", "soon"], ["--tau", "1e99"]])  # fmt: skip
-def test_a_limit_that_is_no_limit_is_a_wrong_use(file, tmp_path, capsys, limit):
-    out = ["--out", str(tmp_path / "run")]
-    assert main(["run", file, "--detector", SLOW, *out, *limit]) == 2
-    said = capsys.readouterr().err
-    assert limit[0] in said and "range." not in said and not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize("verb", ["run", "tradeoff"])
-def test_a_policy_decides_what_becomes_of_doubtful_poses_under_every_verb_that_replays(tmp_path, capsys, verb):
-    status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 1]] * 4
-    write_session(framed([10 * k for k in range(12)], status), tmp_path / "s.mcap")
-    words = [verb, str(tmp_path / "s.mcap"), "--out", str(tmp_path / "run"), "--policy"]
-    assert main([*words, "tracking-lost=refuse"]) == 1
-    assert "the policy refuses it" in capsys.readouterr().err
-    assert main([*words, "tracking-lost=wish"]) == 1
-    assert "tracking-lost cannot be met with 'wish'" in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()
-
-
 def test_a_step_rate_is_that_of_the_usual_detectors_and_of_no_named_one(file, capsys):
     assert main(["run", file, "--step-rate", "25", "--format", "json"]) == 0
     assert list(json.loads(capsys.readouterr().out)["detectors"]) == ["hull25", "mesh25", "paper", "exact"]
     assert main(["run", file, "--step-rate", "25", "--detectors", "hybrid"]) == 2
     assert "rate_hz" in capsys.readouterr().err
+
+
+def test_bodies_without_a_mesh_are_named(tmp_path, capsys):
+    session = cubes({"a": [0, 0], "b": [3, 0.9], "wand": [5, 6]})
+    del session.meshes["wand"]
+    write_session(session, tmp_path / "s.mcap")
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "--oracle", "none"]) == 0
+    assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err

@@ -14,8 +14,7 @@ from replay.detection.detector_spec import parse_detectors
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.documents import answer_text
 from replay.pipeline.engine import compute
-from sessions import MeshData, Scene
-from sessions.model.scene import SceneBody, SceneEffect
+from sessions import MeshData
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
@@ -29,21 +28,6 @@ def printed(*shown, width=200):
 
 def text(result):
     return printed(run_tables(result), run_screen(result))
-
-
-def test_proxies_and_the_limits_of_exactness_are_always_said():
-    scene = Scene(bodies=(SceneBody("a", proxy=True),))
-    shown = text(compute(cubes(PLACES, scene=scene), detectors="hybrid"))
-    assert "Proxy meshes stand in for: a." in shown and "0.14-0.77 mm" in shown
-
-
-@pytest.mark.parametrize(("detectors", "line"), [((), 0), ("exact", 1)])
-def test_effects_are_a_table_where_no_detector_was_asked_and_else_a_line_and_a_table_with_more(detectors, line):
-    effect = SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2})
-    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(effect,))
-    shown = text(compute(cubes(PLACES, scene=scene), detectors=detectors, oracle="none"))
-    assert (shown.count("% skipped"), shown.count("; -v has the table.")) == (1, line), shown
-    assert "% skipped" not in text(compute(cubes(PLACES), detectors="exact", oracle="none"))
 
 
 def test_a_fix_that_the_run_measured_has_the_figures_of_a_run_with_it():

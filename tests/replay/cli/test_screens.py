@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from support.report_states import STATES, steady
 
-from replay.cli.run_tables import run_screen
+from replay.cli.run_tables import run_screen, run_tables
 
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
 
@@ -17,9 +17,14 @@ def printed(part, width):
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines())
 
 
-@pytest.mark.parametrize("state", sorted(STATES.keys() - {"effects"}))  # its table is of times
+@pytest.mark.parametrize("state", STATES)
 def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
     assert printed(run_screen(steady(state), SEE_IT), 80) == snapshot
+
+
+@pytest.mark.parametrize("state", ["several", "nine pairs", "effects beside an audit", "no reference"])
+def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
+    assert printed(run_tables(steady(state)), 120) == snapshot
 
 
 def test_the_ranking_of_five_detectors_one_of_them_the_engine_itself_is_one_table_of_80_columns(snapshot):

@@ -52,23 +52,6 @@ def test_page_says_first_whether_the_detector_matters_with_or_without_a_question
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
 
-def test_check_tells_the_contradictions_of_the_papers_tables(capsys):
-    assert main(["study", "check"]) == 0
-    printed = capsys.readouterr().out
-    assert "3 of 16 checks contradict the print" in printed and "PU on attitude" in printed
-
-
-def test_check_strict_is_a_gate(tmp_path, capsys):
-    assert main(["study", "check", "--strict", "--format", "json"]) == 4
-    report = json.loads(capsys.readouterr().out)
-    assert sum(row["kind"] == "inconsistent" for row in report) == 3
-    good = tmp_path / "good.toml"
-    good.write_text(
-        "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"
-    )
-    assert main(["study", "check", str(good), "--strict"]) == 0
-
-
 def test_without_the_extra_one_sentence_says_what_to_install(files, monkeypatch, capsys):
     import sys
 
