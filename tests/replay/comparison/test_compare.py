@@ -30,14 +30,19 @@ def test_every_verdict_counts_as_the_glossary_says():
     assert words(invalid, verdict_column("C")) == "-"
 
 
-def test_what_intervals_find_beyond_instants_is_between_frames_never_invented():
-    subject, oracle = verdict_column("..CCC.", covers="intervals"), verdict_column("...C..")
-    assert words(subject, oracle) == "..bBb."
-
-
-def test_against_intervals_a_contact_found_at_either_end_is_found():
-    subject, oracle = verdict_column(".CC....", covers="instants"), verdict_column(".CCC.C.", covers="intervals")
-    assert words(subject, oracle) == ".BBB.M."
+@pytest.mark.parametrize(
+    ("subject", "oracle", "covers", "expected"),
+    [
+        # What intervals find beyond instants is between frames, never invented.
+        ("..CCC.", "...C..", ("intervals", "instants"), "..bBb."),
+        # Against intervals a contact found at either end is found, whatever is said at its second.
+        (".CC....", ".CCC.C.", ("instants", "intervals"), ".BBB.M."),
+        (".Cu..", "..C..", ("instants", "intervals"), ".IB.."),
+    ],
+)
+def test_instants_and_intervals_are_held_to_what_they_say(subject, oracle, covers, expected):
+    sides = (verdict_column(letters, covers=one) for letters, one in zip((subject, oracle), covers, strict=True))
+    assert words(*sides) == expected
 
 
 def test_within_tolerance_only_disagreement_is_excused():

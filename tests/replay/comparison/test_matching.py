@@ -9,10 +9,8 @@ from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 
 
-def matched(subject, oracle, **more):
-    truth, found = episodes(oracle), episodes(subject)
-    return match_episodes(compare(subject, oracle, **{k: v for k, v in more.items() if k == "within"}), truth, found,
-                          reach=more.get("reach", 0))  # fmt: skip
+def matched(subject, oracle, within=None, reach=0):
+    return match_episodes(compare(subject, oracle, within=within), episodes(oracle), episodes(subject), reach=reach)
 
 
 def columns(subject, oracle, **more):
@@ -73,8 +71,6 @@ def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
 
 
 def test_a_report_is_invented_where_only_a_part_of_it_is_within_tolerance():
-    subject, oracle = verdict_column(".CCC."), verdict_column(".....")
     for excused, invented in (([1], (1,)), ([1, 2, 3], ())):
-        comparison = compare(subject, oracle, within=lambda frames, _, some=excused: np.isin(frames, some))
-        matches = match_episodes(comparison, episodes(oracle), episodes(subject))
+        matches = columns(".CCC.", ".....", within=lambda frames, _, some=excused: np.isin(frames, some))
         assert (matches.invented, matches.excused_found) == (invented, () if invented else (1,))

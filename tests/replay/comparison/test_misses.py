@@ -1,6 +1,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import verdict_column, verdicts
@@ -21,22 +22,20 @@ from replay.comparison.misses import (
 from replay.comparison.outcome import Outcome
 
 
-def found(subject, oracle):
-    subject, oracle = verdict_column(subject), verdict_column(oracle)
-    return [(s.first, s.last, s.kind, s.episode) for s in stretches(compare(subject, oracle), episodes(oracle))]
-
-
-def test_kinds_say_where_in_the_contact_the_miss_lies():
-    assert found("......", ".CCCC.") == [(1, 4, NEVER_FOUND, 1)]
-    assert found("..CCC.", ".CCCC.") == [(1, 1, FOUND_LATE, 1)]
-    assert found(".CC...", ".CCCC.") == [(3, 4, LOST_EARLY, 1)]
-    assert found(".C..C.", ".CCCC.") == [(2, 3, INTERRUPTED, 1)]
-    assert found("..C.C..", ".CCCCC.") == [(1, 1, FOUND_LATE, 1), (3, 3, INTERRUPTED, 1), (5, 5, LOST_EARLY, 1)]
-
-
-def test_frames_left_out_part_a_miss_and_change_no_kind():
-    assert found("..-...", ".CCCC.") == [(1, 1, NEVER_FOUND, 1), (3, 4, NEVER_FOUND, 1)]
-    assert found("..-.C.", ".CCCC.") == [(1, 1, FOUND_LATE, 1), (3, 3, FOUND_LATE, 1)]
+@pytest.mark.parametrize(
+    ("subject", "expected"),
+    [
+        ("......", [(1, 4, NEVER_FOUND, 1)]), ("..CCC.", [(1, 1, FOUND_LATE, 1)]), (".CC...", [(3, 4, LOST_EARLY, 1)]),
+        (".C..C.", [(2, 3, INTERRUPTED, 1)]), ("..C...", [(1, 1, FOUND_LATE, 1), (3, 4, LOST_EARLY, 1)]),
+        # Frames left out part a miss and change no kind.
+        ("..-...", [(1, 1, NEVER_FOUND, 1), (3, 4, NEVER_FOUND, 1)]),
+        ("..-.C.", [(1, 1, FOUND_LATE, 1), (3, 3, FOUND_LATE, 1)]),
+    ],
+)  # fmt: skip
+def test_kinds_say_where_in_the_contact_the_miss_lies(subject, expected):
+    subject, oracle = verdict_column(subject), verdict_column(".CCCC.")
+    found = stretches(compare(subject, oracle), episodes(oracle))
+    assert [(one.first, one.last, one.kind, one.episode) for one in found] == expected
 
 
 @given(st.lists(st.tuples(st.sampled_from(".C"), st.sampled_from(".C-")), min_size=1, max_size=40))

@@ -37,17 +37,16 @@ def asked(session, **more):
 
 def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
-    far, wide = [9.0] * 20, [-0.4, 0.0, 0.7, 0.8]
-    session = gaps([*far, *(one for gap in wide for one in (gap, *far))])
+    wide = [-0.4, 0.0, 0.7, 0.8]
+    session = gaps([*FAR, *(one for gap in wide for one in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
         noise = asked(session, noise=sizes, noise_copies=4000).noise
         share = [one.share for one in (*noise.contacts, *noise.near)]
         assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
-def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
-    far = [9.0] * 20
-    result = asked(gaps([*far, *[-6.0] * 120, *far, -0.1, *far, 0.5, *far, 6.0, *far]))
+def test_deep_contacts_and_those_that_no_noise_reaches_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
+    result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
     (hidden,) = noise.near
@@ -55,9 +54,6 @@ def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_nam
     assert noise.resting == () and noise.asked == 122
     settings = result.summary["noise"]
     assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
-
-
-def test_a_contact_that_no_noise_reaches_holds():
     places = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
     (contact,) = asked(cubes(places), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.share, contact.word) == (1.0, module.HOLDS)
@@ -91,15 +87,12 @@ def test_neither_blocks_nor_threads_nor_the_order_of_bodies_change_an_answer_and
 
 
 def test_tables_and_gates_count_what_holds(tmp_path):
-    far = [9.0] * 20
-    session = gaps([*far, -6.0, -6.0, *far, -0.1, *far])
+    session = gaps([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR])
     result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
-    import pyarrow.parquet as pq
-
-    rows = pq.read_table(tmp_path / "run" / "episodes.parquet").to_pylist()
-    assert [row["noise"] for row in rows if row["detector"] == "exact"] == ["holds", "undecidable"]
-    misses = pq.read_table(tmp_path / "run" / "misses.parquet").to_pylist()
-    assert {(row["noise"], row["noise_share"] == 1.0) for row in misses} == {("holds", True), ("undecidable", False)}
+    tables = result.tables
+    assert tables["episodes"].where(detector="exact").column("noise") == ["holds", "undecidable"]
+    misses = zip(*(tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
+    assert {(word, share == 1.0) for word, share in misses} == {("holds", True), ("undecidable", False)}
     assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
     figures = result.summary["audit"]["slow"]
     assert figures["contacts_missed"] == 2 and figures["holds"]["contacts"] == figures["holds"]["contacts_missed"] == 1

@@ -82,14 +82,12 @@ def test_groups_of_frames_change_nothing(monkeypatch):
     assert judged(assembly, Verdict.CONTACT) == whole
 
 
-def test_being_inside_is_never_a_matter_of_tolerance():
+def test_being_inside_a_candidate_of_volumes_and_an_interval_are_never_a_matter_of_tolerance():
     inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
     assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
-    assert judged(beside(1.0 + 1e-9), Verdict.CONTAINED) == [Outcome.INVENTED]
-
-
-def test_a_volume_s_candidate_is_unconfirmed_and_not_excused():
-    assert judged(beside(1.0 + 1e-9), Verdict.CANDIDATE) == [Outcome.INVENTED]
+    for word in (Verdict.CONTAINED, Verdict.CANDIDATE):
+        assert judged(beside(1.0 + 1e-9), word) == [Outcome.INVENTED]
+    assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
 
 
 def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampling_offset():
@@ -103,10 +101,6 @@ def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampli
     assert once == offset_counts(1e4, always, reference).invented["share"] == pytest.approx(1 / 3)
 
 
-def test_an_interval_says_nothing_about_an_instant():
-    assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
-
-
 @pytest.mark.parametrize("tau", [-1.0, float("inf"), float("nan")])
 def test_a_tolerance_that_is_none_is_refused(tau):
     with pytest.raises(AuditError, match="give metres, 0 or more"):
@@ -116,10 +110,7 @@ def test_a_tolerance_that_is_none_is_refused(tau):
 def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():
     # unit cubes: overlapping by half, by a micrometre, touching, apart
     session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
-    result = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact")
-    counted = result.summary["audit"]["blind"]["pair_frames"]
-    assert (counted["MISSED"], counted["WITHIN_TOLERANCE"]) == (1, 2)
-    assert result.summary["tau"] == 2e-6
-    strict = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", tau=0.0)
-    assert strict.summary["audit"]["blind"]["pair_frames"]["MISSED"] == 3
-    assert strict.summary["tau"] == 0.0
+    for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):
+        summary = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", **more).summary
+        counted = summary["audit"]["blind"]["pair_frames"]
+        assert (counted["MISSED"], counted["WITHIN_TOLERANCE"]) == counts and summary["tau"] == tau
