@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from support.crossing_paths import crossing_paths
 from support.search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
 from support.shapes import revolved_mesh
 
@@ -89,16 +88,3 @@ def test_the_colony_detects_no_less_than_random_for_at_most_six_tenths_of_its_ev
     random, spent = searched(meshes, poses, "random", 40_000, 1)
     assert colony >= random
     assert evaluations <= 0.6 * spent
-
-
-def session(seed):
-    bodies, motion = crossing_paths(seed)
-    exact = create_detector("exact", bodies, containment=False).detect(motion).verdict == Verdict.CONTACT
-
-    def run(**settings):
-        parts = list(create_detector("qaco", bodies, seed=seed, **settings).stream(motion.blocks(1)))
-        verdict = np.concatenate([part.verdict for part in parts])
-        assert not ((verdict == Verdict.CONTACT) & ~exact).any()
-        return (verdict[exact] == Verdict.CONTACT).mean(), np.array([part.work["evaluations"] for part in parts])
-
-    return run

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.motions import placed, rotations, soup
+from support.motions import placed, soup
 from support.random_worlds import bodies_of
 from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
 
@@ -86,7 +86,7 @@ def test_it_equals_the_exhaustive_test():
     a, b = soup(rng, 60), soup(rng, 50)
     meshes = [body.mesh for body in bodies_of([a, b])]
     poses = np.tile(np.eye(4), (2, 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = rotations(rng, (2,)), rng.normal(size=(2, 3)) * 0.3
+    poses[:, :3, :3], poses[:, :3, 3] = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.3
     found = intersecting_faces(*meshes, *poses)
     want = meeting_faces_exhaustive(*(placed(t, p[:3, :3], p[:3, 3]) for t, p in zip((a, b), poses, strict=True)))
     assert found.dtype == np.int64

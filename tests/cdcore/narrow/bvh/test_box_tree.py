@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate, rotations
+from support.motions import KINDS, grid_plate
+from support.shapes import random_rotations
 from support.slow_trees import faces_below
 
 from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_tree
@@ -70,7 +71,7 @@ def surface(extent):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_turned_slab_is_fitted_along_its_own_axes(seed):
     rng = np.random.default_rng(seed)
-    turn = rotations(rng, ())
+    turn = random_rotations(rng)
     triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ turn.T
     axes, extent = fitted(triangles)
     assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from support.eight_frames import EightFrames
-from support.motions import rotations
+from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import words_of
@@ -36,7 +36,7 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
     rng = np.random.default_rng(int(distance))
     worst = 0.0
     for _ in range(60):
-        turn_a, turn_b = rotations(rng, (2,))
+        turn_a, turn_b = random_rotations(rng, 2)
         corner = rng.normal(size=3)
         move_a = rng.normal(size=3) + distance
         move_b = move_a + rng.normal(size=3)

@@ -3,21 +3,14 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, grid_plate
-from support.shapes import rod_mesh
-from support.slow_trees import (
-    SCENES,
-    SlowBoxes,
-    assert_as_slow,
-    box_corners,
-    complete_first_hit_or_cut_short,
-    corners_apart_along,
-    each_scene,
-    searched,
-)  # fmt: skip
+from support.random_worlds import bodies_of
+from support.shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
+from support.slow_trees import SlowSearch
 
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
+from cdcore.narrow.published_trees.tree_descent import PairPoses
 from cdcore.narrow.tree_builder import build_tree
-from cdcore.narrow.tree_stage import UNLIMITED
+from cdcore.narrow.tree_stage import UNLIMITED, TreeSettings, TreeStage
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
 
@@ -30,62 +23,44 @@ each_kind = pytest.mark.parametrize("kind", TREE_KINDS)
 each_mesh = pytest.mark.parametrize("name", MESHES)
 
 
-class SlowAabb(SlowBoxes):
-    def corners(self, a, b):
-        ends = zip(self.trees, self.poses, (a, b), strict=True)
-        return [box_corners(tree.centre[node], tree.axes[node], tree.half[node], *pose) for tree, pose, node in ends]
-
-    def apart(self, a, b):
-        return any(corners_apart_along(axis, *self.corners(a, b)) for axis in np.eye(3))
-
-    def splits_first(self, a, b):
-        first, second = (np.ptp(corners, axis=0).max() for corners in self.corners(a, b))
-        return first >= second
+SCENES = {
+    "ball and beaker": (ball_mesh(0.03, 5, 6), beaker_mesh(sides=8), 0.02, 0),
+    "rod and ball": (rod_mesh(), ball_mesh(0.02, 5, 7), 0.01, 1),
+}
+"""Two meshes, how far from the origin they are, and a seed."""
 
 
-class SlowObb(SlowBoxes):
-    def children(self, side, node):
-        first = self.trees[side].child[node]
-        return [node] if first < 0 else [first, first + 1]
-
-    def descend(self, a, b):
-        if not self.ask_nodes(a, b):
-            return
-        if self.children(0, a) == [a] and self.children(1, b) == [b]:
-            for i in range(self.trees[0].start[a], self.trees[0].stop[a]):
-                for j in range(self.trees[1].start[b], self.trees[1].stop[b]):
-                    self.ask_faces(i, j)
-            return
-        for first in reversed(self.children(0, a)):
-            for second in reversed(self.children(1, b)):
-                self.descend(first, second)
-
-
-class SlowRapid(SlowBoxes):
-    def splits_first(self, a, b):
-        return self.trees[0].half[a].max() > self.trees[1].half[b].max()
-
-
-class SlowSolid(SlowBoxes):
-    edges = False
-
-    def splits_first(self, a, b):
-        return self.trees[0].half[a].max() >= self.trees[1].half[b].max()
-
-
-SLOW = {"aabb": SlowAabb, "obb": SlowObb, "rapid-style": SlowRapid, "solid-style": SlowSolid}
+def searched(kind, scene, *, every=True, budget=UNLIMITED):
+    """Trees of a kind over two bodies, three poses of both about the origin, and what a search gives for these."""
+    first, second, spread, seed = SCENES[scene]
+    rng = np.random.default_rng(seed)
+    turn, move = random_rotations(rng, 2, 3), rng.normal(size=(2, 3, 3)) * spread
+    stage = TreeStage(bodies_of([first.triangles, second.triangles]), np.array([[0, 1]]), kind, TreeSettings())
+    poses = PairPoses(turn[0], move[0], turn[1], move[1], np.full(3, 1e-13))
+    return (
+        stage.trees,
+        zip(turn.swapaxes(0, 1), move.swapaxes(0, 1), strict=True),
+        stage.search(0, 1, poses, every=every, budget=budget),
+    )
 
 
 @each_kind
-@each_scene
-@complete_first_hit_or_cut_short
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
 def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
-    assert_as_slow(scene, kind, SLOW[kind], every, budget)
+    trees, poses, (found, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
+    hits = 0
+    for row, (turns, moves) in enumerate(poses):
+        slow = SlowSearch(kind, trees, [*zip(turns, moves, strict=True)], every=every, budget=budget)
+        assert counts[row, :2].tolist() == [slow.node_tests, slow.leaf_tests]
+        assert bool(ended[row]) == slow.truncated
+        assert [tuple(faces) for faces in found[found[:, 0] == row, 1:].tolist()] == slow.found
+        hits += bool(slow.found)
+    assert hits or budget
 
 
 def test_the_kept_axis_of_solid_ends_most_leaf_tests_and_what_gjk_leaves_open_is_asked_exactly():
-    corners, poses = SCENES["ball and beaker"]()
-    found, counts, _ = searched("solid-style", corners).search(0, 1, poses, every=True, budget=UNLIMITED)
+    found, counts, _ = searched("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
     assert 0 < len(found) <= exact <= 1.01 * len(found) + 2
