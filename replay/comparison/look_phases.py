@@ -17,7 +17,7 @@ from replay.base.wilson import share_of_clusters
 from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports, found_in_part, never_found
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
-from replay.comparison.reference import Reference
+from replay.comparison.tolerance import Reference
 from replay.detection.run_detector import Run, detect_all, make_detector
 from replay.prepare.assembly import Assembly
 

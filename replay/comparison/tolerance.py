@@ -1,4 +1,4 @@
-"""Within tolerance: a disagreement about at most tau, decided on exact geometry, is no error.
+"""The oracle as the reference of other answers, and what is within tolerance of it: less than tau, on exact geometry.
 
 A contact is excused when no face pair is deeper than tau and a move of the surfaces by tau ends it; a gap, when some
 face pair is at most tau apart. The move is asked for because face pairs of cubes with faces in common planes only
@@ -7,6 +7,7 @@ no shift by tau gives the other answer. Neither are candidates of volumes, nor v
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
@@ -16,9 +17,13 @@ from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import is_one_of
-from replay.comparison.compare import Within
+from replay.comparison.compare import Within, compare
+from replay.comparison.episodes import episodes
+from replay.comparison.holding import holdings
+from replay.comparison.outcome import Comparison, Episode
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
+from sessions import Session
 
 if TYPE_CHECKING:
     from cdcore.narrow.ill_posed import MarginStage
@@ -100,3 +105,30 @@ class Tolerance:
                     known[key] = self._stage.shallow(*asked) and self._stage.loose(*asked)
                 within[entry] = known[key]
         return within
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the oracle said, its contacts, the stretches in which a hand holds a body, and what is within tolerance."""
+
+    truth: Detection
+    episodes: tuple[Episode, ...]
+    holdings: tuple[Episode, ...]
+    tolerance: Tolerance
+
+    @classmethod
+    def of(cls, truth: Detection, assembly: Assembly, session: Session | None, tolerance: Tolerance) -> "Reference":
+        """The reference of a detection of an assembly; hands are those of the ``session``."""
+        contacts = episodes(truth, assembly.motion.valid)
+        return cls(truth, contacts, holdings(assembly, session, contacts), tolerance)
+
+    @cached_property
+    def contacts(self) -> tuple[Episode, ...]:
+        """The contacts that count: all but those of a hand with what it holds."""
+        held = set(self.holdings)
+        return tuple(contact for contact in self.episodes if contact not in held)
+
+    def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
+        """Hold a detection to it; ``labels`` as for ``compare``."""
+        within = self.tolerance.judge(subject, self.truth)
+        return compare(subject, self.truth, labels, within, self.holdings)

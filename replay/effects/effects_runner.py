@@ -4,7 +4,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
 
 from cdcore import Detection
 from cdcore.errors import CollisionCoreError
@@ -86,3 +88,25 @@ def _run(step: Step, inputs: EffectInputs) -> EffectRun:
         skipped = tuple(inputs.shown(spans_of(~output.ran), SKIPPED))
         output = replace(output, lanes={**output.lanes, SKIPPED: skipped})
     return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)
+
+
+SCALARS: Final = "scalars"
+CURVES: Final = "curves"
+
+RECORDED = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
+
+
+def recorded(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
+    """Kind -> the numbers between the first and the last frame of the assembly; empty where there are none."""
+    start, count = perf_counter(), len(assembly.motion)
+    series = {}
+    for name, track in session.scalars.items() if count else ():
+        times = (track.times_ns - assembly.first_ns) / 1e9
+        first, last = assembly.motion.times[[0, -1]]
+        rows = np.flatnonzero((times >= first) & (times <= last))
+        if len(rows):
+            series[name] = Series(times[rows], track.values[rows], track.unit)
+    if not series:
+        return {}
+    output, seconds = EffectOutput(series=series), perf_counter() - start
+    return {SCALARS: EffectRun(RECORDED, ("it was recorded",), output, seconds, {CURVES: len(series)}, count, count)}

@@ -13,7 +13,7 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
 from replay.comparison.misses import NEVER_FOUND
-from replay.effects.recorded import CURVES
+from replay.effects.effects_runner import CURVES
 from replay.outputs.words import (
     FRAME_ROWS,
     OUTCOME_WORDS,

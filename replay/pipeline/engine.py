@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from time import perf_counter
 from typing import Any, Final
 
-from cdcore import Detection
+import numpy as np
+
+from cdcore import Detection, Detector, Motion
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
 from replay.base.progress import Progress, Silent
@@ -19,17 +23,14 @@ from replay.comparison.holding import holdings
 from replay.comparison.look_phases import STEPS, over_phases
 from replay.comparison.matching import match_episodes
 from replay.comparison.noisy_contacts import in_noise
-from replay.comparison.reference import Reference
-from replay.comparison.tolerance import Tolerance
+from replay.comparison.tolerance import Reference, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
-from replay.detection.run_detector import Run, run_detector
+from replay.detection.run_detector import Run, make_detector, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import run_effects
-from replay.effects.recorded import recorded
+from replay.effects.effects_runner import recorded, run_effects
 from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
-from replay.pipeline.faces import face_source
 from replay.pipeline.ranking import ranking
 from replay.pipeline.result_tables import result_tables
 from replay.pipeline.run_result import RunResult
@@ -162,7 +163,7 @@ def _audited(
 ) -> RunResult:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
     assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
-    again = face_source(assembly, settings.seed, runs.get(oracle))
+    again = _face_source(assembly, settings.seed, runs.get(oracle))
     tolerance = Tolerance(assembly, again, settings.tau)
     found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
     result = RunResult(
@@ -233,3 +234,20 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
     by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
     found = {name: by_name.get(name, chosen) for name in planned.detectors}
     return {name: run.detection for name, run in found.items() if run is not None}
+
+
+def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
+    """The faces of some of the motion's frames by the most trusted detector of instants, made on first use.
+
+    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
+    one that is that detector, and listed faces, has said it.
+    """
+    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
+        known = oracle.detection
+        return lambda motion: known.take(np.searchsorted(known.times, motion.times))
+
+    @cache
+    def trusted() -> Detector:
+        return make_detector(DetectorSpec("faces", TRUSTED), assembly, seed)
+
+    return lambda motion: trusted().detect(motion, faces=True)

@@ -9,8 +9,7 @@ from replay.comparison.contact_counts import ContactCounts, count_contacts, coun
 from replay.comparison.episodes import column_runs
 from replay.comparison.look_phases import PHASES, OffsetCounts, offset_counts, spread
 from replay.comparison.outcome import Outcome
-from replay.comparison.reference import Reference
-from replay.comparison.tolerance import Tolerance
+from replay.comparison.tolerance import Reference, Tolerance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore import FrameDetector, Motion, Verdict, create_detector, join
-from cdcore.protocol import counts_as_contact
+from cdcore.protocol import Explanation, counts_as_contact
 from cdcore.protocol.frame_detector import NoSettings
 
 
@@ -77,6 +77,46 @@ class Blind(Planted):
     def spoil(self, contact):
         contact[:, -1] = False
         return contact
+
+
+@dataclass(frozen=True)
+class Blame:
+    """The stage that lost every contact."""
+
+    stage: str = ""
+
+
+class Blamed(Planted):
+    """Never says contact, and explains that by one stage wherever faces meet."""
+
+    Settings = Blame
+    STAGES: ClassVar = {
+        "spheres": Explanation(spheres_meet=False),
+        "sample": Explanation(sample_meets=False, found_with_more=False),
+        "budget": Explanation(sample_meets=True, found_with_more=True),
+        "search": Explanation(sample_meets=True, found_with_more=False),
+    }
+
+    def spoil(self, contact):
+        return np.zeros_like(contact)
+
+    def explain(self, motion, frame, pair, faces):
+        return self.STAGES.get(self.settings.stage, Explanation()) if len(faces) else Explanation()
+
+
+class Swept(Planted):
+    """An oracle of intervals for two bodies that only move along X by steps too long for instants."""
+
+    def detect(self, motion, *, faces=False):
+        exact = self._exact.detect(motion)
+        contact = exact.verdict == Verdict.CONTACT
+        side = np.sign(np.diff(motion.translations[:, :, 0], axis=1))
+        contact[1:] |= contact[:-1] | (side[1:] != side[:-1])
+        verdict = np.where(contact, np.uint8(Verdict.CONTACT), exact.verdict)
+        return replace(exact, detector="swept", verdict=verdict, covers="intervals")
+
+    def stream(self, motions, *, faces=False):
+        yield from map(self.detect, motions)
 
 
 class Undecided(FrameDetector):

@@ -18,11 +18,16 @@ from sessions import Session
 from sessions.model.event import LiveContact
 
 PLANTED = {
-    Cause.SPHERE_STAGE: "support.planted_stages:SmallSpheres",
-    Cause.SAMPLING: "support.planted_stages:EveryThird",
-    Cause.BUDGET: "support.planted_stages:Impatient",
-    Cause.SEARCH: "support.planted_stages:Stubborn",
-    Cause.UNEXPLAINED: "support.planted_stages:Silent",
+    **{
+        cause: f"{stage}=support.planted_detectors:Blamed[stage={stage}]"
+        for cause, stage in (
+            (Cause.SPHERE_STAGE, "spheres"),
+            (Cause.SAMPLING, "sample"),
+            (Cause.BUDGET, "budget"),
+            (Cause.SEARCH, "search"),
+            (Cause.UNEXPLAINED, "nothing"),
+        )
+    },
     Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
     Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
     Cause.LATE: "support.planted_detectors:FiveLate",
@@ -108,7 +113,7 @@ def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digit
 def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_LOOKS)
     result = compute(
-        corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_stages:Swept"
+        corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
     )
     for cause, label in zip(planted, result.causes, strict=True):
         assert result.causes[label].examined > 5
@@ -117,7 +122,7 @@ def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_
 
 def test_a_contact_that_no_instant_shows_is_lost_between_frames():
     session = cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
-    result = compute(session, detectors="exact", oracle="truth=support.planted_stages:Swept")
+    result = compute(session, detectors="exact", oracle="truth=support.planted_detectors:Swept")
     (miss,) = result.misses["exact"]
     assert (miss.first, miss.last, miss.cause) == (2, 2, "between frames")
     assert {cause for cause, count in result.causes["exact"].pair_frames.items() if count} == {Cause.BETWEEN_FRAMES}

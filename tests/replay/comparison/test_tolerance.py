@@ -12,8 +12,7 @@ from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_reports
 from replay.comparison.look_phases import offset_counts
 from replay.comparison.outcome import Outcome
-from replay.comparison.reference import Reference
-from replay.comparison.tolerance import Tolerance
+from replay.comparison.tolerance import Reference, Tolerance
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.prepare.assembly import Assembly

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube
+from support.small_worlds import along_x, cube, cubes
 
 from replay.effects.effect_plan import Plan, Step
 from replay.effects.effects_runner import run_effects
@@ -12,19 +12,17 @@ from replay.effects.inputs import HANDS
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.errors import EffectError
+from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
-from sessions import Session
+from sessions import ScalarTrack, Session
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.track import HandTrack
-
-QUARTER = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
-"""A quarter turn about Z: +Y goes to -X."""
 
 
 def ran(*specs, **inputs):
     steps = {one.kind: Step(one, (), (), inputs.get(one.kind, ()), ("declared",)) for one in specs}
     known = dict.fromkeys(("cup", "hand_left", "lost"), ("it is named",))
-    poses = {"cup": along_x([0, 1, 2, 3], QUARTER), "hand_left": along_x([5, 5, 6, 6])}
+    poses = {"cup": along_x([0, 1, 2, 3]), "hand_left": along_x([5, 5, 6, 6])}
     scene = Scene(bodies=tuple(map(SceneBody, known)))
     session = Session.from_arrays(np.arange(4) * 10**7, poses, {name: cube() for name in poses}, scene)
     hands = {f"{who}/{side}": HandTrack([0, 10**7]) for who in ("ann", "bob") for side in ("left", "right")}
@@ -41,10 +39,6 @@ def asking(ask, **more):
     got = []
     run = ran(spec("pour", lambda inputs: got.append(ask(inputs)) or EffectOutput(), **more))["pour"]
     return got[0], run
-
-
-def test_a_point_of_a_body_follows_its_pose():
-    assert np.allclose(asking(lambda inputs: inputs.poses("cup").point((0, 2, 0)))[0][:, 0], [-2, -1, 0, 1])
 
 
 @pytest.mark.parametrize(
@@ -107,3 +101,17 @@ WHOLE = EffectOutput(
 )  # fmt: skip
 def test_any_difference_but_in_what_other_effects_are_told_shows_in_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest
+
+
+def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_not():
+    bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
+    stamps = bare.stamps()
+    pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")
+    session = replace(bare, scalars={"pulse": pulse, "late": ScalarTrack(stamps + 10**10, np.zeros(100))})
+    run = compute(session, detectors=()).effects["scalars"]
+    (series,) = run.series.values()
+    assert series.unit == "1/min" and series.values.tolist() == [70.0 + k for k in range(10)]
+    assert np.allclose(series.times, 0.1 * np.arange(10) + 3e-9) and run.because == ("it was recorded",)
+    part = compute(session, detectors=(), start=0.2, end=0.49)
+    assert part.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
+    assert compute(bare, detectors=()).effects == {}

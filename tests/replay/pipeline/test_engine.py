@@ -141,7 +141,7 @@ def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces
 
 
 def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
-    monkeypatch.setattr("replay.pipeline.faces.make_detector", None)
+    monkeypatch.setattr("replay.pipeline.engine.make_detector", None)
     assert len(compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]").misses["slow"]) == 2
 
 
