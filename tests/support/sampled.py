@@ -44,7 +44,6 @@ SAMPLED = {
     "test_verbs_take_urls_for_sessions_and_runs": 2,
     "test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame": 3,
     "test_the_table_is_diagonal_in_other_sessions_too": 4,
-    "test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say": 2,
     "test_cubes_are_excused_to_tau_and_no_deeper_however_flush_they_stand": 3,
     "test_elements_charge_volume_and_energy_are_conserved_after_every_event": 3,
     "test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library": 5,
