@@ -1,4 +1,4 @@
-"""One table of what no reader takes, `bad_input.toml`: each row ends in one sentence that names file and cure."""
+"""One table of what no reader and no function takes, `bad_input.toml`: each row ends in one sentence."""
 
 import re
 import tomllib
@@ -7,13 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from sessions import MeshData, Recorder, Session, Track, make_shape
 from sessions.errors import SessionError
+from sessions.glassware.catalogue import make_instrument
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.csv_mapping import read_mapping
 from sessions.mcap_format.reader import read_session
+from sessions.meshes.conventions import quaternion_from_euler
 from sessions.meshes.mesh_files import load_mesh
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
+from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import read_scene
+from sessions.synthetic.assembly import Recording
 
 TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
 MAPPING = """
@@ -77,3 +84,33 @@ def test_what_the_wrong_ones_are_changed_from_is_read(tmp_path, reader):
     name, read = READERS[reader]
     (tmp_path / name).write_bytes(TABLE["good"][reader].encode())
     assert read(tmp_path / name)
+
+
+def recorded(folder, do, *given, **options):
+    """A call of a recorder between two frames; the recording goes on."""
+    with Recorder(folder / "s.mcap") as recorder:
+        recorder.poses(1, {"cup": POSE})
+        with pytest.raises(SessionError) as raised:
+            getattr(recorder, do)(*given, **options)
+        recorder.poses(2, {"cup": POSE})
+    assert read_session(folder / "s.mcap").frames.stamp_ns.tolist() == [1, 2]
+    raise raised.value
+
+
+POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+CALLS = {
+    "mesh": MeshData, "euler angles": quaternion_from_euler, "track": Track, "hand": HandTrack, "shape": make_shape,
+    "session": Session.from_arrays, "instrument": make_instrument, "made-up session": Recording,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", TABLE["call"], ids=lambda case: f"{case['of']}: {case['words'][:40]}")
+def test_arguments_that_no_function_takes_are_one_sentence(tmp_path, case):
+    call, _, do = case["of"].partition("record ")
+    calls = CALLS | {
+        "": partial(recorded, tmp_path, do),
+        "body of a scene": lambda **body: scene_meshes(Scene(bodies=(SceneBody(**body),)), tmp_path),
+    }
+    with pytest.raises(SessionError, match=case["words"]) as raised:
+        calls[call](*case.get("given", ()), **case.get("options", {}))
+    assert str(raised.value).isprintable()

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from sessions.errors import SceneError
 from sessions.geometry.shapes import SIZES, make_shape
 from sessions.mesh_data import is_closed
 
@@ -27,23 +26,3 @@ def test_a_shape_is_closed_faces_outwards_and_reaches_its_size_from_within(shape
     assert mesh.bounds[1][1] == pytest.approx(half[1], rel=1e-15)
     if shape != "box":
         assert 0.6 * faces <= len(mesh.faces) <= 1.4 * faces or faces < 100
-
-
-def test_more_faces_than_memory_holds_are_refused():
-    with pytest.raises(SceneError, match="at most 1,000,000"):
-        make_shape("sphere", {"radius": 0.1}, 10**12)
-
-
-@pytest.mark.parametrize(
-    ("shape", "size", "message"),
-    [
-        ("cone", {}, "no shape 'cone'; there are: box, sphere"),
-        ("sphere", {}, "a sphere needs radius; missing: radius"),
-        ("box", {"x": 1.0, "y": -1.0, "z": 1.0}, "y of a box is -1.0"),
-        ("capsule", {"radius": 1.0, "length": 1.0}, "shorter than its two round ends"),
-        ("sphere", {"radius": float("nan")}, "radius of a sphere is nan"),
-    ],
-)
-def test_an_impossible_shape_is_refused(shape, size, message):
-    with pytest.raises(SceneError, match=message):
-        make_shape(shape, size)

@@ -3,7 +3,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, made_instrument, make_instrument
+from sessions.glassware.catalogue import INSTRUMENTS, made_instrument
 from sessions.mesh_data import is_closed, least_area
 from sessions.meshes.mesh_files import volume_cut_off
 
@@ -76,19 +76,3 @@ def test_an_instrument_stands_on_the_plane_of_its_origin(made):
     if made.name not in ELSEWHERE:
         assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
         assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()
-
-
-@pytest.mark.parametrize(
-    ("name", "faces", "options", "message"),
-    [
-        ("cauldron", 5000, {}, "no instrument 'cauldron'; there are: beaker_50"),
-        ("funnel", 499, {}, "ask for 500 to 50,000"),
-        ("funnel", 50_001, {}, "ask for 500 to 50,000"),
-        ("funnel", 500, {"colour": "red"}, "funnel has no option colour; its options: none"),
-        ("beaker_50", 500, {"millilitres": 60}, "beaker_50 has no option millilitres"),
-        ("hand_left", 500, {"grip": 1}, "its options: grip_radius"),
-    ],
-)
-def test_what_cannot_be_made_is_named(name, faces, options, message):
-    with pytest.raises(UnknownInstrumentError, match=message):
-        make_instrument(name, faces, **options)

@@ -1,11 +1,8 @@
-import struct
-
 import pytest
 from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import catalogue as module
-from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.writer import write_session
 
 
@@ -45,29 +42,3 @@ def test_what_declares_more_than_is_allowed_is_refused_before_it_is_read(path, t
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)
     with pytest.raises(SessionFileError, match=rf"a {kind} record declares \d+ bytes, more than the 5(00)?"):
         read_catalogue(path)
-
-
-def record(opcode, content):
-    return struct.pack("<BQ", opcode, len(content)) + content
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        record(1, b"\xff\xff\xff\xff"),  # a header whose text is longer than it
-        record(3, b"\x01\x00\x01\x00\x00\x00\xff"),  # a schema whose name is no text
-        record(6, struct.pack("<QQQII", 0, 0, 5, 0, 1 << 30)),  # a compression with an endless name
-        record(9, struct.pack("<QQI", 0, 0, 1 << 31)),
-    ],
-)
-def test_a_damaged_record_is_one_sentence(tmp_path, content):
-    path = tmp_path / "f.mcap"
-    path.write_bytes(MAGIC + content + bytes(100))
-    with pytest.raises(SessionFileError, match="damaged"):
-        read_catalogue(path)
-
-
-def test_a_record_that_says_it_is_endless_is_a_tear_and_not_an_allocation(tmp_path):
-    path = tmp_path / "f.mcap"
-    path.write_bytes(MAGIC + struct.pack("<BQ", 6, 2**63) + bytes(50))
-    assert read_catalogue(path).tear == len(MAGIC)

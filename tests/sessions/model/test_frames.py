@@ -23,22 +23,6 @@ def test_a_track_holds_read_only_copies_of_what_was_given():
             array[0] = 0
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        (([1, 2], np.ones((3, 3)), np.ones((2, 4))), r"positions of a track has shape \(3, 3\); .* need \(2, 3\)"),
-        (([1, 2], np.ones((2, 3)), np.ones((2, 4)), [True]), r"valid .* need \(2,\)"),
-        (([2, 2], np.ones((2, 3)), np.ones((2, 4))), r"sample 1 of a track at 2 ns does not come after 2 ns; sort"),
-        (([1.0, 2.0], np.ones((2, 3)), np.ones((2, 4))), r"float64, not integers; give nanoseconds"),
-        (([[1, 2]], np.ones((2, 3)), np.ones((2, 4))), r"shape \(1, 2\); give \(n,\)"),
-        (([1, 2], [[1, 2, 3], [1, 2]], np.ones((2, 4))), r"positions of a track .*numbers"),
-    ],
-)
-def test_what_is_no_track_is_one_sentence(values, words):
-    with pytest.raises(SessionError, match=words):
-        Track(*values)
-
-
 @pytest.mark.parametrize(("stamps", "words"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
 def test_unsigned_stamps_that_fall_or_go_beyond_int64_are_refused_and_never_wrapped(stamps, words):
     with pytest.raises(SessionError, match=words):

@@ -1,14 +1,12 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.mcap_samples import assert_same_frames, random_frames, session_of
 
-from sessions.errors import MeshFileError, SessionError
 from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene, SceneBody, wanted_pairs
 from sessions.model.session import Session
-from sessions.model.track import HandTrack, Track
+from sessions.model.track import Track
 
 POSES = (np.zeros((2, 3)), np.ones((2, 4)))
 
@@ -39,26 +37,6 @@ def test_a_body_without_a_sample_in_a_frame_is_absent_there():
     assert np.isnan(frames.position[gone]).all() and (frames.sample_ns[gone] == 0).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (([6, 5], {"a": POSES}), "'a'.*does not come after"),
-        (([5, 6, 7], {"a": POSES}), r"'a'.*3 stamps need \(3, 3\)"),
-        (([5.5, 6.5], {"a": POSES}), "give nanoseconds"),
-        (([5, 6], {"a": np.zeros((2, 7))}), "'a'"),
-        (([5, 6], {"a": np.zeros((3, 7))}), r"'a': give its poses as \(positions"),
-    ],
-)
-def test_arrays_that_do_not_fit_are_one_sentence_that_names_the_body(arguments, words):
-    with pytest.raises(SessionError, match=words):
-        Session.from_arrays(*arguments)
-
-
-def test_a_bad_mesh_is_named_by_its_body():
-    with pytest.raises(MeshFileError, match=r"'cup'.*face 0"):
-        Session.from_arrays([5, 6], {"cup": POSES}, meshes={"cup": (np.zeros((3, 3)), [[0, 1, 7]])})
-
-
 def test_no_body_is_a_session():
     session = Session.from_arrays([], {})
     assert session.names == () and len(session.frames) == 0 and session.tracks == {} and list(session.blocks()) == []
@@ -86,19 +64,6 @@ def test_a_repeated_device_stamp_gives_one_sample_the_first():
     track = session_of(twice).tracks["body 0"]
     assert track.times_ns.tolist() == [10, 20, 30] and track.valid.tolist() == [True, True, True]
     assert np.array_equal(track.positions, frames.position[[0, 3, 2], 0])
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        (([2, 1],), "does not come after"),
-        (([1], None, None, ("a", "b"), [[True]]), r"pressed .* need \(1, 2\)"),
-        (([1], None, None, ("a", "a")), "button 'a' twice"),
-    ],
-)
-def test_what_is_no_hand_is_one_sentence(values, words):
-    with pytest.raises(SessionError, match=words):
-        HandTrack(*values)
 
 
 def test_the_frames_between_two_stamps_know_where_they_stood():

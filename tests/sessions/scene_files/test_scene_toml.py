@@ -138,18 +138,3 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)
     assert 300 < len(meshes["shape"].faces) < 700
     assert 400 < len(meshes["glass"].faces) < 900
-
-
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        (SceneBody("m", mesh="absent.glb"), "body 'm': mesh file .*absent.glb does not exist"),
-        (SceneBody("i", instrument="beaker_100", extra={"faces": 7}), "body 'i': beaker_100 with 7 faces"),
-        (SceneBody("o", instrument="bench", extra={"options": {"colour": 1}}), "body 'o': bench has no option colour"),
-        (SceneBody("w", instrument="stirring_rod", extra={"options": {"length": "long"}}), "body 'w': "),
-        (SceneBody("n", mesh="a\0.glb"), "body 'n': .*null"),
-    ],
-)
-def test_a_mesh_that_cannot_be_made_names_its_body(body, message, tmp_path):
-    with pytest.raises(SceneError, match=message):
-        scene_meshes(Scene(bodies=(body,)), tmp_path)
