@@ -20,7 +20,7 @@ from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.batch_parts import FOLDER as TABLES
 from replay.outputs.results.data_set import write_batch_tables
 from replay.outputs.results.parquet_tables import MEASURED
-from replay.outputs.results.run_folder import METRICS, PICTURE, read_run_folder
+from replay.outputs.results.run_folder import PICTURE, read_run_folder
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
 
@@ -111,7 +111,7 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Mappin
         run = read_run_folder(out / name)
         answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
         # Times differ from run to run.
-        rows = [{key: value for key, value in row.items() if key not in MEASURED} for row in run.rows(METRICS)]
+        rows = [{key: value for key, value in row.items() if key not in MEASURED} for row in run.rows("metrics")]
         digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
         runs[name] = _gist(run.summary, name)
     return digest.hexdigest(), runs

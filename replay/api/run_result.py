@@ -53,13 +53,9 @@ class RunResult(run_result.RunResult):
         ``force`` replaces an earlier run folder; without ``picture`` there is no recording for Rerun. Raises
         ``OutputError``.
         """
-        from replay.api.runner import write
-        from replay.outputs.results.run_folder import check_target
+        from replay.outputs.results.run_folder import write_run_folder
 
-        target = Path(folder)
-        check_target(target, force=force)
-        write(self, target, force=force, picture=picture)
-        return replace(self, out=target)
+        return replace(self, out=write_run_folder(self, Path(folder), force=force, picture=picture))
 
     def view(self, *, width: int = 1100, height: int = 700) -> Any:
         """The picture in this notebook, in Rerun's viewer; ``replay.view(folder)`` opens a window instead.

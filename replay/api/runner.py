@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from replay.api.remote_files import delivered, fetched, located, reaching
 from replay.api.run_result import RunResult
-from replay.base.progress import Advance, Progress, Silent, ignored
+from replay.base.progress import Progress, Silent
 from replay.pipeline import run_result
 from replay.pipeline.engine import compute
 from replay.pipeline.settings import RunSettings
@@ -82,22 +81,9 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
     return with_scene(given, scene)
 
 
-def write(
-    result: run_result.RunResult, target: Path, *, force: bool, picture: bool = True,
-    files: Mapping[str, Path] | None = None, advance: Advance = ignored,
-) -> None:  # fmt: skip
-    """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
+def write_watched(result: run_result.RunResult, target: Path, progress: Progress, **how: Any) -> None:
+    """``write_run_folder`` as a stage of its own."""
     from replay.outputs.results.run_folder import write_run_folder
 
-    if picture:
-        from replay.outputs.rerun_log.recording import write_recording
-
-    write_run_folder(
-        result, target, force=force, picture=write_recording if picture else None, files=files, advance=advance
-    )
-
-
-def write_watched(result: run_result.RunResult, target: Path, progress: Progress, **how: Any) -> None:
-    """``write`` as a stage of its own."""
     with progress.stage(WRITING, WRITING_STEPS) as advance:
-        write(result, target, advance=advance, **how)
+        write_run_folder(result, target, advance=advance, **how)

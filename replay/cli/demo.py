@@ -95,5 +95,5 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
             truth = _record(file, **made)
         session = read_session(file)
         result = compute(session, seed=made["seed"], progress=progress)
-        write_watched(result, out, progress, force=force, files={SESSION: file, truth.name: truth})
+        write_watched(result, out, progress, force=force, picture=True, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)

@@ -58,7 +58,7 @@ def test_thousands_of_sessions_are_read_in_seconds_and_in_little_memory(tmp_path
     session, _ = replay.synthetic_session("bench-bumps")
     run = tmp_path / "run"
     replay.run(session, detectors=LINEUP, out=run, picture=False)
-    tables = {file: pq.read_table(run / file) for file, _ in DATA_SET.values()}
+    tables = {file: pq.read_table(run / file) for file, *_ in DATA_SET.values()}
     summary = json.loads((run / "summary.json").read_text("utf-8"))
     names = [f"s{number:06d}" for number in range(RUNS)]
     for number, name in enumerate(names):

@@ -88,7 +88,7 @@ class Session:
 
     def write(self, folder):
         folder.mkdir(parents=True)
-        for name, (file, kinds) in DATA_SET.items():
+        for name, (file, kinds, _) in DATA_SET.items():
             own = {column: kind for column, kind in kinds.items() if column != "run"}
             whole = [{column: row.get(column) for column in own} for row in self.rows[name]]
             pq.write_table(table_of(whole, own).replace_schema_metadata({"schema": SCHEMA}), folder / file)

@@ -12,18 +12,10 @@ import pyarrow.compute as pc
 
 from replay.errors import RunFolderError
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
-from replay.outputs.results.parquet import SCHEMA, TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import MEASURED
 from replay.outputs.results.reading import checked_table
-from replay.outputs.results.run_folder import (
-    EPISODES,
-    EVENTS,
-    FALSE_CONTACTS,
-    METRICS,
-    MISSES,
-    READ_TABLES,
-    SUMMARY,
-)
+from replay.outputs.results.run_folder import READ_TABLES, SUMMARY, table_file
 from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}
@@ -31,11 +23,11 @@ RUN: Final[dict[str, type]] = {"run": str}
 ADDED: Final = ("run", *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
-FILES: Final = {
-    "episodes": EPISODES, "misses": MISSES, "false_contacts": FALSE_CONTACTS, "events": EVENTS, "metrics": METRICS,
-}  # fmt: skip
-DATA_SET: Final = {name: (file, RUN | READ_TABLES[file][0]) for name, file in FILES.items()}
-"""Table -> the file in a run folder, and its columns."""
+DATA_SET: Final = {
+    "false_contacts" if name == "false" else name: (f"{name}.parquet", RUN | own | KEYS, needed)
+    for name, (own, needed) in READ_TABLES.items()
+}
+"""Table -> the file in a run folder, its columns, and those that no row may lack."""
 
 
 def read(folder: Path | str) -> dict[str, pa.Table]:
@@ -98,7 +90,9 @@ def find_runs(top: Path) -> FoundRuns:
 
     Raises ``RunFolderError``: there is none.
     """
-    marks = {file.parent: about for file, about in summaries(top, SUMMARY) if (file.parent / EPISODES).is_file()}
+    marks = {
+        file.parent: about for file, about in summaries(top, SUMMARY) if table_file(file.parent, "episodes").is_file()
+    }
     if not marks:
         raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
     parts = []
@@ -139,7 +133,7 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
 
 def joined(found: FoundRuns, name: str) -> pa.Table:
     """One table of all runs; the columns that every run should have come first."""
-    file, kinds = DATA_SET[name]
+    file, kinds, _ = DATA_SET[name]
     parts = [_no_rows(kinds), *found.pieces(name)]
     try:
         return pa.concat_tables(parts, promote_options="default")
@@ -153,7 +147,7 @@ def _no_rows(kinds: Mapping[str, type]) -> pa.Table:
 
 def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
     """The rows of one table of a run folder; of a run that has no such table none."""
-    file, kinds = DATA_SET[name]
+    file, kinds, _ = DATA_SET[name]
     path = top / run / file
     if not path.is_file():
         return _no_rows(kinds)
@@ -171,8 +165,8 @@ def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, part:
     version = schema.rpartition("/")[2] or "0"
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    file, kinds = DATA_SET[name]
-    needed = READ_TABLES[file][1] | (RUN.keys() if part else set())
+    _, kinds, needed = DATA_SET[name]
+    needed |= RUN.keys() if part else set()
     if columns is not None:
         needed &= frozenset(columns)
     if not part and "run" in table.column_names:

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,7 @@ from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
-from replay.metrics.row import METRICS as METRIC_COLUMNS
+from replay.metrics.row import METRICS
 from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
@@ -32,35 +32,19 @@ from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
-FRAMES: Final = "frames.parquet"
-EPISODES: Final = "episodes.parquet"
-MISSES: Final = "misses.parquet"
-FALSE_CONTACTS: Final = "false.parquet"
-EVENTS: Final = "events.parquet"
-SERIES: Final = "series.parquet"
-TIMING: Final = "timing.parquet"
-METRICS: Final = "metrics.parquet"
-TRADEOFF: Final = "tradeoff.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 SPAN: Final = frozenset(types_of((*result_tables.HEADS, *result_tables.SPAN)))
 
-CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
-    EPISODES: (types_of(result_tables.EPISODES), SPAN | {"frames"}),
-    MISSES: (types_of(result_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
-    FALSE_CONTACTS: (types_of(result_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
+READ_TABLES: Final[Mapping[str, tuple[dict[str, type], frozenset[str]]]] = {
+    "episodes": (types_of(result_tables.EPISODES), SPAN | {"frames"}),
+    "misses": (types_of(result_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
+    "false": (types_of(result_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
+    "events": (types_of(result_tables.EVENTS), frozenset(("stamp_ns", "source", "name", "message", "time"))),
+    "metrics": (METRICS | parquet_tables.MEASURED, frozenset(("session", "settings", "detector"))),
 }
-"""File -> columns of its own with their types, and the columns that no row may lack."""
-
-READ_TABLES: Final = {
-    **{name: (own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
-    METRICS: (METRIC_COLUMNS | parquet_tables.MEASURED | KEYS, frozenset(("session", "settings", "detector"))),
-    EVENTS: (types_of(result_tables.EVENTS) | KEYS, frozenset(("stamp_ns", "source", "name", "message", "time"))),
-}
-"""The tables that are read again as rows."""
-
-Picture = Callable[[RunResult, Path], None]
+"""The tables that are read again as rows: columns with their types but ``KEYS``, and those that no row may lack."""
 
 
 @dataclass(frozen=True)
@@ -123,32 +107,39 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
     (folder / kind.mark).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
+def table_file(folder: Path, name: str) -> Path:
+    """Where a run folder has a table."""
+    return folder / f"{name}.parquet"
+
+
 def write_run_folder(
-    result: RunResult, out: Path, *, force: bool = False, picture: Picture | None = None,
+    result: RunResult, out: Path, *, force: bool = False, picture: bool = False,
     files: Mapping[str, Path] | None = None, advance: Advance = ignored,
 ) -> Path:  # fmt: skip
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
-    ``force`` replaces an earlier run folder of that name; ``picture`` writes the recording, ``None``: no picture;
+    ``force`` replaces an earlier run folder of that name; with ``picture`` there is a recording for Rerun;
     ``files`` are further files to put in, name -> where they are; ``advance`` is called with 20 in all. Raises
     ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force)
+    if picture:
+        from replay.outputs.rerun_log.recording import write_recording
     with result_folder(out, RUN, force=force) as folder:
-        _write_frames(result, folder / FRAMES)
+        _write_frames(result, table_file(folder, "frames"))
         _give_back()
         advance(3)
         for name, rows in result.tables.items():
-            _write_table(with_keys(rows.to_arrow(), result), folder / f"{name}.parquet")
-        _write_table(with_keys(parquet_tables.metrics_table(result), result), folder / METRICS)
+            _write_table(with_keys(rows.to_arrow(), result), table_file(folder, name))
+        _write_table(with_keys(parquet_tables.metrics_table(result), result), table_file(folder, "metrics"))
         if any(frame_seconds(detection) is not None for detection in result.detections.values()):
-            _write_table(parquet_tables.timing_table(result), folder / TIMING)
+            _write_table(parquet_tables.timing_table(result), table_file(folder, "timing"))
         if result.effects:
-            _write_table(parquet_tables.series_table(result), folder / SERIES)
+            _write_table(parquet_tables.series_table(result), table_file(folder, "series"))
         _give_back()
         advance(2)
-        if picture is not None:
-            picture(result, folder / PICTURE)
+        if picture:
+            write_recording(result, folder / PICTURE)
         advance(10)
         write_report(replace(result, out=out), folder / REPORT)
         advance(5)
@@ -156,7 +147,7 @@ def write_run_folder(
             shutil.copyfile(file, folder / name)
         summary = dict(result.summary)
         if result.tradeoff is not None:
-            write_rows(result.tradeoff.rows, folder / TRADEOFF)
+            write_rows(result.tradeoff.rows, table_file(folder, "tradeoff"))
             summary["tradeoff"] = result.tradeoff.as_json()
         write_summary(folder, RUN, summary)
     return out
@@ -212,7 +203,7 @@ class RunFolder:
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
-        most = max((row["number"] for row in self.rows(MISSES)), default=0)
+        most = max((row["number"] for row in self.rows("misses")), default=0)
         if number is not None and number > most:
             there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {there}")
@@ -223,13 +214,13 @@ class RunFolder:
             raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
-        """The rows of one of ``READ_TABLES``, by the name of the file; ``RunFolderError``: no run writes such rows."""
-        path, (kinds, needed) = self.path / name, READ_TABLES[name]
+        """The rows of one of ``READ_TABLES``; ``RunFolderError``: no run writes such rows."""
+        path, (kinds, needed) = table_file(self.path, name), READ_TABLES[name]
         table = read_table(path)
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
-        table = checked_table(path, table, kinds, needed)
-        return (checked_contacts(path, table, self.summary) if name in CONTACTS else table).to_pylist()
+        table = checked_table(path, table, kinds | KEYS, needed)
+        return (checked_contacts(path, table, self.summary) if needed >= SPAN else table).to_pylist()
 
 
 def read_run_folder(path: str | Path) -> RunFolder:

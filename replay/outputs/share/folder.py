@@ -134,7 +134,7 @@ def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
     told, names = run.summary.get("tradeoff"), ", ".join(session_names(run.summary))
     hero = Hero(str(told["answer"]), told["advice"]) if told else None
-    view = RunView(run, lambda name: run.rows(f"{name}.parquet"), names, hero)
+    view = RunView(run, run.rows, names, hero)
 
     def look(fault: Fault) -> Markup:
         return element("p", element("a", "show it in the picture", href=f"#{fault_address(view, fault)}"))

@@ -8,7 +8,7 @@ from typing import Any, Final
 from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
 from replay.errors import RunFolderError
-from replay.outputs.results.run_folder import EPISODES, RunFolder, read_run_folder
+from replay.outputs.results.run_folder import RunFolder, read_run_folder
 from replay.prepare.session_input import require_folder
 
 TICKS: Final = 1_000_000
@@ -110,7 +110,7 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
 
 def _rows(run: RunFolder) -> dict[str, list[Row]]:
     found: dict[str, list[Row]] = {}
-    for row in run.rows(EPISODES):
+    for row in run.rows("episodes"):
         found.setdefault(row["detector"], []).append(row)
     return found
 

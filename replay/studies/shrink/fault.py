@@ -17,7 +17,7 @@ from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError
-from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
+from replay.outputs.results.run_folder import RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from sessions import read_session
@@ -137,8 +137,8 @@ def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None
         raise ShrinkError(f"{run.path} audited no {wanted}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
-    file, number, what = (MISSES, miss, "miss") if miss is not None else (FALSE_CONTACTS, false, "false contact")
-    found = [row for row in run.rows(file) if row["number"] == number and row["detector"] in among]
+    table, number, what = ("misses", miss, "miss") if miss is not None else ("false", false, "false contact")
+    found = [row for row in run.rows(table) if row["number"] == number and row["detector"] in among]
     if len(found) > 1:
         labels = ", ".join(row["detector"] for row in found)
         raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {labels}")

@@ -23,7 +23,7 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     assert said.startswith("making up") and "replay view replay-demo" in said
     assert list(report["audit"]) == ["hull50", "mesh50", "paper"] and report["oracle"] == "exact"
     assert all(figures["live"] and figures["seconds"]["per_frame"] for figures in report["detectors"].values())
-    assert sum(one["misses"] for one in report["audit"].values()) == len(folder.rows("misses.parquet")) > 0
+    assert sum(one["misses"] for one in report["audit"].values()) == len(folder.rows("misses")) > 0
     assert set(report["audit"]["mesh50"]["phases"]) == {"contacts_missed", "contacts_in_part", "missed", "invented"}
     assert folder.picture.is_file()
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]

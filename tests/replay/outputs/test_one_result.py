@@ -14,7 +14,6 @@ from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.sentences import recording_text
 
 import replay
-from replay.api.runner import write
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import run_json
 from replay.cli.run_tables import fault_tables, run_screen, run_tables
@@ -22,6 +21,7 @@ from replay.cli.terminal import terminal
 from replay.outputs.report.page import report_html, view_of
 from replay.outputs.report.sections import cards
 from replay.outputs.results.parquet import with_keys
+from replay.outputs.results.run_folder import write_run_folder
 
 COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
 
@@ -41,7 +41,7 @@ def blocks(text, mark):
 @pytest.mark.parametrize("state", STATES)
 def test_the_numbers_of_every_output_are_those_of_the_tables_and_of_the_letters(state, tmp_path):
     (truth, said, headline), result = STATES[state], run(state)
-    write(result, tmp_path / "run", force=False)
+    write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
     page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
     outcome, (contacts, lost) = became(truth, said), missed(truth, said)
@@ -145,7 +145,7 @@ def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
         run_json(result)
         repr(result)
         report_html(result)
-        write(result, tmp_path / "run", force=False)
+        write_run_folder(result, tmp_path / "run", picture=True)
 
     # An output has properties of the same names that pass on.
     asked = sum((names for file, names in entered(all_outputs).items() if "/outputs/" not in file), Counter())

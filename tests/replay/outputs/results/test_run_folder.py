@@ -1,4 +1,5 @@
 import json
+from functools import partial
 
 import pyarrow.parquet as pq
 import pytest
@@ -19,13 +20,17 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
+@pytest.fixture
+def drawing(monkeypatch):
+    """Sets what draws the picture: a function of a result and a path."""
+    return partial(monkeypatch.setattr, "replay.outputs.rerun_log.recording.write_recording")
+
+
+def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing):
+    drawing(lambda got, path: path.write_text("p"))
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")
-    out = write_run_folder(
-        result, tmp_path / "deep" / "run", picture=lambda got, path: path.write_text("p"),
-        files={"session.mcap": session},
-    )  # fmt: skip
+    out = write_run_folder(result, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session})
     tables = [
         "episodes.parquet",
         "events.parquet",
@@ -41,18 +46,19 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
     assert names(out.parent) == ["run"]
 
 
-def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tmp_path):
+def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tmp_path, drawing):
     def broken(got, path):
         path.write_text("half")
         raise ValueError("no ink")
 
+    drawing(broken)
     with pytest.raises(ValueError, match="no ink"):
-        write_run_folder(result, tmp_path / "run", picture=broken)
+        write_run_folder(result, tmp_path / "run", picture=True)
     assert names(tmp_path) == []
     write_run_folder(result, tmp_path / "run")
     before = (tmp_path / "run" / "summary.json").read_bytes()
     with pytest.raises(ValueError, match="no ink"):
-        write_run_folder(result, tmp_path / "run", picture=broken, force=True)
+        write_run_folder(result, tmp_path / "run", picture=True, force=True)
     assert names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
 
 
@@ -99,7 +105,7 @@ def test_a_place_that_cannot_be_written_is_one_sentence(result, tmp_path):
 def test_a_run_folder_reads_back(result, tmp_path):
     folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
     assert folder.summary["oracle"] == "hybrid"
-    assert [row["number"] for row in folder.rows("misses.parquet")] == [1, 2][: len(result.misses["slow"])]
+    assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result.misses["slow"])]
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
 

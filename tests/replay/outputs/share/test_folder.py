@@ -105,7 +105,7 @@ def test_every_moment_has_a_message_with_its_time(run, shared):
 def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
     page, sent = (shared / "index.html").read_text(), moment_messages(shared)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
-    rows = read_run_folder(run).rows("misses.parquet")
+    rows = read_run_folder(run).rows("misses")
     asked = {f"miss={one['number']}" + ("" if one["detector"] == "slow" else f"&by={one['detector']}") for one in rows}
     assert asked and asked <= links and asked <= sent.keys()
 

@@ -13,7 +13,7 @@ from cdcore import Body, Motion, TriangleMesh
 from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError
-from replay.outputs.results.run_folder import FALSE_CONTACTS, read_run_folder
+from replay.outputs.results.run_folder import read_run_folder
 from replay.studies.shrink.fault import Fault, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
@@ -86,7 +86,7 @@ def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightl
     write_session(cubes({"a": [0] * 10, "b": [3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3]}), tmp_path / "s.mcap")
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
     opened = read_run_folder(tmp_path / "run")
-    assert [(row["number"], row["first"], row["last"]) for row in opened.rows(FALSE_CONTACTS)] == [(1, 5, 7)]
+    assert [(row["number"], row["first"], row["last"]) for row in opened.rows("false")] == [(1, 5, 7)]
     fault = of_run(opened, false=1)
     assert not fault.contact and 0.05 <= fault.motion.times[-1] <= 0.07
     assert main(["shrink", str(tmp_path / "run"), "--false", "1", "--out", str(tmp_path / "case")]) == 0
