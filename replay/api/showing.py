@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from replay.prepare.session_input import require_folder
-
 PathLike = str | Path
 
 
@@ -27,10 +25,8 @@ def view(*runs: PathLike, miss: int | None = None, false: int | None = None, by:
 
     if not runs:
         raise RunFolderError("there is no run to show; name at least one run folder")
-    folders = [require_folder(run) for run in runs]
-    first, *_ = [read_run_folder(folder) for folder in folders]
-    first.require_miss(miss)
-    with open_viewer(*folders, miss=miss, false=false, by=by) as viewer:
+    folders = [read_run_folder(run) for run in runs]
+    with open_viewer(*(folder.picture for folder in folders), miss=miss, false=false, by=by) as viewer:
         viewer.process.wait()
 
 
@@ -48,11 +44,11 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
     from replay.outputs.share.folder import INDEX
 
     several = runs if isinstance(runs, list | tuple) else [runs]
-    write_share([require_folder(run) for run in several], Path(out), anyway=anyway, force=force)
+    write_share(several, Path(out), anyway=anyway, force=force)
     return Path(out) / INDEX
 
 
-def write_share(runs: Sequence[Path], out: Path, *, anyway: bool, force: bool) -> str:
+def write_share(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bool) -> str:
     """As ``share``; returns why there is no picture in the folder, ``""`` where there is one."""
     from replay.outputs.results.run_folder import check_target, read_run_folder
     from replay.outputs.share.folder import SHARED, require_consent, write_shared_folder

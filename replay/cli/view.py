@@ -1,6 +1,5 @@
 """``replay view``: the pictures of runs, or of sessions as they were recorded, in a viewer of their own."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,8 +28,15 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
     replay view run1 --false 2 --by hull50
     replay view runs/before runs/after
     """
+    import replay
+
+    where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
     with TemporaryDirectory(prefix="replay-view-") as folder:
-        _watch([run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs], people, miss, false, by)
+        shown = [run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs]
+        people.say(f"opening {' and '.join(map(str, runs))}{where}; close its window, or press Ctrl-C here, to end")
+        if len(runs) > 1:
+            people.say("Ctrl+Alt+Down in the viewer shows the next run")
+        replay.view(*shown, miss=miss, false=false, by=by)
     return 0
 
 
@@ -42,21 +48,3 @@ def _pictured(session: Path, folder: Path, people: People) -> Path:
     out = folder / session.stem
     replay.run(session, detectors=(), out=out)
     return out
-
-
-def _watch(runs: Sequence[Path], people: People, miss: int | None, false: int | None, by: str) -> None:
-    """Open the pictures of run folders and wait until their window is closed."""
-    from replay.outputs.results.run_folder import read_run_folder
-
-    folders = [read_run_folder(run) for run in runs]
-    folders[0].require_miss(miss)
-    pictures = " and ".join(str(folder.picture) for folder in folders)
-    where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
-    people.say(f"opening {pictures}{where} ...")
-    from replay.outputs.rerun_log.viewer import open_viewer
-
-    with open_viewer(*runs, miss=miss, false=false, by=by) as viewer:
-        if len(runs) > 1:
-            people.say("Ctrl+Alt+Down in the viewer shows the next run")
-        people.say("close its window, or press Ctrl-C here, to end")
-        viewer.process.wait()

@@ -74,7 +74,7 @@ def looking(audited, tmp_path_factory):
             patch.setattr(rrb, "Tabs", opened_on)
             write_recording(audited, folder / "run.rrd")
         assert (folder / "run.rrd").stat().st_size < 10_000_000
-        viewer = viewer_or_skip(open_viewer, folder, headless=True)
+        viewer = viewer_or_skip(open_viewer, folder / "run.rrd", headless=True)
         time.sleep(5.0)
         return viewer
 

@@ -31,8 +31,6 @@ from replay.outputs.rerun_log.recording_file import SESSION, name_layer
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
 
-RECORDING: Final = "run.rrd"
-
 START_SECONDS: Final = 40.0
 """A cold start of the 290 MB binary from a slow disk stays below half of this."""
 
@@ -132,29 +130,25 @@ def _all_there(state: ViewerState) -> bool:
 
 
 def open_viewer(
-    *runs: Path, miss: int | None = None, false: int | None = None, by: str = "", headless: bool = False
+    *recordings: Path, miss: int | None = None, false: int | None = None, by: str = "", headless: bool = False
 ) -> OpenViewer:
-    """Show runs at a miss or a ``false`` contact, ``by`` a detector (else by the first that has it), or at the worst.
+    """Show pictures at a miss or a ``false`` contact, ``by`` a detector (else by the first that has it), or the worst.
 
-    The moment is one of the first run, which is on the screen; the cursor of every run stands there, and where there
-    are several each is listed under the name of its folder. A run may be a recording too; ``headless`` is without a
-    window, for pictures made by programs. The close-up needs no command: its camera is in the recording and follows the
-    cursor. Raises ``RunFolderError``: there is no recording, or no such moment in it; ``ViewerError``: the viewer
-    cannot be started or does not load a recording.
+    The moment is one of the first, which is on the screen; the cursor of every one stands there, and where there are
+    several each is listed under the name of its folder. ``headless`` is without a window, for pictures made by
+    programs. The close-up needs no command: its camera is in the recording and follows the cursor. Raises
+    ``RunFolderError``: there is no recording, or no such moment in it; ``ViewerError``: the viewer cannot be started or
+    does not load a recording.
     """
-    recordings = {run: run / RECORDING if run.is_dir() else run for run in runs}
-    for run, recording in recordings.items():
-        if not recording.is_file():
-            raise RunFolderError(f"{run} holds no {RECORDING}; replay a session into it first")
-    target = _target(recordings[runs[0]], miss, false, by)
+    target = _target(recordings[0], miss, false, by)
     viewer = start_viewer(headless=headless)
     try:
         # The viewer shows what was opened last.
-        for run, recording in reversed(recordings.items()):
+        for recording in reversed(recordings):
             viewer.open(recording)
-            if len(recordings) > 1:
-                viewer.rename(recording, run.name)
-        if len(recordings) > 1:
+            if recordings[1:]:
+                viewer.rename(recording, recording.parent.name)
+        if recordings[1:]:
             viewer.list_recordings()
         viewer.seek(target)
     except BaseException:

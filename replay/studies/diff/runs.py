@@ -9,7 +9,6 @@ from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
 from replay.errors import RunFolderError
 from replay.outputs.results.run_folder import RunFolder, read_run_folder
-from replay.prepare.session_input import require_folder
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -81,7 +80,7 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     Raises ``RunFolderError``: a folder that is none, or of another version; two recordings, unless they are meant to be
     ``different_sessions``.
     """
-    first, second = read_run_folder(require_folder(a)), read_run_folder(require_folder(b))
+    first, second = read_run_folder(a), read_run_folder(b)
     sessions = [run.summary["session"] for run in (first, second)]
     known = {one["digest"] for one in sessions} - {None}
     if len(known) > 1 and not different_sessions:

@@ -42,10 +42,10 @@ def opened(monkeypatch):
 
 def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, opened, capsys):
     assert main(["view", str(run_folder), "--miss", "1"]) == 0
-    assert opened == [(run_folder, 1, None, ""), "waited", "closed"]
+    assert opened == [(run_folder / "run.rrd", 1, None, ""), "waited", "closed"]
     assert "at miss 1" in capsys.readouterr().err
     assert main(["view", str(run_folder), "--false", "2", "--by", "slow"]) == 0
-    assert opened[3] == (run_folder, None, 2, "slow")
+    assert opened[3] == (run_folder / "run.rrd", None, 2, "slow")
     assert "at false contact 2" in capsys.readouterr().err
 
 
@@ -56,18 +56,16 @@ def test_view_opens_several_runs_in_one_viewer(run_folder, tmp_path, opened, cap
     assert main(["view", str(run_folder), str(bare)]) == 1 and opened == []
     assert f"{bare} holds no picture" in capsys.readouterr().err
     assert main(["view", str(run_folder), str(other), "--miss", "1"]) == 0
-    assert opened == [(run_folder, other, 1, None, ""), "waited", "closed"]
+    assert opened == [(run_folder / "run.rrd", other / "run.rrd", 1, None, ""), "waited", "closed"]
     told = " ".join(capsys.readouterr().err.split())
-    assert f"{run_folder / 'run.rrd'} and {other / 'run.rrd'} at miss 1" in told
+    assert f"{run_folder} and {other} at miss 1" in told
 
 
 def test_view_draws_a_session_that_was_never_run(tmp_path, opened, capsys):
     write_session(cubes(PLACES), tmp_path / "made.mcap")
     assert main(["view", str(tmp_path / "made.mcap")]) == 0
     shown = opened[0][0]
-    assert shown.name == "made" and opened[1:] == ["waited", "closed"] and not shown.exists()
+    assert shown.parent.name == "made" and opened[1:] == ["waited", "closed"] and not shown.exists()
     assert "made.mcap as it was recorded" in capsys.readouterr().err
-    assert main(["view", str(tmp_path / "made.mcap"), "--miss", "1"]) == 1
-    assert "no miss 1" in capsys.readouterr().err
     (tmp_path / "none.mcap").write_bytes(b"nothing")
     assert main(["view", str(tmp_path / "none.mcap")]) == 1
