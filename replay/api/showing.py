@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 PathLike = str | Path
 
@@ -43,7 +44,7 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
     """
     from replay.outputs.share.folder import INDEX
 
-    several = runs if isinstance(runs, list | tuple) else [runs]
+    several: Sequence[Any] = runs if isinstance(runs, list | tuple) else [runs]
     write_share(several, Path(out), anyway=anyway, force=force)
     return Path(out) / INDEX
 
