@@ -35,7 +35,7 @@ def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Effec
     if declared["surface_c"] is not None:
         return np.full(len(times), declared["surface_c"])
     heat = inputs.output("heat").series.get(f"{part}/temperature")
-    if heat is None or not len(heat.times):
+    if heat is None:
         return np.full(len(times), inputs.tables["heat"][0]["ambient_c"])
     return np.interp(times, heat.times, heat.values)
 

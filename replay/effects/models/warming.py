@@ -37,7 +37,7 @@ def warmed(
     At ``boils`` it stays: what is heated further boils off.
     """
     found = np.full(len(times), ambient)
-    cuts = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times) - 1]
+    cuts = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times)]
     for first, last in pairwise(cuts):
         part = slice(first + 1, last + 1)
         since = times[part] - times[first]

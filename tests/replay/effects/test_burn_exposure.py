@@ -1,7 +1,11 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.small_worlds import cubes
 
+from replay.effects.burn_exposure import surface
+from replay.effects.output import EffectOutput
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -42,3 +46,10 @@ def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact(with
     felt = effects["burn-exposure"].series["pot/touched at 20"]
     rate = 80.0 if effects["heat"].events else 0.0
     assert felt.values == pytest.approx(20.0 + rate * np.arange(20, 80) / 100)
+
+
+def test_a_vessel_that_heat_says_nothing_of_is_as_warm_as_the_room():
+    times, heat = np.arange(5.0), EffectOutput()
+    inputs = SimpleNamespace(times=times, output=lambda _: heat, tables={"heat": [{"ambient_c": 19.0}]})
+    felt = surface(inputs, {"surface_c": None}, "cup", SimpleNamespace(first=1, stop=4))
+    assert felt.tolist() == [19.0] * 3

@@ -112,6 +112,7 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
     (series,) = run.series.values()
     assert series.unit == "1/min" and series.values.tolist() == [70.0 + k for k in range(10)]
     assert np.allclose(series.times, 0.1 * np.arange(10) + 3e-9) and run.because == ("it was recorded",)
+    assert 0.0 <= run.seconds < 9.0
     part = compute(session, detectors=(), start=0.2, end=0.49)
     assert part.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
     assert compute(bare, detectors=()).effects == {}

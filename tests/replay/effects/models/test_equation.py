@@ -1,7 +1,7 @@
 import pytest
 
 from replay.effects.models.equation import atoms, equation_of
-from replay.effects.models.species import IONS
+from replay.effects.models.species import IONS, Chemistry
 
 
 @pytest.mark.parametrize(
@@ -31,3 +31,8 @@ def test_what_is_no_formula_is_refused(formula):
 def test_ions_arrows_and_phases_are_read(text, reagents, phases):
     equation = equation_of(text, IONS)
     assert equation.reagents == reagents and equation.phases == phases
+
+
+@pytest.mark.parametrize("formula", ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2"])
+def test_what_no_ions_make_stays_whole(formula):
+    assert Chemistry().parts(formula) is None
