@@ -59,15 +59,22 @@ def test_it_goes_into_the_opening_below_the_lip_and_nowhere_else(beside, target)
     assert {one[2] for one in moved} == {target}
 
 
-def test_a_lost_pose_a_jump_or_a_glitch_pours_nothing():
-    degrees = np.array([0.0, 0.0, 120.0, 0.0, 0.0])
-    lost = {"a": np.array([1, 1, 0, 1, 1], dtype=bool), "b": np.ones(5, dtype=bool)}
-    assert poured(degrees, valid=lost)["pour"].events == ()
-    jump = {"a": tilted(degrees, (0.0, 0.2, 0.0)), "b": still(5)}
-    jump["a"][0][2] += (0.0, 3.0, 0.0)
-    effects = ("pour", {"from": ["a"], "into": ["b"]})
-    jumped = compute(world(jump, (glass("a", 60.0), glass("b")), effects)).effects["pour"]
-    assert jumped.events == () and jumped.series["a/volume"].values[-1] == 60.0
+GLITCH = np.array([0.0, 0.0, 120.0, 0.0, 0.0])
+JUMP = tilted(GLITCH, (0.0, 0.2, 0.0))
+JUMP[0][2] += (0.0, 3.0, 0.0)
+TIPPED = np.tile(tilted([0.0])[0], (60, 1)), tilted(75.0 * (np.arange(60) == 30))[1]
+
+
+@pytest.mark.parametrize(
+    ("pose", "valid"),
+    [(tilted(GLITCH), GLITCH == 0.0), (JUMP, None), (TIPPED, None)],
+    ids=["a lost pose", "a jump", "it lies tipped in one frame"],
+)
+def test_a_tilt_that_nobody_saw_or_no_hand_made_pours_nothing(pose, valid):
+    poses = {"a": pose, "b": still(len(pose[0]))}
+    pour = ("pour", {"from": ["a"], "into": ["b"]})
+    run = compute(world(poses, (glass("a", 60.0), glass("b")), pour, valid={"a": valid})).effects["pour"]
+    assert run.events == () and run.series["a/volume"].values[-1] == 60.0
 
 
 @pytest.mark.parametrize("hold", [1, 2, 5])
@@ -98,13 +105,3 @@ def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
     assert pour.frames_run == 2
     alone = compute(world({"a": tilted(degrees)}, (glass("a", 60.0),), ("pour", {"from": ["a"]}))).effects["pour"]
     assert alone.events[0].values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)
-
-
-def test_a_glass_that_lies_tipped_in_one_frame_pours_nothing():
-    degrees = np.zeros(60)
-    degrees[30] = 75.0
-    place, turns = tilted(degrees)
-    poses = {"a": (np.tile(place[0], (60, 1)), turns), "b": still(60, (1.0, 0.0, 0.0))}
-    pair = ("pour", {"from": ["a"], "into": ["b"]})
-    run = compute(world(poses, (glass("a", 60.0), glass("b")), pair, step_ns=round(1e9 / 90))).effects["pour"]
-    assert run.events == () and run.series["a/volume"].values[-1] == 60.0

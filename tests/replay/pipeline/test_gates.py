@@ -83,13 +83,11 @@ def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
     assert Gates(max_invented=0.0).broken({"x": figures(4, 4)}, []) == []
 
 
-@pytest.mark.parametrize("name", ["max_missed", "max_invented", "max_p99_ms"])
 @pytest.mark.parametrize("limit", [float("nan"), float("inf"), -0.1, 50.0])
-def test_a_limit_that_is_no_share_or_no_time_is_refused(name, limit):
-    if name == "max_p99_ms" and limit == 50.0:
-        return
-    with pytest.raises(AuditError, match=name):
-        Gates(**{name: limit})
+def test_a_limit_that_is_no_share_or_no_time_is_refused(limit):
+    for name in ("max_missed", "max_invented", "max_p99_ms")[: 2 if limit == 50.0 else 3]:
+        with pytest.raises(AuditError, match=name):
+            Gates(**{name: limit})
 
 
 @pytest.mark.parametrize(

@@ -35,12 +35,11 @@ class StandIn:
         assert (max_convex_hull, seed) == (16, 0)
         turn = 2 * np.pi * np.arange(13) / 12
         ring = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        floor = np.array([(*(OUTER * way), z) for way in ring for z in (0.0, FLOOR)])
-        staves = [
-            np.array([(*(r * ring[k + side]), z) for r in (INNER, OUTER) for side in (0, 1) for z in (0.0, RIM)])
-            for k in range(12)
-        ]
-        return [(piece, None) for piece in (*staves, floor)]
+
+        def prism(radii, ways, top):
+            return np.array([(*(radius * way), z) for radius in radii for way in ways for z in (0.0, top)]), None
+
+        return [*(prism((INNER, OUTER), ring[k : k + 2], RIM) for k in range(12)), prism((OUTER,), ring, FLOOR)]
 
 
 @pytest.fixture

@@ -83,19 +83,6 @@ def test_three_hundred_mixtures_agree_with_the_balance_of_charges_in_forty_digit
         check(seed)
 
 
-def closed_form(acid, base, pkw=13.995):
-    """Strong acid with strong base: [H] solves a quadratic; the form without cancellation on either side."""
-    half = 0.5 * (acid - base)
-    root = np.hypot(half, 10.0 ** (-pkw / 2))
-    return -np.log10(half + root) if half >= 0 else pkw + np.log10(root - half)
-
-
-@pytest.mark.parametrize("acid", [0.0, 1e-12, 1e-8, 1e-7, 1e-3, 1.0, 12.0])
-@pytest.mark.parametrize("base", [0.0, 1e-8, 1e-3, 12.0])
-def test_strong_acid_and_base_have_the_ph_of_the_quadratic(acid, base):
-    assert solved({"HCl": acid, "NaOH": base})[0] == pytest.approx(closed_form(acid, base), abs=1e-9)
-
-
 BY_HAND = [
     # 10.4 mmol HCl on 0.25 mmol in 25 mL dissolve it whole: 0.416 - n 0.01 mol/L of protons are left, n 2 or 3.
     *(({"HCl": 0.416, solid: 0.01}, [solid], ["CO2"], -np.log10(0.416 - protons), {solid + "(s)": 0.0})
