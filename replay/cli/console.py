@@ -144,13 +144,16 @@ def _folded(text: str, stream: "IO[str]") -> str:
 
 
 def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
-
-    A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
-    """
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal."""
     if as_json:
         print_json(plain)
-    elif isinstance(made := shown(), str | list):
+    else:
+        show(shown())
+
+
+def show(made: "RenderableType | list[str]") -> None:
+    """Print for people: a ``str`` is a line, a ``list`` are lines; what is piped has no spaces at the ends of lines."""
+    if isinstance(made, str | list):
         for line in [made] if isinstance(made, str) else made:
             print(_folded(safe_text(line), sys.stdout))
     elif sys.stdout.isatty():

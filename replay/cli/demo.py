@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.demo_class import STUDENTS
+from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, counting, show
 from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
 
 if TYPE_CHECKING:
@@ -17,6 +16,9 @@ if TYPE_CHECKING:
 FOLDER: Final = Path("replay-demo")
 CLASS_FOLDER: Final = Path("class")
 SESSION: Final = "session.mcap"
+
+STUDENTS: Final = 52
+"""As many as in the paper's study."""
 
 
 @click.command()
@@ -46,9 +48,7 @@ def command(
     if students is not None:
         if session_only or made["noise"]:
             raise click.UsageError("--class makes a folder of sessions; leave out --session-only and --noise")
-        from replay.cli.demo_class import demo_class
-
-        return demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
+        return _demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
     from replay.cli.run_report import report_run
     from sessions.synthetic.truth import truth_path
 
@@ -59,7 +59,7 @@ def command(
         people.say(f"{doing} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")
-        answer(False, None, lambda: str(file))
+        show(str(file))
         return 0
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
@@ -97,3 +97,29 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
         result = compute(session, seed=made["seed"], progress=progress)
         write_watched(result, out, progress, force=force, picture=True, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)
+
+
+def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
+    """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
+    from replay.api.batch import run_batch
+    from replay.cli.study import require_extra, write_page
+    from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
+
+    require_extra()
+    people.say(f"making up {students} students and recording their sessions ...")
+    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=counting(people, students))
+    files = sorted((out / SESSIONS).glob("*.mcap"))
+    people.say(f"replaying {len(files)} sessions ...")
+    settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
+    batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
+    write_page(
+        out / "runs",
+        out / "study",
+        questionnaire=out / ANSWERS,
+        codebook=out / CODEBOOK,
+        people=people,
+        seed=seed,
+        force=True,
+        title="A class that was made up",
+    )
+    return DATA_LOSS if [*failed, *batch.failed] else OK

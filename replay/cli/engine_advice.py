@@ -1,10 +1,13 @@
-"""``replay tradeoff --engine``: the settings of an engine in its own words, what each gets wrong, and which to take."""
+"""``replay tradeoff --engine``: settings of an engine in its words, which to take, and colliders to ship with it."""
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from replay.cli.console import People, TerminalProgress
+from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
+
+if TYPE_CHECKING:
+    from replay.api.collider_files import Shipped
 
 
 def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **asked: Any) -> int:
@@ -31,3 +34,41 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     if advice.result.out is not None:
         people.say(*where_to_look(advice.result))
     return code
+
+
+def write_colliders(session: Path, folder: Path, people: People, *, as_json: bool, **asked: Any) -> int:
+    """Write the pieces and print before and after; exit code 1 where false contact stays above what was asked for."""
+    from replay.api.collider_files import ship_colliders
+    from replay.cli.terminal import terminal
+    from replay.detection.compile_notice import compiling_announced
+    from replay.outputs.tradeoff_table import before_after, piece_table
+
+    with compiling_announced(people):
+        shipped = ship_colliders(session, folder, progress=TerminalProgress(people), **asked)
+    tables = [before_after(shipped.before, shipped.after, shipped.result, shipped.engine)]
+    if people.verbose:
+        tables.append(piece_table(shipped.bodies))
+    answer(as_json, shipped.as_json(), lambda: terminal(*tables))
+    if not as_json:
+        show(_sentences(shipped))
+    return OK if shipped.reached else FAILURE
+
+
+def _sentences(shipped: "Shipped") -> list[str]:
+    """What was reached, what the engine does with the files, and how to count it again."""
+    from replay.pipeline.gates import figure
+
+    false, limit = figure(100 * (shipped.after["false"] or 0.0)), figure(100 * shipped.max_false)
+    lines = [f"{false} % of the contact time is false; at most {limit} % was wanted."]
+    if not shipped.reached:
+        lines.append("No cut that was tried makes it less: a faster step or another --max-false.")
+    outside = max(row["outside_mm"] for row in shipped.bodies)
+    lines.append(f"Every mesh lies within its pieces, or outside by {outside:.2f} mm at most.")
+    if shipped.engine.name == "Unity":
+        lines.append("As triggers they report but do not push; each piece is a Convex Mesh Collider.")
+    hulls = any(row["how"] == "one hull" for row in shipped.bodies)
+    if hulls and find_spec("coacd") is None and not shipped.reached:
+        lines.append('What is not round keeps one hull; to cut it too: pip install "vrlab-replay[engines]"')
+    again = f'replay run {shipped.folder / "session.mcap"} --detectors "{shipped.setting}"'
+    wrote = f"Wrote {shipped.folder}: a GLB a body, colliders.json, session.mcap. Count it again:"
+    return ["", *lines, wrote, f"  {again}"]

@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, counting, print_json
+from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
 from replay.cli.run_report import lost_frames, lost_poses
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def run_many(
         print_json({"out": None if out is None else str(out), **plain, "broken": broken})
     else:
         figures = [audit_table(batch.audit)] if batch.audit else []
-        answer(False, None, lambda: terminal(*figures, *sessions))
-        answer(False, None, lambda: ["", *lines])
+        show(terminal(*figures, *sessions))
+        show(["", *lines])
     return people.gate(broken, DATA_LOSS if lost else OK)
 
 

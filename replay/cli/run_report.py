@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, print_json
+from replay.cli.console import DATA_LOSS, OK, People, answer, print_json, show
 from replay.outputs.results.run_folder import PICTURE
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -37,7 +37,7 @@ def report_run(
 
     if people.verbose:
         answer_cited(False, {}, lambda: run_tables(result), sources)
-    answer(False, None, lambda: run_screen(result, where, recording=str(recording or SESSION)))
+    show(run_screen(result, where, recording=str(recording or SESSION)))
     return code
 
 
@@ -57,7 +57,7 @@ def answer_cited(
 
     answer(as_json, {**plain, "sources": sources} if sources else plain, shown)
     if sources and not as_json:
-        answer(False, None, lambda: ["", *citations(sources).splitlines()])
+        show(["", *citations(sources).splitlines()])
 
 
 def close_run(result: RunResult, people: People) -> int:

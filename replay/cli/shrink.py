@@ -1,6 +1,7 @@
 """``replay shrink``: a wrong answer, cut down to a test."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -20,10 +21,7 @@ WHOSE = "Whose: a label of the run, or your own module:Class."
 @scene
 @force
 @reporting
-def command(
-    run: Path, session: Path | None, scene: Path | None, miss: int | None, false: int | None, label: str | None,
-    out: Path, force: bool, as_json: bool, people: People,
-) -> int:  # fmt: skip
+def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **asked: Any) -> int:
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
     The detector is asked again and again about less, as it ran: with its settings, its phase and its memory. The
@@ -34,6 +32,7 @@ def command(
     replay shrink RUN --false 1 --detector hull50
     replay shrink RUN --miss 2 --detector my_lab:Detector
     """
+    miss, false = asked["miss"], asked["false"]
     if (miss is None) == (false is None):
         raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
     from replay.outputs.results.run_folder import check_target, read_run_folder
@@ -42,8 +41,8 @@ def command(
     from replay.studies.shrink.writing import CASE, sentence, write_case
 
     check_target(out, force=force, kind=CASE)
-    let_modules_here_be_found([label or ""])
-    found = of_run(read_run_folder(run), miss=miss, false=false, label=label, session=session, scene=scene)
+    let_modules_here_be_found([asked["label"] or ""])
+    found = of_run(read_run_folder(run), **asked)
     source = f"miss {miss}" if miss is not None else f"false contact {false}"
     before, shrinking = Size.of(found), Shrinking(found, TerminalProgress(people))
     least = shrinking.run()

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -42,9 +41,8 @@ KINDS: Final = {"family": "triangle pairs of all families asked", "case": "cases
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write pairs that fail, a file a detector and family.")
 @reporting
 def command(
-    detector: str, family: str | None, case: str | None, pairs: int, quick: bool, seed: int, tau: float,
-    out: Path | None, as_json: bool, people: People,
-) -> int:  # fmt: skip
+    family: str | None, case: str | None, pairs: int, quick: bool, as_json: bool, people: People, **asked: Any
+) -> int:
     """Ask detectors about triangle pairs and bodies made to be hard, and count where they are wrong.
 
     What is named of --family and --case is asked; if neither is, everything. Exits with 4 when a detector that claims
@@ -63,14 +61,11 @@ def command(
     everything = family is None and case is None
     numbers = numbers_of("all" if everything else family, "family", range(1, len(FAMILIES) + 1))
     result = stress(
-        detector,
         families=[FAMILIES[number - 1] for number in numbers],
         cases=numbers_of("all" if everything else case, "case", [*CASES]),
         pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
-        seed=seed,
-        tau=tau,
-        out=out,
         progress=TerminalProgress(people),
+        **asked,
     )
     answer(as_json, result.as_json(), lambda: stress_tables(result))
     return people.gate(result.broken)

@@ -45,20 +45,18 @@ def command(
     replay tradeoff session.mcap --engine unity
     replay tradeoff session.mcap --engine unity --colliders unity-colliders
     """
+    from replay.cli.engine_advice import advise_engine, write_colliders
+
     picture = not asked.pop("no_picture")
     if colliders is not None:
         unused = [asked.pop(name) for name in ("out", "detectors", "oracle")]
         if engine is None or any(unused):
             raise click.UsageError("--colliders goes with --engine alone; leave out --out, --detectors and --oracle")
-        from replay.cli.collider_pieces import write_colliders
-
         where = {"engine": engine, "max_false": max_false}
         return write_colliders(session, colliders, people, as_json=as_json, **where, **asked)
     if engine is not None:
         if asked.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
-        from replay.cli.engine_advice import advise_engine
-
         return advise_engine(session, engine, people, picture=picture, as_json=as_json, **asked)
     return _tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **asked)
 

@@ -29,8 +29,10 @@ def test_detectors_and_gates_of_the_file_are_asked_and_the_command_line_comes_fi
     told = json.loads(printed)
     assert set(told["audit"]) == {"slow", "sphere"} and told["seed"] == 3 and "slow missed" in told["broken"][0]
     assert "replay.toml: detectors, seed, max-missed" in said
-    assert main(["run", file, "--format", "json", "--detectors", "hybrid", "--seed", "4"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    assert main(["run", file, "-q", "--format", "json", "--detectors", "hybrid", "--seed", "4"]) == 0
+    printed, said = capsys.readouterr()
+    assert "replay.toml" not in said
+    told = json.loads(printed)
     assert set(told["audit"]) == {"hybrid"} and told["seed"] == 4
 
 

@@ -42,7 +42,8 @@ VERBS = (
     "doctor clean.mcap --fail-on note", "doctor clean.mcap --fail-on warning", "doctor frozen.mcap --fail-on warning",
     "doctor frozen.mcap --fail-on error",
     "import aframe m.json -o new/m.mcap --mesh left=wand.glb --mesh right=wand.glb", "import auto m.json -o m1.mcap",
-    "import auto m.json -o m2.mcap --format json", "import aframe m.json -o text.mcap",
+    "import auto m.json -o m2.mcap --format json",
+    "import aframe m.json -o m3.mcap --mesh left=big.glb", "import aframe m.json -o text.mcap",
     "import aframe m.json -o old.mcap --force", "import aframe m.json -o x.mcap --mesh left",
     "import aframe m.json -o x.mcap --mesh left=nowhere.glb", "import aframe m.json -o x.mcap --convention unity",
     "import fbx m.json -o x.mcap", "import contacts m.json -o x.mcap",
@@ -102,7 +103,8 @@ def folder(tmp_path_factory):
     (place / "lab.toml").write_text(EFFECTS, "utf-8")
     (place / "good.toml").write_text(GOOD, "utf-8")
     (place / "open.glb").write_bytes(mesh_to_glb(open_cube, "a"))
-    (place / "wand.glb").write_bytes(mesh_to_glb(cube(0.1), "wand"))
+    for name, edge in (("wand", 0.1), ("big", 10.0)):
+        (place / f"{name}.glb").write_bytes(mesh_to_glb(cube(edge), name))
     pose = {"position": {"x": 0.5, "y": 1.0, "z": 0.0}, "rotation": {"x": 0, "y": 10, "z": 0}}
     poses = {"poses": [{"timestamp": 1000.0 + 11.1 * k, **pose} for k in range(20)]}
     (place / "m.json").write_text(json.dumps({"left": poses, "right": poses}), "utf-8")
