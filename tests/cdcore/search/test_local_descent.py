@@ -1,9 +1,8 @@
 """Local search goes down to ever closer pairs; resting pairs are searched again only when they move."""
 
 import numpy as np
-from support.crossing_paths import crossing_paths
 from support.search_scenes import I3, ball_of, search_of, torus_mesh
-from support.shapes import box_mesh, random_rotations
+from support.shapes import box_mesh, lab, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.advance import follow
@@ -122,7 +121,7 @@ def test_a_contact_is_confirmed_anew_in_every_frame_of_a_pair_at_rest():
 
 
 def test_resting_pairs_cost_less_lose_next_to_nothing_and_are_the_same_for_any_block():
-    bodies, path = crossing_paths(5)
+    bodies, path = lab(300, seed=5, gaps=False)
     # each of a hundred frames seven times, so that every pair rests now and then
     frame = np.repeat(np.arange(0, 300, 3), 7)
     motion = Motion(np.arange(700) / 90, path.translations[frame], path.rotations[frame])
