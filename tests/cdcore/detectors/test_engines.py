@@ -128,6 +128,13 @@ def test_two_meshes_that_the_engine_cannot_test_are_not_supported_and_never_clea
     assert create_detector(name, bodies, shape="hull").detect(motion).verdict[0, 0] == Verdict.CLEAR
 
 
+@pytest.mark.parametrize("name", ENGINES)
+def test_it_has_room_for_the_contacts_of_many_bodies_in_one_place(name):
+    bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(15)]
+    places = np.random.default_rng(0).normal(scale=0.01, size=(15, 3))
+    assert counts_as_contact(create_detector(name, bodies).detect(still(bodies, places)).verdict).all()
+
+
 @pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
 def test_rapier_tests_two_meshes():
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]

@@ -124,7 +124,7 @@ def test_joined_blocks_are_the_whole():
 def test_a_notebook_lists_twenty_pairs_and_says_how_many_it_leaves_out(more):
     pairs = np.zeros((20 + more, 2), dtype=np.int64)
     page = detection(pairs=pairs, verdict=np.ones((3, len(pairs)), dtype=np.uint8))._repr_html_()
-    assert page.count("<tr>") == 21 and ("and 1 more" in page) == (more == 1)
+    assert page.count("<td>3</td>") == 20 and page.count("<tr>") == 21 and ("and 1 more" in page) == (more == 1)
 
 
 def test_no_blocks_cannot_be_joined():
