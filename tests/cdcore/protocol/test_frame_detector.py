@@ -55,7 +55,8 @@ def test_blocks_give_the_answer_of_the_whole_and_asking_again_starts_anew(block)
 def test_live_it_remembers_from_block_to_block_what_it_has_seen(block):
     bodies, motion = lab(40)
     detector = made(Near, bodies)
-    assert join(stream_live(detector, motion.blocks(block))).digest == detector.detect(motion).digest
+    live = join(stream_live(detector, motion.blocks(block)))
+    assert live.digest == detector.detect(motion).digest and live.work == {"looks": 40}
 
 
 class Plain:

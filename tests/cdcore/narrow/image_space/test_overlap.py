@@ -40,6 +40,11 @@ def solid_of(mesh, pose):
     return max(solids, key=Manifold.volume)
 
 
+def mesh_of(solid):
+    mesh = solid.to_mesh64()
+    return TriangleMesh(mesh.vert_properties[:, :3], mesh.tri_verts)
+
+
 PAIRS = {
     "ring and ball": (ring_mesh(), ball_mesh(0.035, 16, 24), 0.03),
     "box and ball, whatever way their faces look": (turned(box_mesh((0.1, 0.06, 0.03))), ball_mesh(0.04, 16, 24), 0.03),
@@ -83,6 +88,8 @@ def test_touching_bodies_share_nothing():
 
 CRATE = box_mesh((4, 4, 4))
 HOLLOW = merged(CRATE, box_mesh((2, 2, 2)))
+CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cube((4, 1, 4)).translate((-2, -2, -2)))
+"""Two walls: a body that sticks out of one ends behind it on every ray, and its box is within that of both."""
 
 
 @pytest.mark.parametrize(
@@ -90,6 +97,7 @@ HOLLOW = merged(CRATE, box_mesh((2, 2, 2)))
     [
         (CRATE, 1, (0, 0, 0), True), (CRATE, 1, (1.5, 0, 0), False), (CRATE, 4, (0, 0, 0), False),
         (HOLLOW, 0.5, (1.5, 0, 0), True), (HOLLOW, 1, (1, 0, 0), False),
+        (CORNER, 1, (-1, 0.5, 0), False),
     ],
 )  # fmt: skip
 def test_a_body_is_inside_where_its_box_is_and_all_of_it_is_shared(outer, size, place, inside):
