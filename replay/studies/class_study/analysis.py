@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
@@ -53,10 +51,7 @@ class Sensitivity:
     @property
     def changes(self) -> bool:
         """Whether the conclusion differs: associated or not, and its sign."""
-        if self.after is None:
-            return False
-        turned = self.after.associated and bool(np.sign(self.before.beta) != np.sign(self.after.beta))
-        return self.before.associated != self.after.associated or turned
+        return self.after is not None and self.after.direction != self.before.direction
 
     @property
     def conclusion(self) -> str:

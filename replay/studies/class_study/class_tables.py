@@ -274,29 +274,26 @@ def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
     misses = runs.tables["misses"]
     owners = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
     counts = Counter(owners)
-    worst = {}
+    ranked = []
     for place, (run, detectors) in enumerate(runs.metrics.items()):
         audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
-        label = max(audited, key=lambda label: counts[place, label], default="")
-        worst[run] = (counts[place, label], place, label, audited)
-    students, chosen = set[str](), list[str]()
-    for run in sorted(worst, key=lambda run: (-worst[run][0], run)):
+        worst = max(audited, key=lambda label: counts[place, label], default="")
+        ranked.append((-counts[place, worst], run, place, worst, audited))
+    students, listed = set[str](), {}
+    for fewer, run, place, label, audited in sorted(ranked):
         if len(students) >= LEAST_IN_CELL:
             break
-        chosen.append(run)
         # A session of nobody may be of anybody already there.
         students |= {runs.of(run, "student")} - {""}
-    listed = []
-    for run in sorted(chosen):
         name, page = where[run]
-        count, place, label, audited = worst[run]
         look = Marked("nothing missed" if audited else "not audited")
-        if count:
+        if fewer:
             own = misses.take([k for k, owner in enumerate(owners) if owner == (place, label)])
             look = _look(min(own.to_pylist(), key=_depth), page, "" if label == audited[0] else label)
-        listed.append((Marked(name, to=page), look, label))
+        listed[run] = Marked(name, to=page), look, label
+    rows = tuple(listed[run] for run in sorted(listed))
     columns = Column("session", whole=True), Column("look at"), Column("by")
-    return Table(columns, tuple(listed), "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
+    return Table(columns, rows, "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
 
 
 def _depth(miss: Row) -> tuple[bool, float, int]:

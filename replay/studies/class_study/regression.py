@@ -55,13 +55,18 @@ class Finding:
         return self.variables[0]
 
     @property
-    def associated(self) -> bool:
-        """Whether it differs from zero: by its p after Holm's correction, and by its interval.
+    def direction(self) -> int:
+        """Whether it lies above (1) or below (-1) zero, by its p after Holm's correction and by its interval; else 0.
 
         The two come from different resamplings, and among few students they can differ; a page that claims an
         association and prints an interval around zero contradicts itself.
         """
-        return self.p_holm is not None and self.p_holm < LEVEL and self._apart
+        return self._side if self.p_holm is not None and self.p_holm < LEVEL else 0
+
+    @property
+    def associated(self) -> bool:
+        """Whether it differs from zero."""
+        return self.direction != 0
 
     @property
     def conclusion(self) -> str:
@@ -72,12 +77,12 @@ class Finding:
             return "not tested"
         if self.p >= LEVEL:
             return "not told from chance"
-        return f"{UNDECIDED} after Holm" if self._apart else f"{UNDECIDED}: interval holds zero"
+        return f"{UNDECIDED} after Holm" if self._side else f"{UNDECIDED}: interval holds zero"
 
     @property
-    def _apart(self) -> bool:
-        """Whether the interval leaves out zero."""
-        return self.low > 0 or self.high < 0
+    def _side(self) -> int:
+        """On which side of zero the whole interval lies; 0: it holds zero."""
+        return int(self.low > 0) - int(self.high < 0)
 
 
 Kind = TypeVar("Kind", bound=Finding)

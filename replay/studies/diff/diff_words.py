@@ -8,7 +8,7 @@ from replay.base.tables import Column, Table
 from replay.pipeline.gates import figure
 
 if TYPE_CHECKING:
-    from replay.studies.diff.runs import DetectorDiff, RunDiff, Shift
+    from replay.studies.diff.runs import DetectorDiff, RunDiff, Shares, Shift
 
 TRUTH: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the reference",
@@ -39,16 +39,28 @@ def settings_words(diff: "RunDiff") -> Iterator[str]:
         yield f"set differently: {name.replace('.settings.', ': ')} {values}"
 
 
+def _times(ratio: float | None) -> str:
+    return "" if ratio is None else f"x {ratio:.2f}"
+
+
+def _change(shares: "Shares") -> str:
+    """``2.6 -> 0.7 %``; of one that was not audited nothing."""
+    if set(shares) == {None}:
+        return ""
+    before, after = ("?" if share is None else figure(100 * share) for share in shares)
+    return f"{before} %" if before == after else f"{before} -> {after} %"
+
+
 VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}
 
 DIFFERENCES: Final = (
     Column("detector", of="0", whole=True),
     Column("same", int, of="1.same"),
     *(Column(kind, int, of=f"1.{kind}", show=len) for kind in ("gained", "lost", "shifted")),
-    Column("missed", float, of="1.missed", show=lambda shares: _change(shares), whole=True),
-    Column("false", float, of="1.invented", show=lambda shares: _change(shares), whole=True),
-    Column("time", float, of="1.time_ratio", show=lambda ratio: _times(ratio)),
-    Column("p99", float, of="1.p99_ratio", show=lambda ratio: _times(ratio)),
+    Column("missed", float, of="1.missed", show=_change, whole=True),
+    Column("false", float, of="1.invented", show=_change, whole=True),
+    Column("time", float, of="1.time_ratio", show=_times),
+    Column("p99", float, of="1.p99_ratio", show=_times),
     Column("verdicts", of="1.same_verdicts", show=VERDICTS.get, whole=True),
 )
 """Columns of pairs of a label and what its detector changed."""
@@ -59,18 +71,6 @@ def diff_table(diff: "RunDiff") -> Table:
     title = "contacts, and shares of pair-frames"
     note = "time, p99: of the second run, as a multiple of the first's; where verdicts are the same, the machine's own"
     return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
-
-
-def _times(ratio: float | None) -> str:
-    return "" if ratio is None else f"x {ratio:.2f}"
-
-
-def _change(shares: tuple[float | None, float | None]) -> str:
-    """``2.6 -> 0.7 %``; of one that was not audited nothing."""
-    if shares == (None, None):
-        return ""
-    before, after = ("?" if share is None else figure(100 * share) for share in shares)
-    return f"{before} %" if before == after else f"{before} -> {after} %"
 
 
 def _where(row: Mapping[str, Any]) -> str:

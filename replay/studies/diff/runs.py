@@ -8,7 +8,7 @@ from typing import Any, Final
 from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
 from replay.errors import RunFolderError
-from replay.outputs.results.run_folder import RunFolder, read_run_folder
+from replay.outputs.results.run_folder import read_run_folder
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -17,6 +17,9 @@ SETTINGS: Final = ("seed", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
 Row = Mapping[str, Any]
+
+Shares = tuple[float | None, ...]
+"""In the first and in the second run."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +50,8 @@ class DetectorDiff:
     time_ratio: float | None
     p99_ratio: float | None
     same_verdicts: bool | None
-    missed: tuple[float | None, float | None]
-    invented: tuple[float | None, float | None]
+    missed: Shares
+    invented: Shares
 
     @property
     def changed(self) -> bool:
@@ -80,58 +83,48 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     Raises ``RunFolderError``: a folder that is none, or of another version; two recordings, unless they are meant to be
     ``different_sessions``.
     """
-    first, second = read_run_folder(a), read_run_folder(b)
-    sessions = [run.summary["session"] for run in (first, second)]
-    known = {one["digest"] for one in sessions} - {None}
-    if len(known) > 1 and not different_sessions:
+    runs = [read_run_folder(run) for run in (a, b)]
+    sessions = [run.summary["session"] for run in runs]
+    if len({one["digest"] for one in sessions} - {None}) > 1 and not different_sessions:
         names = " and ".join(one["id"] for one in sessions)
         raise RunFolderError(
             f"{a} and {b} replay different recordings, {names}: their contacts do not compare; "
             "if that is meant, add --different-sessions"
         )
-    labels = [list(run.summary["detectors"]) for run in (first, second)]
-    rows = [_rows(run) for run in (first, second)]
+    labels = [run.summary["detectors"] for run in runs]
+    episodes = [run.rows("episodes") for run in runs]
     common = [label for label in labels[0] if label in labels[1]]
+    only_a, only_b = (tuple(label for label in one if label not in common) for one in labels)
     return RunDiff(
-        {
-            label: _detector(
-                *(run.summary["detectors"][label] for run in (first, second)),
-                *(table.get(label, []) for table in rows),
-                *(run.summary["audit"].get(label, {}) for run in (first, second)),
-            )
-            for label in common
-        },
-        tuple(label for label in labels[0] if label not in common),
-        tuple(label for label in labels[1] if label not in common),
-        dict(_differences(first.summary, second.summary, common)),
+        {label: _detector(label, [run.summary for run in runs], episodes) for label in common},
+        only_a,
+        only_b,
+        dict(_differences(runs[0].summary, runs[1].summary, common)),
     )
 
 
-def _rows(run: RunFolder) -> dict[str, list[Row]]:
-    found: dict[str, list[Row]] = {}
-    for row in run.rows("episodes"):
-        found.setdefault(row["detector"], []).append(row)
-    return found
-
-
-def _detector(
-    earlier: Row, later: Row, before: Sequence[Row], after: Sequence[Row], audit: Row, audit_after: Row
-) -> DetectorDiff:
-    names = {_pair(row): None for row in (*before, *after)}
-    number = {name: k for k, name in enumerate(names)}
+def _detector(label: str, summaries: Sequence[Row], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
+    """One detector, by the summaries of both runs and their tables of contacts."""
+    told = [summary["detectors"][label] for summary in summaries]
+    before, after = ([row for row in rows if row["detector"] == label] for rows in episodes)
+    number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
     matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
     both = [(before[i - 1], after[j - 1]) for i, j in matched]
     shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
     moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
-    digests = earlier["digest"], later["digest"]
+    seconds, digests = [one["seconds"] for one in told], [one["digest"] for one in told]
+    missed, invented = (
+        tuple(summary["audit"].get(label, {}).get(name, {}).get("share") for summary in summaries)
+        for name in ("missed", "invented")
+    )
     return DetectorDiff(
         same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
         lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
-        time_ratio=_ratio(earlier["seconds"]["detect"], later["seconds"]["detect"]),
-        p99_ratio=_ratio(*(one["seconds"].get("per_frame", {}).get("p99") for one in (earlier, later))),
+        time_ratio=_ratio(*(one["detect"] for one in seconds)),
+        p99_ratio=_ratio(*(one.get("per_frame", {}).get("p99") for one in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=_shares("missed", audit, audit_after), invented=_shares("invented", audit, audit_after),
+        missed=missed, invented=invented,
     )  # fmt: skip
 
 
@@ -140,11 +133,6 @@ def _episode(pair: int, row: Row) -> Episode:
     # A contact is over at its end: one that begins there does not overlap it.
     first = round(start * TICKS)
     return Episode(pair, first, max(first, round(end * TICKS) - 1), start, end)
-
-
-def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:
-    first, second = (one.get(name, {}).get("share") for one in (before, after))
-    return first, second
 
 
 def _pair(row: Row) -> tuple[str, str]:
