@@ -4,7 +4,7 @@ import fcl
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
 from cdcore import Motion
 from replay.metrics.near import CLOSE_M, close_stretches, without_contact
@@ -62,13 +62,10 @@ def test_close_is_what_fcl_says_of_the_surfaces_at_every_look(turns):
     assert 5 < sum(truth) < count - 5
 
 
-def test_a_lost_pose_is_not_close_to_anything():
-    session = cubes({"a": np.zeros(FRAMES), "b": approach(0.004)})
-    assembly = assemble(session)
-    valid = assembly.motion.valid.copy()
-    valid[150:250, 1] = False
-    whole = assembly.motion
-    world = np.tile(np.eye(4), (*valid.shape, 1, 1))
-    world[..., :3, :3], world[..., :3, 3] = whole.rotations, whole.translations
-    motion = Motion.from_matrices(whole.times, world, valid)
-    assert close_stretches(replace(assembly, motion=motion), np.array([0])) == ()
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_lost_pose_is_not_close_to_anything(lost):
+    places, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
+    places[:, 1, 0] = np.append(9.0, approach(0.004)[1:])
+    status[150:250, 1] = not lost
+    assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, places))
+    assert (close_stretches(assembly, np.array([0])) == ()) == lost

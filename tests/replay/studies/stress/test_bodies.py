@@ -2,7 +2,6 @@
 
 import pytest
 
-from cdcore import Verdict
 from replay.studies.stress import bodies
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.runner import stress
@@ -40,29 +39,8 @@ def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
     assert one.refused + one.unconfirmed == 24
 
 
-def test_a_liar_is_counted_and_gated(monkeypatch):
-    create = bodies.create_detector
-
-    class Lying:
-        def __init__(self, *given, **settings):
-            self.inner = create(*given, **settings)
-
-        def detect(self, motion):
-            found = self.inner.detect(motion)
-            found.verdict.flags.writeable = True
-            found.verdict[:] = Verdict.CLEAR
-            return found
-
-    monkeypatch.setattr(bodies, "create_detector", Lying)
-    (one,) = run_cases(["exact"], [27])
-    assert one.missed == one.asked == 24
-    (sentence,) = StressResult(100, 1, 0.0, (one,)).broken
-    assert "24 of 24" in sentence and "27 containment" in sentence
-
-
 def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
     monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
     (one,) = run_cases(["exact"], [43])
-    assert one.changed == 3 and "blocks 1" in one.reason
+    assert (one.asked, one.changed) == (4, 3) and "blocks 1" in one.reason
     assert len(StressResult(100, 1, 0.0, (one,)).broken) == 1
-    assert one.asked == 4

@@ -12,6 +12,7 @@ from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.runner import detectors_of, family_tally, numbers_of, stress
+from replay.studies.stress.tally import StressResult, Tally, judged
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
@@ -72,11 +73,27 @@ def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_to
     assert overflow.missed > 5 and overflow.invented > 5 and overflow.within == 0
 
 
-def test_a_detector_that_claims_exactness_and_lies_breaks_the_gate(monkeypatch):
-    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
-    (sentence,) = stress("exact", families=[FAMILIES[2]], pairs=9).broken
-    assert "exact claims exactness" in sentence and "9 of 9" in sentence and "03 shared vertex" in sentence
-    assert stress("hybrid", families=[FAMILIES[2]], pairs=9).broken == []
+@pytest.mark.parametrize(
+    ("detector", "kind", "counts", "broken"),
+    [
+        ("exact", "family", {"missed": 9}, True),
+        ("exact", "family", {"refused": 9}, True),
+        ("hybrid", "family", {"missed": 9}, False),
+        ("exact", "case", {"refused": 9}, False),
+        ("exact", "case", {"refused": 4, "changed": 5}, True),
+        ("exact", "case", {"missed": 9, "promised": False}, False),
+    ],
+)
+def test_a_detector_that_claims_exactness_and_fails_what_it_promised_breaks_the_gate(detector, kind, counts, broken):
+    told = StressResult(1, 1, 0.0, (Tally(detector, kind, 3, "shared vertex", 5, 9, **counts),)).as_json()["broken"]
+    assert len(told) == broken
+    assert not told or "exact claims exactness and failed 9 of 9 questions of 03 shared vertex (seed 5)" in told[0]
+
+
+def test_what_is_inside_is_missed_by_who_says_clear_and_invented_by_who_sees_surfaces_meet():
+    said, truth = (np.array(words, dtype=np.uint8) for words in ([0, 1], [Verdict.CONTAINED] * 2))
+    found = judged(said, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
+    assert found["missed"].tolist() == [True, False] and found["invented"].tolist() == [False, True]
 
 
 def test_all_means_every_row_that_decides_on_meshes(monkeypatch):

@@ -24,24 +24,14 @@ def test_exact_is_right_on_every_frame_of_every_scene_and_lists_the_faces_of_all
             assert np.array_equal(detection.faces(frame, 0), meeting(scene.bodies, scene.motion, frame)), scene.name
 
 
-@pytest.mark.parametrize("number", [37, 38, 39, 41])
-def test_cases_of_contact_hold_frames_with_and_without(number):
-    truth = np.concatenate([scene.truth for scene in scenes(number)])
-    assert {Verdict.CLEAR, Verdict.CONTACT} == set(truth.tolist())
+@pytest.mark.parametrize("number", [37, 38, 39, 41, *BETWEEN])
+def test_cases_hold_contacts_and_misses(number):
+    assert {0, 1} == {truth for scene in scenes(number) for truth in scene.truth.tolist()}
 
 
 def test_a_lifted_glass_is_clear_as_it_stands_and_a_sunk_one_meets_the_table():
     for scene in resting(np.random.default_rng(0)):
         assert (scene.truth[0] == Verdict.CONTACT) == (float(scene.name.split()[2]) <= 0), scene.name
-
-
-def first_scenes(number, count):
-    return list(SCENES[number][1](np.random.default_rng(5)))[:count]
-
-
-def test_every_case_of_motion_holds_contacts_and_misses():
-    for number in BETWEEN:
-        assert {0, 1} == set(np.concatenate([scene.truth for scene in first_scenes(number, 99)]).tolist())
 
 
 def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
@@ -52,12 +42,10 @@ def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
 
 
 def volume(mesh):
-    a, b, c = (mesh.triangles[:, k] for k in range(3))
-    return np.einsum("nk,nk->n", a, np.cross(b, c)).sum() / 6
+    return np.linalg.det(mesh.triangles).sum() / 6
 
 
 def test_volumes_are_those_of_the_shapes():
-    assert volume(box_mesh((1, 2, 3))) == pytest.approx(6)
     assert volume(moved(box_mesh((1, 2, 3)), [9, 8, 7])) == pytest.approx(6)
     assert volume(ball_mesh(1.0, 64, 64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
     assert volume(icosphere_mesh()) == pytest.approx(trimesh.creation.icosphere(1).volume, rel=1e-12)
