@@ -72,7 +72,7 @@ SAMPLED = {
     "test_the_tilt_that_keeps_a_volume_keeps_it": 3,
     "test_an_engine_finds_what_was_planted_when_it_was_planted_and_nothing_else": 3,
     "test_the_bumps_fall_at_any_phase_of_any_rate": 3,
-    "test_every_row_turns_knobs_of_the_first_and_can_be_audited": 3,
+    "test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be_audited": 3,
     "test_the_wall_is_one_to_two_millimetres_thick_and_the_same_wherever_a_ray_passes_it": 3,
     "test_exact_asked_in_batches_says_what_the_predicate_says": 3,
     "test_times_and_reasons_of_a_stream_are_those_of_the_whole": 3,

@@ -73,10 +73,9 @@ def test_beside_who_compares_clocks_no_process_compiles(started):
     assert started == [] and heard.sentences[-1].startswith("Compiled in ")
 
 
-@pytest.mark.parametrize("alone", [{"cpu_count": lambda: 1}, {"cpu_count": lambda: None}])
-def test_on_one_core_no_process_is_started(alone, started, monkeypatch):
-    for name, value in alone.items():
-        monkeypatch.setattr(compile_notice.os, name, value)
+@pytest.mark.parametrize("cores", [1, None])
+def test_on_one_core_no_process_is_started(cores, started, monkeypatch):
+    monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: cores)
     compile_notice.compile_beside()
     assert started == []
 

@@ -15,53 +15,42 @@ from replay.errors import TradeoffError
 from replay.tradeoffs.engine_knobs import advice_words, engine_named, engines, lacking
 
 CHOICES = [(name, choice) for name, engine in engines().items() for choice in engine.choices]
+GUIDE = Path(replay.guide.__file__).with_name("engines.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
-    first = engines()[name].choices[0]
-    assert set(choice.knobs) <= set(first.knobs)
+def test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be_audited(name, choice):
+    engine = engines()[name]
+    first = engine.choices[0]
+    assert set(choice.knobs) <= set(first.knobs) and choice.pages
     assert choice is first or all(value != first.knobs[knob] for knob, value in choice.knobs.items())
-    spec, solid = (
-        parse_detector(choice.asked(1e9)),
-        TriangleMesh(*(getattr(cube(), key) for key in ("vertices", "faces"))),
-    )
+    assert all(engine.pages[page] in GUIDE for page in choice.pages)
     if lacking(choice):
         pytest.importorskip(lacking(choice))
+    spec, solid = parse_detector(choice.asked(1e9)), TriangleMesh(cube().vertices, cube().faces)
     bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
     assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_no_row_is_what_a_page_of_the_engine_excludes(name, choice):
+def test_a_step_a_collider_and_an_offset_are_those_of_the_setting_and_no_row_is_one_that_the_engine_excludes(
+    name, choice
+):
     """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
-    engine = engines()[name]
-    assert choice.pages and set(choice.pages) <= set(engine.pages)
+    knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
     assert not re.search("shape=mesh|continuous", choice.asked(1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
-    if choice.knobs.get("Is Trigger") == "on":
-        assert "does not push" in choice.consequence and "skin_m" not in choice.settings
-
-
-def test_the_guide_has_the_page_of_every_row():
-    text = Path(replay.guide.__file__).with_name("engines.md").read_text("utf-8")
-    assert not [page for engine in engines().values() for page in engine.pages.values() if page not in text]
-
-
-def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():
-    for name, choice in CHOICES:
-        knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
-        step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
-        assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3)), choice
-        assert (settings.get("pieces") == 16) == ("16" in " ".join(knobs.values()))
-        assert lacking(choice) == (
-            "mujoco" if choice.detector == "mujoco" else "coacd" if "16" in " ".join(knobs.values()) else ""
-        )
-        if "Is Trigger" in knobs:
-            offset = float(knobs["Default Contact Offset"]) if knobs["Is Trigger"] == "off" else 0.0
-            assert settings.get("skin_m", 0.0) == offset
-        if choice.detector == "mujoco":
-            assert settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
+    step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
+    pieces = "16" in " ".join(knobs.values())
+    assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3))
+    assert (settings.get("pieces") == 16) == pieces
+    assert lacking(choice) == ("mujoco" if choice.detector == "mujoco" else "coacd" if pieces else "")
+    if "Is Trigger" in knobs:
+        trigger = knobs["Is Trigger"] == "on"
+        assert settings.get("skin_m", 0.0) == (0.0 if trigger else float(knobs["Default Contact Offset"]))
+        assert not trigger or "does not push" in choice.consequence
+    if choice.detector == "mujoco":
+        assert settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
 
 
 def test_a_step_as_fast_as_the_recording_sees_every_frame():

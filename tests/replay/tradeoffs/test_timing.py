@@ -3,54 +3,36 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.shapes import unturned
 
-from replay.detection.detector_spec import parse_detector
-from replay.detection.run_detector import make_detector
-from replay.prepare.assemble import assemble
 from replay.tradeoffs.timing import LEAD_FRAMES, MEAN, P99, TURN_FRAMES, Clock, LiveFrames, Timed, known
 
 
 class Sleepy:
-    """Wraps a detector, and takes longer in every look and every answer than it says itself."""
+    """Takes so long for every look and for every answer."""
 
-    online = True
+    def __init__(self, seconds, online=True):
+        self.seconds, self.online, self.looks = seconds, online, []
 
-    def __init__(self, inner, seconds):
-        self.inner, self.seconds, self.looks = inner, seconds, []
-
-    def detect(self, motion, *, faces=False):
+    def detect(self, motion):
         sleep(self.seconds)
-        return self.inner.detect(motion, faces=faces)
 
     def live(self):
-        outer, session = self, self.inner.live()
+        return self
 
-        class Session:
-            def look(self, now):
-                outer.looks.append(len(now))
-                sleep(outer.seconds)
-                return session.look(now)
-
-        return Session()
+    def look(self, now):
+        self.looks.append(len(now))
+        sleep(self.seconds)
 
 
-@pytest.fixture(scope="module")
-def assembly(bumped):
-    return assemble(bumped)
-
-
-def timed(assembly, seconds, spec="exact"):
-    return Timed(spec, Sleepy(make_detector(parse_detector(spec), assembly, 0), seconds), assembly.motion)
-
-
-def test_a_pass_asks_one_frame_after_the_other_with_the_clock_outside(assembly):
-    one, two = timed(assembly, 0.001), timed(assembly, 0.003, "discrete")
-    whole = timed(assembly, 0.024)
-    whole.detector.online = False
-    first, second, third = LiveFrames(assembly.motion, 10_000).live_pass([one, two, whole])
-    assert one.detector.looks == two.detector.looks == [1] * 12 and len(first) == len(second) == 12
+def test_a_pass_asks_one_frame_after_the_other_with_the_clock_outside():
+    motion = unturned(np.zeros((12, 1, 3)))
+    one, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
+    asked = [Timed("", detector, motion) for detector in (one, two, whole)]
+    first, second, third = LiveFrames(motion, 10_000).live_pass(asked)
+    assert one.looks == two.looks == [1] * 12 and len(first) == len(second) == 12
     assert (first >= 0.001).all() and (second >= 0.003).all()
-    assert not whole.detector.looks and (third >= 0.002).all() and len(set(third)) == 1
+    assert not whole.looks and (third >= 0.002).all() and len(set(third)) == 1
 
 
 def test_of_too_many_frames_turns_spread_evenly_are_timed_and_a_jump_in_time_is_not():

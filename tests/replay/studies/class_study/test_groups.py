@@ -17,13 +17,9 @@ def compared(first, second, seed=0):
     return compare_groups(DataFrame({"motivation": values}), group, NAMES, seed, refusals), refusals
 
 
-def two(count, apart, spread=1.0, seed=0):
-    random = np.random.default_rng(seed)
-    return random.normal(3.0, 1.0, count), random.normal(3.0 + apart, spread, count)
-
-
 def test_the_paper_s_figures_are_those_of_one_pooled_predictor():
-    first, second = two(26, 0.8)
+    random = np.random.default_rng(0)
+    first, second = random.normal(3.0, 1.0, 26), random.normal(3.8, 1.0, 26)
     ((one,), _) = compared(first, second)
     line = stats.linregress(np.repeat([0.0, 1.0], 26), np.concatenate([first, second]))
     fit = 1 - (1 - line.rvalue**2) * 51 / 50
@@ -43,9 +39,6 @@ def test_p_is_that_of_permuting_a_studentised_difference():
     how = {"vectorized": True, "n_resamples": 20000, "alternative": "greater", "random_state": 0}
     other = stats.permutation_test((second, first), welch, **how).pvalue
     assert one.p == pytest.approx(other, abs=0.02)
-    first, second = two(60, 0.4, spread=2.0)
-    ((one,), _) = compared(first, second)
-    assert one.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
 
 
 def hc3(group, values):

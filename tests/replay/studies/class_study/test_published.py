@@ -47,13 +47,11 @@ def test_of_the_printed_tables_one_row_and_the_label_contradict_themselves_and_e
 def test_fit_correlation_and_p_agree_with_a_regression_of_such_data(r):
     import statsmodels.api as sm
 
-    raw = np.random.default_rng(1).normal(size=(52, 2))
-    basis = np.linalg.qr(np.column_stack([np.ones(52), raw]))[0][:, 1:]
-    x, y = basis[:, 0], r * basis[:, 0] + np.sqrt(1 - r * r) * basis[:, 1]
-    fitted = sm.OLS(y, sm.add_constant(x)).fit()
-    assert adjusted_fit(r, 52) == pytest.approx(fitted.rsquared_adj, abs=1e-12)
-    assert p_of_correlation(r, 52) == pytest.approx(fitted.pvalues[1], rel=1e-9)
-    assert implied_correlation(adjusted_fit(r, 52), 52) == pytest.approx(abs(r), abs=1e-12)
+    x, rest = np.linalg.qr(np.column_stack([np.ones(52), np.random.default_rng(1).normal(size=(52, 2))]))[0][:, 1:].T
+    fitted = sm.OLS(r * x + np.sqrt(1 - r * r) * rest, sm.add_constant(x)).fit()
+    fit = adjusted_fit(r, 52)
+    assert (fit, p_of_correlation(r, 52)) == pytest.approx((fitted.rsquared_adj, fitted.pvalues[1]), rel=1e-9)
+    assert implied_correlation(fit, 52) == pytest.approx(abs(r), abs=1e-12)
 
 
 def test_a_true_multiple_regression_keeps_its_label(tmp_path):
