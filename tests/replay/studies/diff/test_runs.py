@@ -24,6 +24,10 @@ def folders(tmp_path_factory):
     return at
 
 
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
 def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
     found = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
     assert found.same == 1
@@ -32,17 +36,11 @@ def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
     (shift,) = found.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
     assert found.same_verdicts is False
+    before, after = (summary_of(folders / name)["detectors"]["slow"]["seconds"] for name in "ac")
+    assert found.time_ratio == pytest.approx(after["detect"] / before["detect"])
+    assert found.p99_ratio == pytest.approx(after["per_frame"]["p99"] / before["per_frame"]["p99"])
     kinds = {"gained", "lost", "shifted"}
     assert all(replace(found, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
-
-
-def test_the_ratio_is_that_of_the_seconds_in_the_summaries(folders):
-    seconds = [
-        json.loads((folders / name / "summary.json").read_text())["detectors"]["slow"]["seconds"] for name in "ac"
-    ]
-    found = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
-    assert found.time_ratio == pytest.approx(seconds[1]["detect"] / seconds[0]["detect"])
-    assert found.p99_ratio == pytest.approx(seconds[1]["per_frame"]["p99"] / seconds[0]["per_frame"]["p99"])
 
 
 def test_every_setting_that_differs_is_named_and_no_other(folders):
@@ -79,8 +77,7 @@ def audited(tmp_path_factory):
 
 def test_shares_missed_and_invented_are_those_of_the_audits(audited):
     found = diff_runs(audited / "a", audited / "b")
-    told = [json.loads((audited / name / "summary.json").read_text())["audit"]["mine"] for name in "ab"]
-    mine = found.detectors["mine"]
+    told, mine = [summary_of(audited / name)["audit"]["mine"] for name in "ab"], found.detectors["mine"]
     assert mine.missed == tuple(one["missed"]["share"] for one in told) and mine.missed[0] > mine.missed[1] == 0
     assert mine.invented == tuple(one["invented"]["share"] for one in told)
     shown = {row[0]: row[5] for row in diff_table(found).cells()}

@@ -4,6 +4,7 @@ import json
 import sys
 
 import pytest
+from support.received import tamper
 from support.small_worlds import cubes
 
 from replay import run
@@ -39,15 +40,9 @@ def folder(tmp_path, monkeypatch):
     sys.modules.pop("sent_along", None)
 
 
-def tamper(folder, **changes):
-    summary = json.loads((folder / "summary.json").read_text())
-    summary["detectors"]["slow"] |= changes
-    (folder / "summary.json").write_text(json.dumps(summary))
-
-
 @pytest.mark.parametrize("name", ["sent_along:Blind", "os:system"])
 def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys):
-    tamper(folder, name=name, settings={})
+    tamper(folder, "detectors", slow={"name": name, "settings": {}})
     for words in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
         main(words)
     said = capsys.readouterr().err
@@ -58,7 +53,7 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys)
 @pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
 def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, monkeypatch):
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
-    tamper(folder, settings={"rate_hz": 25, key: attack})
+    tamper(folder, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
     main(["shrink", "run", "--miss", "1", "-o", "case"])
     monkeypatch.chdir(folder.parent)
     for file in folder.parent.glob("case/*.py"):
@@ -68,9 +63,7 @@ def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, 
 
 @pytest.mark.parametrize(("part", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
 def test_a_folder_that_tells_of_other_frames_than_its_recording_is_refused(folder, part, key, value, capsys):
-    summary = json.loads((folder / "summary.json").read_text())
-    summary[part][key] = value
-    (folder / "summary.json").write_text(json.dumps(summary))
+    tamper(folder, part, **{key: value})
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
