@@ -28,7 +28,6 @@ class Reaction:
 
     declared: Declaration
     equation: Equation
-    phases: Mapping[str, str]  # formula -> ``s`` or ``g``; the others are dissolved
     process: int  # its place among the ledger's processes; -1: it is at equilibrium, by constants
     asks_ph: bool  # it has an acid, a base, or a metal ion that water takes apart
 
@@ -105,7 +104,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         if changes and process not in processes:
             processes.append(process)
         place = processes.index(process) if changes else -1
-        reactions.append(Reaction(one, equation, phase, place, asks_ph))
+        reactions.append(Reaction(one, equation, place, asks_ph))
     formulas = [*products, *(formula for one in contents.values() for formula in one.amounts)]
     columns = {part for formula in formulas for part in chemistry.dissolved(formula)}
     columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}

@@ -12,7 +12,7 @@ from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND, by_depth
 from replay.comparison.outcome import Miss, Outcome
-from replay.detection.detector_spec import DetectorSpec, parse_detector
+from replay.detection.detector_spec import DetectorSpec, asked_as, parse_detector
 from replay.detection.recorded import RECORDED
 from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, milliseconds
 from replay.pipeline.gates import figure
@@ -112,8 +112,11 @@ def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss 
         if other["name"] == mended.name and _alike(mended, other["settings"]):
             return _measured(words, label, summary)
     needs = ", with the extra engines" if mended.settings.get("shape") == "compound" else ""
-    asked = f'replay run {SESSION} --detectors "{_asked(mended)}"'
-    return Fix(f"{words}: not measured. To measure it{needs}:", False, asked)
+    return _unmeasured(f"{words}: not measured. To measure it{needs}:", mended)
+
+
+def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
+    return Fix(words, False, f'replay run {SESSION} --detectors "{asked_as(spec.name, spec.settings)}"')
 
 
 def _mended(spec: DetectorSpec, cause: str) -> DetectorSpec | None:
@@ -142,8 +145,7 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
     every = None if offsets is None else offsets.every_frame
     if every is None:
         settings = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
-        asked = _asked(DetectorSpec("fix", spec.name, settings))
-        return Fix(f"{words}: not measured. To measure it:", False, f'replay run {SESSION} --detectors "{asked}"')
+        return _unmeasured(f"{words}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
     missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
     took = "" if every.seconds is None else f"; {milliseconds(every.seconds)} ms a frame"
     told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
@@ -174,17 +176,11 @@ def figures_words(lost: str, false: Share) -> str:
 
 def _alike(spec: DetectorSpec, settings: Mapping[str, Any]) -> bool:
     """Whether a detector of the run is the one meant; of a compound with any number of pieces."""
-    wanted = {key: value for key, value in spec.settings.items() if key != "pieces"}
-    return all(settings.get(key) == value for key, value in wanted.items()) and (
-        settings.get("rate_hz") == wanted.get("rate_hz")
-    )
+    wanted = {"rate_hz": None, **spec.settings}
+    return all(settings.get(key) == value for key, value in wanted.items() if key != "pieces")
 
 
 def _words(spec: DetectorSpec) -> str:
     pieces = spec.settings.get("pieces")
     words = detector_words(spec.name, spec.settings)
     return f"{pieces} {words.replace('convex pieces', 'convex pieces a mesh')}" if pieces else words
-
-
-def _asked(spec: DetectorSpec) -> str:
-    return str(spec).partition("=")[2]

@@ -16,7 +16,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
-from replay.effects.models.speciation import GAS, NOTHING, PROTON, SOLID, Speciation
+from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation
 from replay.effects.models.warming import heat_given_off
 
 BROUGHT: Final = " as brought"
@@ -120,8 +120,8 @@ class Ledger:
     """
 
     def __init__(
-        self, vessels: Sequence[str], columns: Sequence[str], processes: Sequence[Process] = (),
-        speciation: Speciation = NOTHING, along: float = 0.0, warmth: Warmth = UNFOLLOWED,
+        self, vessels: Sequence[str], columns: Sequence[str], processes: Sequence[Process], speciation: Speciation,
+        along: float = 0.0, warmth: Warmth = UNFOLLOWED,
     ) -> None:  # fmt: skip
         self.vessels, self.processes, self.speciation, self.warmth = vessels, processes, speciation, warmth
         self.mixture = mixture = speciation.mixture

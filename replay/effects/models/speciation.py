@@ -112,7 +112,3 @@ def _protonation(pka: Iterable[float], protons: int) -> float:
 def _table(rows: Sequence[Mapping[str, int]], parts: list[str]) -> FloatArray:
     table = [[float(row.get(part, 0.0)) for part in parts] for row in rows]
     return np.array(table, dtype=np.float64).reshape(len(rows), len(parts))
-
-
-NOTHING: Final = speciation_of(Chemistry(), (), {}, ())
-"""Where nothing is at equilibrium."""

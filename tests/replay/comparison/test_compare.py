@@ -4,12 +4,12 @@ from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Verdict
 from replay.comparison.compare import compare
-from replay.comparison.outcome import Outcome
+from replay.comparison.outcome import Episode, Outcome
 from replay.errors import AuditError
 
 LETTER = {
     Outcome.NEITHER: ".", Outcome.BOTH: "B", Outcome.MISSED: "M", Outcome.INVENTED: "I",
-    Outcome.WITHIN_TOLERANCE: "t", Outcome.BETWEEN_FRAMES: "b", Outcome.LEFT_OUT: "-",
+    Outcome.WITHIN_TOLERANCE: "t", Outcome.BETWEEN_FRAMES: "b", Outcome.LEFT_OUT: "-", Outcome.HELD: "h",
 }  # fmt: skip
 
 
@@ -43,6 +43,19 @@ def test_every_verdict_counts_as_the_glossary_says():
 def test_instants_and_intervals_are_held_to_what_they_say(subject, oracle, covers, expected):
     sides = (verdict_column(letters, covers=one) for letters, one in zip((subject, oracle), covers, strict=True))
     assert words(*sides) == expected
+
+
+def test_blocks_of_frames_change_no_outcome(monkeypatch):
+    """A contact of intervals that begins in one block, and stretches held across the ends of others."""
+    subject, oracle = verdict_column("CC.C.CCC.CC"), verdict_column(".CCCC.CCCC.", covers="intervals")
+    more = {
+        "within": lambda frames, _: frames == 10,
+        "holdings": [Episode(0, *span, 0.0, 0.0) for span in ((3, 3), (6, 8))],
+    }
+    whole = words(subject, oracle, **more)
+    assert whole.count("h") == 4
+    monkeypatch.setattr("replay.comparison.compare.VERDICT_FRAMES", 3)
+    assert words(subject, oracle, **more) == whole
 
 
 def test_within_tolerance_only_disagreement_is_excused():

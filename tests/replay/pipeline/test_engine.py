@@ -1,3 +1,4 @@
+from contextlib import contextmanager
 from dataclasses import fields, replace
 
 import numpy as np
@@ -159,3 +160,17 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     poor = compute(cubes(BUMP), **asked)
     assert poor.detections["hybrid"].face_sets is None
     assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
+
+
+def test_every_stage_of_a_run_advances_to_its_end():
+    stages = []
+
+    class Counting:
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            done = []
+            yield done.append
+            stages.append((name, total, sum(done)))
+
+    compute(cubes(BUMP, scene=TOUCHING), detectors="slow=discrete[rate_hz=20],sphere", progress=Counting())
+    assert len(stages) == 4 and all(total in (None, done) for _, total, done in stages), stages
