@@ -9,6 +9,7 @@ from replay.base.wilson import share
 from replay.comparison.look_phases import PHASES
 from replay.outputs.run_tables import ranking_table
 from replay.pipeline.ranking import fault_words, ranking
+from replay.pipeline.sentences import detector_words
 
 
 def made(asked, contacts=18, p99=None):
@@ -101,3 +102,11 @@ def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_u
     summary = run(recorded=audited(1, 0, 0))
     summary["detectors"]["recorded"]["name"] = "recorded"
     assert tabled(summary).only("mean ms", "p99 ms").cells()[0] == ("-", "-")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
+)
+def test_a_detector_is_named_with_its_rate_and_the_engine_without_its_own(name, words):
+    assert detector_words(name, {"rate_hz": 50}) == words

@@ -1,10 +1,12 @@
+import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cubes, framed
 
 from replay.base.wilson import wilson
 from replay.comparison.matching import EpisodeMatch, EpisodeMatches
 from replay.pipeline.engine import compute
 from replay.pipeline.scores import NOT_EXAMINED, episode_figures, pool
+from sessions.model.scene import Scene, SceneBody
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
@@ -18,6 +20,21 @@ def test_matched_and_unmatched_counts_add_up_to_the_contacts():
     frames = figures["pair_frames"]
     assert figures["between_frames"] == NOT_EXAMINED
     assert figures["missed"]["of"] == frames["BOTH"] + frames["MISSED"] == 4
+
+
+def test_contacts_of_a_body_and_its_parent_are_no_episodes():
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
+    result = compute(cubes(PLACES, scene=scene), detectors="discrete", pairs=[("a", "b")])
+    figures = result.summary["audit"]["discrete"]
+    assert [figures["episodes"][key] for key in ("truth", "found", "missed", "invented")] == [0] * 4
+    assert figures["held"]["contacts"] == 2
+
+
+def test_a_pose_in_doubt_flags_the_contact_that_it_ends():
+    position = np.zeros((6, 2, 3))
+    position[:, 1, 0] = [3, 3, 0.9, 0.8, 3, 3.1]
+    session = framed(np.array([0, 10, 20, 120, 130, 140]) * 10**6, np.ones((6, 2)), position)
+    assert compute(session, detectors=("exact",)).tables["episodes"].column("flag") == ["teleport+gap"]
 
 
 def test_excused_contacts_are_no_part_of_a_share():
