@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.resampling import BOOTSTRAPS, interval
+from replay.studies.class_study.resampling import with_intervals
 
 PERMUTATIONS: Final = 4999
 
@@ -104,10 +103,9 @@ def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generat
     if np.linalg.eigvalsh(correlation[1:, 1:])[0] < LEAST_SPREAD:
         raise StudyRefusedError("collinear", "")
     inverse = np.linalg.inv(correlation[1:, 1:])
-    betas = inverse @ correlation[1:, 0]
-    unexplained = (1.0 - betas @ correlation[1:, 0]) * (students - 1) / (students - 1 - predictors)
     table = table - table.mean(axis=0)
-    ends = _bootstrap(table, betas, random)
+    betas, ends = with_intervals(lambda weights: _betas(weights, table), students, random)
+    unexplained = (1.0 - betas @ correlation[1:, 0]) * (students - 1) / (students - 1 - predictors)
     return [
         Finding(
             name=name,
@@ -115,8 +113,8 @@ def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generat
             variables=names,
             students=students,
             beta=float(betas[k]),
-            low=ends[k][0],
-            high=ends[k][1],
+            low=float(ends[k, 0]),
+            high=float(ends[k, 1]),
             p=permutation_p(table[:, 0], table[:, 1:], k, random) if students >= LEAST_STUDENTS else None,
             adjusted_r2=float(1.0 - unexplained),
             vif=float(inverse[k, k]) if predictors > 1 else None,
@@ -152,15 +150,7 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
-def _bootstrap(table: FloatArray, found: FloatArray, random: np.random.Generator) -> list[tuple[float, float]]:
-    """Interval of each standardised coefficient, students drawn with replacement."""
-    students = len(table)
-    drawn = _betas(random.multinomial(students, np.full(students, 1.0 / students), BOOTSTRAPS), table)
-    left_out = _betas(1.0 - np.eye(students), table)
-    return [interval(drawn[:, k], float(beta), left_out[:, k]) for k, beta in enumerate(found)]
-
-
-def _betas(weights: NDArray[np.generic], table: FloatArray) -> FloatArray:
+def _betas(weights: FloatArray, table: FloatArray) -> FloatArray:
     """Standardised coefficients (B, k) of the first column of (n, 1 + k) on the others, rows weighted by (B, n)."""
     share = weights / weights.sum(axis=1, keepdims=True)
     mean = share @ table

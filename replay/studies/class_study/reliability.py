@@ -7,10 +7,13 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.resampling import BOOTSTRAPS, interval
+from replay.studies.class_study.resampling import with_intervals
 
 WORST_CONDITION: Final = 1e12
 """Condition of the correlation matrix above which its inverse keeps fewer than four digits."""
+
+LEAST_SPREAD: Final = 1e-12
+"""Below this a variance of answers is rounding."""
 
 KAISER: Final = ((0.9, "marvellous"), (0.8, "meritorious"), (0.7, "middling"), (0.6, "mediocre"), (0.5, "miserable"))
 """Kaiser's words. Source: Kaiser (1974), Psychometrika 39, 31-36."""
@@ -47,39 +50,31 @@ class Bartlett:
     students: int
 
 
-def cronbach_alpha(answers: FloatArray) -> float:
-    """Cronbach's alpha, ``k/(k-1) (1 - sum var(x_i) / var(sum x_i))`` with variances over n - 1.
+def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability:
+    """Cronbach's alpha, ``k/(k-1) (1 - sum var(x_i) / var(sum x_i))``, its interval over students, and item totals.
 
     ``answers`` are (students, items), reverse-coded items already turned. Refused as ``one-item``, and as
     ``no-variance`` when every student's sum is the same.
 
     Source: Cronbach (1951), Psychometrika 16, 297-334.
     """
-    if answers.shape[1] < 2:
-        raise StudyRefusedError("one-item", "Cronbach's alpha")
-    if len(answers) < 2 or not answers.sum(axis=1).var(ddof=1) > 0.0:
-        raise StudyRefusedError("no-variance", "Cronbach's alpha")
-    return float(_alphas(answers[None])[0])
-
-
-def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability:
-    """Alpha of ``answers`` (as ``cronbach_alpha``), its interval from random resamples of students, and item totals."""
-    alpha = cronbach_alpha(answers)
     students, items = answers.shape
-    drawn = _alphas(answers[random.integers(0, students, (BOOTSTRAPS, students))])
-    others = np.array([np.delete(np.arange(students), k) for k in range(students)])
-    low, high = interval(drawn, alpha, _alphas(answers[others]))
-    return Reliability(alpha, low, high, item_total(answers), students, items)
+    if items < 2:
+        raise StudyRefusedError("one-item", "Cronbach's alpha")
+    if not answers.sum(axis=1).var() > 0.0:
+        raise StudyRefusedError("no-variance", "Cronbach's alpha")
+    columns = np.column_stack([answers, answers.sum(axis=1)])
+    columns -= columns.mean(axis=0)
 
+    def alphas(weights: FloatArray) -> FloatArray:
+        share = weights / weights.sum(axis=1, keepdims=True)
+        variances = share @ columns**2 - (share @ columns) ** 2
+        # Rounding leaves a little of sums that do not vary.
+        total = np.where(variances[:, -1] > LEAST_SPREAD, variances[:, -1], np.nan)
+        return np.asarray(items / (items - 1) * (1.0 - variances[:, :-1].sum(axis=1) / total))[:, None]
 
-def _alphas(answers: FloatArray) -> FloatArray:
-    """Alpha of each of (B, students, items), nan where the sums do not vary."""
-    items = answers.shape[2]
-    total = answers.sum(axis=2).var(axis=1, ddof=1)
-    single = answers.var(axis=1, ddof=1).sum(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        alphas: FloatArray = np.where(total > 0.0, items / (items - 1) * (1.0 - single / total), np.nan)
-    return alphas
+    (alpha,), ((low, high),) = with_intervals(alphas, students, random)
+    return Reliability(float(alpha), float(low), float(high), item_total(answers), students, items)
 
 
 def item_total(answers: FloatArray) -> tuple[float, ...]:

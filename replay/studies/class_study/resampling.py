@@ -1,5 +1,6 @@
 """Intervals by resampling: whole students are drawn anew, with all of their sessions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -41,6 +42,24 @@ def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[flo
     return float(low), float(high)
 
 
+def weights_of(students: int, random: np.random.Generator) -> FloatArray:
+    """How often each student is drawn, in each resample: (B, n)."""
+    return random.multinomial(students, np.full(students, 1.0 / students), BOOTSTRAPS).astype(np.float64)
+
+
+def with_intervals(
+    statistic: Callable[[FloatArray], FloatArray], students: int, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Figures (k,) of all students, and their 95 % intervals (k, 2).
+
+    ``statistic`` makes figures (B, k) of weights (B, n), how often each student counts.
+    """
+    (found,), drawn = statistic(np.ones((1, students))), statistic(weights_of(students, random))
+    left_out = statistic(1.0 - np.eye(students))
+    ends = [interval(drawn[:, k], float(value), left_out[:, k]) for k, value in enumerate(found)]
+    return found, np.array(ends)
+
+
 @dataclass(frozen=True)
 class Estimate:
     """A figure, its 95 % interval, and how many students stand behind it; nan: there is none."""
@@ -60,8 +79,7 @@ class Resampling:
     """
 
     def __init__(self, students: int, seed: int = 0) -> None:
-        random, count = random_stream(seed, "class page"), max(1, students)
-        self._weights = random.multinomial(count, np.full(count, 1.0 / count), BOOTSTRAPS).astype(np.float64)
+        self._weights = weights_of(max(1, students), random_stream(seed, "class page"))
 
     def ratio(self, above: FloatArray, below: FloatArray) -> Estimate:
         """Sum over sum, of each student (n,): contacts by sessions, or contacts missed by contacts."""
