@@ -140,12 +140,12 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     """Two-sided p of one predictor by permuting what the other predictors leave unexplained of the outcome."""
     others = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
     basis, _ = np.linalg.qr(others)
-    own = x[:, column] - basis @ (basis.T @ x[:, column])
     rest = y - basis @ (basis.T @ y)
     drawn = random.permuted(np.broadcast_to(rest, (PERMUTATIONS, len(y))), axis=1)
     left = drawn - (drawn @ basis) @ basis.T
-    chance = np.abs(left @ own) / np.linalg.norm(left, axis=1)
-    found = abs(float(rest @ own)) / float(np.linalg.norm(rest))
+    # What is left is at right angles to the other predictors, and sees of this one only what they do not explain.
+    chance = np.abs(left @ x[:, column]) / np.linalg.norm(left, axis=1)
+    found = abs(float(rest @ x[:, column])) / float(np.linalg.norm(rest))
     # A draw equal to what was found, up to rounding, counts as no smaller.
     return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 

@@ -50,3 +50,10 @@ def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
 @pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
 def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(spec, seed):
     assert make_detector(parse_detector(spec), assembly(), 7).settings.seed == seed
+
+
+def test_a_search_is_watched_again_where_a_motion_is_not_one_of_hours(monkeypatch):
+    detector, motion = make_detector(parse_detector("qaco"), assembly(), 0), assembly().motion
+    assert detecting.watched_again(detector, motion) is not None
+    monkeypatch.setattr(detecting, "HELD_FRAMES", 49)
+    assert detecting.watched_again(detector, motion) is None
