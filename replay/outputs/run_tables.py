@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
@@ -129,18 +129,22 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
 
 PAIRS = (
     Column("pair", str, "both bodies", whole=True),
-    Column("contacts", int, "contacts of the reference"),
-    Column("seconds", float, "how long they last together", unit="s", show=".3f"),
-    Column("longest s", float, "how long the longest lasts", unit="s", show=".3f"),
-    Column("missed", int, "contacts never found", mark=IN_RED),
-    Column(LATE_OR_SHORT, int, "contacts found in part", mark=PARTLY),
-    Column("frames found", int, "frames in which both say contact", mark=FOUND),
-    Column("frames missed", int, "frames in which the reference alone says contact", mark=PARTLY),
-    Column("false frames", int, "frames in which the detector alone says contact", mark=INVENTED),
-    Column(UNCONFIRMED, int, "the same, of a detector that confirms none of them", "false frames", mark=INVENTED),
-    Column(WITHIN, int, "frames in which they disagree about less than a tracker resolves", mark=FAINT),
-    Column(CUT, int, "contacts that lost poses cut"),
-)
+    Column("contacts", int, "contacts of the reference", "lengths.count"),
+    Column("seconds", float, "how long they last together", "lengths.seconds", "s", ".3f"),
+    Column("longest s", float, "how long the longest lasts", "lengths.longest", "s", ".3f"),
+    Column("missed", int, "contacts never found", "audit.contacts_missed", mark=IN_RED),
+    Column(LATE_OR_SHORT, int, "contacts found in part", "audit.contacts_in_part", mark=PARTLY),
+    Column("frames found", int, "frames in which both say contact", "frames.both", mark=FOUND),
+    Column("frames missed", int, "frames in which the reference alone says contact", "frames.missed", mark=PARTLY),
+    Column("false frames", int, "frames in which the detector alone says contact", "frames.invented", mark=INVENTED),
+    Column(UNCONFIRMED, int, "the same, of a detector that confirms none of them", "frames.invented", mark=INVENTED),
+    Column(WITHIN, int, "frames in which they disagree about less than a tracker resolves",
+           "frames.within_tolerance", mark=FAINT),
+    Column(CUT, int, "contacts that lost poses cut", lambda row: int(row["lengths"].get("cut", 0))),
+)  # fmt: skip
+LENGTHS = PAIRS[:4]
+
+NO_CONTACTS: Final[Mapping[str, float]] = {"count": 0, "seconds": 0.0, "longest": 0.0}
 
 
 def pair_table(result: Summarised, label: str) -> Table:
@@ -150,53 +154,36 @@ def pair_table(result: Summarised, label: str) -> Table:
     """
     rows, apart = list[dict[str, Any]](), list[dict[str, Any]]()
     for pair in result.summary["pairs"]:
-        own = pair.get("audit", {}).get(label)
-        if own is None:
+        audit = pair.get("audit", {}).get(label)
+        if audit is None:
             continue
-        frames, lengths = own["pair_frames"], _lengths(pair, "contacts", result.oracle)
-        if lengths["contacts"] or frames["INVENTED"] or frames["WITHIN_TOLERANCE"]:
-            counts = {"frames found": frames["BOTH"], "frames missed": frames["MISSED"]}
-            counts |= {"false frames": frames["INVENTED"], WITHIN: frames["WITHIN_TOLERANCE"]}
-            missed = {"missed": own["contacts_missed"], LATE_OR_SHORT: own["contacts_in_part"]}
-            rows.append({"pair": pair["name"], **lengths, **missed, **counts})
-        if held := own.get("held"):
-            counts = {"frames found": held["both"], "frames missed": held["missed"], "false frames": held["invented"]}
-            missed = {"missed": held["contacts_missed"], LATE_OR_SHORT: held["contacts_in_part"], WITHIN: 0}
-            lengths = _lengths(pair, "held_contacts", result.oracle)
-            apart.append({"pair": f"{pair['name']} (held)", **lengths, **missed, **counts})
-    rows.sort(key=lambda row: (-row["frames missed"], -row["false frames"]))
-    rows += apart
-    absent = {name for name in (WITHIN, CUT) if not any(row[name] for row in rows)}
-    absent.add("false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED)
+        frames = {outcome.lower(): count for outcome, count in audit["pair_frames"].items()}
+        lengths, held_lengths = (
+            pair.get(kind, {}).get(result.oracle, NO_CONTACTS) for kind in ("contacts", "held_contacts")
+        )
+        if lengths["count"] or frames["invented"] or frames["within_tolerance"]:
+            rows.append({"pair": pair["name"], "lengths": lengths, "audit": audit, "frames": frames})
+        if held := audit.get("held"):
+            frames = {**held, "within_tolerance": 0}
+            apart.append({"pair": f"{pair['name']} (held)", "lengths": held_lengths, "audit": held, "frames": frames})
+    rows.sort(key=lambda row: (-row["frames"]["missed"], -row["frames"]["invented"]))
     title = f"Contacts ({result.oracle}) and what {label} made of them"
-    columns = (column for column in PAIRS if column.name not in absent)
-    return Table.of(columns, rows, title, containment_notes(result, result.oracle))
-
-
-def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> dict[str, Any]:
-    """How many contacts of a kind a pair has, how long they are, and how many are cut."""
-    own = pair.get(kind, {}).get(label, {"count": 0, "seconds": 0.0, "longest": 0.0})
-    return {
-        "contacts": own["count"], "seconds": own["seconds"], "longest s": own["longest"], CUT: int(own.get("cut", 0))
-    }  # fmt: skip
+    made = Table.of(PAIRS, rows + apart, title, containment_notes(result, result.oracle))
+    absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
+    absent.add("false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED)
+    return made.only(*(name for name in made.head if name not in absent))
 
 
 def contact_table(result: Summarised, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
     rows = [
-        {
-            "pair": pair["name"] + (" (held)" if pair["held"] or kind != "contacts" else ""),
-            **_lengths(pair, kind, label),
-        }
+        {"pair": pair["name"] + (" (held)" if pair["held"] or kind != "contacts" else ""), "lengths": pair[kind][label]}
         for pair in result.summary["pairs"]
         for kind in ("contacts", "held_contacts")
         if label in pair.get(kind, ())
     ]
-    names = ["pair", "contacts", "seconds", "longest s"]
-    if any(row[CUT] for row in rows):
-        names.append(CUT)
-    columns = (column for column in PAIRS if column.name in names)
-    return Table.of(columns, rows, f"Contacts found by {label}", containment_notes(result, label))
+    made = Table.of((*LENGTHS, PAIRS[-1]), rows, f"Contacts found by {label}", containment_notes(result, label))
+    return made if any(made.column(CUT)) else made.only(*(column.name for column in LENGTHS))
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:

@@ -9,6 +9,7 @@ from io import StringIO
 
 import pyarrow.parquet as pq
 import pytest
+import rerun as rr
 from rich.console import Console
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.sentences import recording_text
@@ -20,6 +21,8 @@ from replay.cli.run_tables import fault_tables, run_screen, run_tables
 from replay.cli.terminal import terminal
 from replay.outputs.report.page import report_html, view_of
 from replay.outputs.report.sections import cards
+from replay.outputs.rerun_log.moments import key_moments, log_moment_lists
+from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter
 from replay.outputs.results.parquet import with_keys
 from replay.outputs.results.run_folder import write_run_folder
 
@@ -69,7 +72,9 @@ def test_the_numbers_of_every_output_are_those_of_the_tables_and_of_the_letters(
             : len(ranked)
         ] == (ranked)
     assert re.findall(r'data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
-    for text in (screen, page, picture, run_markdown(result, ()), repr(replay.RunResult.of(result))):
+    prompt = repr(replay.RunResult.of(result))
+    assert blocks(prompt, "it ")[0][1:3] == ranked[:2]
+    for text in (screen, page, picture, run_markdown(result, ()), prompt):
         assert headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
 
     of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
@@ -114,6 +119,9 @@ WALKS = {
     "terminal": lambda result: printed(terminal(*fault_tables(result))),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
     "page": lambda result: cards(view_of(result), "it"),
+    "picture": lambda result: log_moment_lists(
+        RecordingWriter(rr.RecordingStream("walk"), RecordingClock.of(result.assembly)), result, key_moments(result)
+    ),
 }
 
 

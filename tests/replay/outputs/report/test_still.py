@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from support.report_states import state_of
+from support.report_states import state_of, steady
 
+from replay.outputs.report.page import report_html
 from replay.outputs.report.rasteriser import FOCAL, Lines, Shape, View, covered, drawn
 from replay.outputs.report.still import FIRST, fault_still
 
@@ -72,8 +73,17 @@ def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
     assert rows.min() > 0 and columns.min() > 0 and rows.max() < seen.height - 1 and columns.max() < seen.width - 1
 
 
-def test_a_miss_is_marked_where_the_faces_meet():
-    result, _ = state_of("one missed")
-    (miss,) = result.misses["it"]
-    text = fault_still(result, "it", miss, FIRST)[0]
-    assert 'class="ring missed"' in text and "it reports none" in text
+@pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference"])
+def test_the_drawings_of_a_page_look_as_they_did(state, monkeypatch, snapshot):
+    """Lanes, plots and words as they are written; of each raster picture the mean of its tiles."""
+    pictures, made = [], Image.fromarray
+
+    def noted(pixels):
+        tiles = [tile for band in np.array_split(pixels, 6) for tile in np.array_split(band, 8, axis=1)]
+        pictures.append(" ".join(f"{tile.mean():.0f}" for tile in tiles))
+        return made(pixels)
+
+    monkeypatch.setattr(Image, "fromarray", noted)
+    page = report_html(steady(state))
+    drawings = re.findall(r"<svg\b.*?</svg>|<div class=.ticks.*?</div>", page, re.DOTALL)
+    assert [*pictures, *(re.sub('base64,[^"]+', "", drawing) for drawing in drawings)] == snapshot
