@@ -162,20 +162,17 @@ def table(
     rows: Iterable[Sequence[Any]],
     *,
     words: int | Sequence[str] = 1,
-    whole: Sequence[str] | None = None,
     marks: Mapping[str, str] = NO_MARKS,
     notes: Iterable[str] = (),
 ) -> Table:
     """A table of cells as people read them.
 
-    ``words`` are names of the columns of words, or how many come first; ``whole`` names the columns that are never
-    broken over lines, the first one if nothing is said; ``marks`` is column -> mark.
+    ``words`` are names of the columns of words, or how many come first; the first column is never broken over lines;
+    ``marks`` is column -> mark.
     """
     worded = head[:words] if isinstance(words, int) else words
-    unbroken = head[:1] if whole is None else whole
     columns = (
-        Column(name, str if name in worded else float, mark=marks.get(name, ""), whole=name in unbroken)
-        for name in head
+        Column(name, str if name in worded else float, mark=marks.get(name, ""), whole=name == head[0]) for name in head
     )
     return Table(tuple(columns), tuple(tuple(row) for row in rows), title, tuple(notes))
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from replay.comparison.contact_counts import ContactCounts, count_contacts
+from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.outcome import Comparison, Episode, Outcome
 
 
@@ -50,8 +50,7 @@ class EpisodeMatches:
 
 
 def match_episodes(
-    comparison: Comparison, truth: Sequence[Episode], found: Sequence[Episode], *, counts: ContactCounts | None = None,
-    reach: int = 0,
+    comparison: Comparison, truth: Sequence[Episode], found: Sequence[Episode], counts: ContactCounts, reach: int = 0
 ) -> EpisodeMatches:  # fmt: skip
     """Match the contacts of a subject with those of the oracle.
 
@@ -59,7 +58,7 @@ def match_episodes(
     ----------
     comparison : the same two detections frame by frame; says which unmatched contacts are excused.
     truth, found : episodes of the oracle and of the subject, in order.
-    counts : what became of the oracle's contacts, where that was counted already.
+    counts : what became of the oracle's contacts.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
     held, held_found = (_held(comparison, some) for some in (truth, found))
@@ -67,7 +66,7 @@ def match_episodes(
     of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
     extra = [(number, one) for number, one in enumerate(found, 1) if number not in of_found.keys() | held_found]
-    missed = (counts or count_contacts(comparison, truth)).missed_numbers
+    missed = counts.missed_numbers
     outcome = comparison.outcome
     invented = [
         number for number, one in extra if (outcome[one.first : one.last + 1, one.pair] == Outcome.INVENTED).any()

@@ -188,7 +188,7 @@ def _audited(
                 comparison,
                 truth,
                 found[label],
-                counts=counts[label],
+                counts[label],
                 reach=int((runs[label].detection.covers, runs[oracle].detection.covers) == ("instants", "intervals")),
             )
             for label, comparison in comparisons.items()

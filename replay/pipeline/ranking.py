@@ -124,7 +124,7 @@ def range_words(counts: Range) -> str:
     return str(smallest) if smallest == largest else f"{smallest}-{largest}"
 
 
-def false_words(share: Share | None, unconfirmed: bool = False, whose: str = "its") -> str:
+def false_words(share: Share | None, unconfirmed: bool, whose: str) -> str:
     """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.

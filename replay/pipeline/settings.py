@@ -118,7 +118,7 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
     return Lineup((*specs, trusted), trusted.label, labels)
 
 
-def usual_detectors(session: Session, step_rate: float = STEP_RATE) -> tuple[DetectorSpec, ...]:
+def usual_detectors(session: Session, step_rate: float) -> tuple[DetectorSpec, ...]:
     """What is asked unasked, as an engine of this step rate would ask it.
 
     The reports that an engine recorded, if there are any; the colliders recorded with the bodies or else convex hulls,

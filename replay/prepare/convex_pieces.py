@@ -65,17 +65,17 @@ def convex_pieces(mesh: TriangleMesh, most: int) -> tuple[TriangleMesh, ...]:
     return tuple(within_triangles(piece) for corners in _kept(mesh, most) if (piece := hull_of(corners)) is not None)
 
 
-def within_triangles(piece: TriangleMesh, most: int = MOST_TRIANGLES) -> TriangleMesh:
-    """A convex solid of at most so many triangles: the hull of those of its corners that leave least outside."""
+def within_triangles(piece: TriangleMesh) -> TriangleMesh:
+    """A convex solid with as few triangles as engines take: the hull of the corners that leave least outside."""
     corners = piece.vertices
-    if len(piece.faces) <= most:
+    if len(piece.faces) <= MOST_TRIANGLES:
         return piece
     ways = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)], dtype=np.float64) - 1.0
     chosen = np.unique((corners @ ways.T).argmax(axis=0))
     while (hull := hull_of(corners[chosen])) is not None:
         outside = beyond_planes(corners, hull)
         # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
-        if 2 * (len(chosen) + 1) - 4 > most:
+        if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES:
             return hull
         chosen = np.union1d(chosen, outside.argmax())
     return piece

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -40,8 +40,8 @@ class NoiseSpec:
     """The noise asked for: ``usual`` of all trackers but those that ``own`` names; ``copies`` are drawn."""
 
     copies: int
-    usual: TrackerNoise | None = None
-    own: Mapping[str, TrackerNoise] = field(default_factory=dict)
+    usual: TrackerNoise | None
+    own: Mapping[str, TrackerNoise]
 
 
 def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:

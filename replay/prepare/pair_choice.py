@@ -30,7 +30,7 @@ def rest_frames(scene: Scene, names: Sequence[str], moves: Mapping[str, bool]) -
 
 
 def chosen_pairs(
-    scene: Scene, names: Sequence[str], moves: Mapping[str, bool], asked: Sequence[tuple[str, str]] | None = None
+    scene: Scene, names: Sequence[str], moves: Mapping[str, bool], asked: Sequence[tuple[str, str]] | None
 ) -> NDArray[np.int64]:
     """The pairs to examine, (P, 2) body numbers, first below second, in order.
 

@@ -195,7 +195,7 @@ class Ledger:
 
     def flow(
         self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
-        over: BoolArray | None = None,
+        over: BoolArray,
     ) -> None:  # fmt: skip
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
@@ -203,18 +203,17 @@ class Ledger:
         frame; where something runs over, reacts slowly or grows warm it goes in `LUMPS` steps.
         """
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
-        late = np.zeros(len(ends), dtype=np.bool_) if over is None else over
         getting = {target for _, target in ends}
-        chained = any(source in getting for (source, _), brim in zip(ends, late, strict=True) if not brim)
+        chained = any(source in getting for (source, _), brim in zip(ends, over, strict=True) if not brim)
         slow = any(self._reacts_slowly(place, ends) for place in getting.union(source for source, _ in ends))
-        if not (chained or late.any() or slow or self.warmth.followed):
+        if not (chained or over.any() or slow or self.warmth.followed):
             self._flow(frames, times, ends, volume_ml)
             return
         count = len(frames) if chained else min(len(frames), LUMPS)
         for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
             part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
             for brim in (False, True):
-                moving = np.flatnonzero((late == brim) & (part > 0.0))
+                moving = np.flatnonzero((over == brim) & (part > 0.0))
                 if len(moving):
                     self._flow(frames[last], times[last], [ends[k] for k in moving.tolist()], part[None, moving])
 

@@ -30,7 +30,7 @@ def cooled(
 
 
 def warmed(
-    times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float, boils: float = np.inf
+    times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float, boils: float
 ) -> FloatArray:
     """Temperature (n,) at each time, from ambient at the first; power (n,) holds from its time to the next.
 

@@ -66,7 +66,7 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
         *(by_hand([o for o, _ in column[:size]], [s for _, s in column[:size]]) for column in (first, second))
     )
     assert (one.in_part, one.missed, one.undecided, one.contacts) == (*hand[:3], hand.sum())
-    assert one.missed_numbers == list(match_episodes(comparison, truth, found).missed)
+    assert one.missed_numbers == list(match_episodes(comparison, truth, found, one).missed)
     lost = stretches(comparison, truth)
     assert one.missed_numbers == sorted({miss.episode for miss in lost if miss.kind == NEVER_FOUND})
     assert one.in_part == len({miss.episode for miss in lost}) - one.missed

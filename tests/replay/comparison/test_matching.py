@@ -5,12 +5,14 @@ from scipy.optimize import linear_sum_assignment
 from support.small_worlds import verdict_column
 
 from replay.comparison.compare import compare
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 
 
 def matched(subject, oracle, within=None, reach=0):
-    return match_episodes(compare(subject, oracle, within=within), episodes(oracle), episodes(subject), reach=reach)
+    comparison, truth = compare(subject, oracle, within=within), episodes(oracle)
+    return match_episodes(comparison, truth, episodes(subject), count_contacts(comparison, truth), reach)
 
 
 def columns(subject, oracle, **more):
@@ -63,7 +65,7 @@ def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
         [[max(0, min(a.last, b.last) - max(a.first, b.first) + 1) for b in found] for a in truth]
     ).reshape(len(truth), len(found))
     rows, partners = linear_sum_assignment(weight, maximize=True)
-    got = match_episodes(compare(subject, oracle), truth, found)
+    got = matched(subject, oracle)
     assert sum(m.overlap for m in got.matched) == weight[rows, partners].sum()
     assert len({m.truth for m in got.matched}) == len({m.found for m in got.matched}) == len(got.matched)
     assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)

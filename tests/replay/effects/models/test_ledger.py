@@ -24,7 +24,9 @@ BESIDE = re.compile(rf"{BROUGHT}$|^({HEAT}|{STORED})$")
 def step(book, frame, time, moves):
     """Transfers of one frame, all from the state before it."""
     volumes = np.array([[volume for *_, volume in moves]])
-    book.flow(np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes)
+    book.flow(
+        np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes, np.zeros(len(moves), dtype=bool)
+    )
 
 
 def makeup(columns):
@@ -82,7 +84,7 @@ def a_world(seed, warm):
             count = int(rng.integers(1, 50))
             frames = frame + np.arange(count)
             parts = rng.dirichlet(np.ones(count)) * there
-            book.flow(frames, frames * 0.01, [pair], parts[:, None])
+            book.flow(frames, frames * 0.01, [pair], parts[:, None], np.zeros(1, dtype=bool))
             frame += count
         yield book
 
