@@ -46,6 +46,7 @@ WITHOUT_KERNELS = (
 LAST = (
     "tests/.ci/test_real_engines",
     "tests/.github",
+    "tests/acceptance/test_thin_wall",
     "tests/architecture/test_documents",
     "tests/bench",
     "tests/cdcore",

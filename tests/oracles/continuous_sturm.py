@@ -6,77 +6,61 @@ times run from 0 to 1, both ends included. A time is told as a pair of fractions
 """
 
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise, product
+from math import gcd, lcm
+
+import numpy as np
+from numpy.polynomial.polynomial import polyadd, polyder, polydiv, polymul, polysub
 
 WIDTH = Fraction(1, 2**60)
 """Width to which a time of contact is narrowed."""
 
 
-# polynomials: coefficients from the constant one up, without trailing zeros; [] is zero
+# polynomials: whole numbers from the constant coefficient up, without trailing zeros; a positive factor counts for
+# nothing
 
 
-def trimmed(p):
-    while p and p[-1] == 0:
-        p = p[:-1]
-    return p
+def polynomial(*coefficients):
+    return np.array(coefficients, dtype=object)
 
 
-def plus(p, q):
-    size = max(len(p), len(q))
-    return trimmed([(p[k] if k < len(p) else 0) + (q[k] if k < len(q) else 0) for k in range(size)])
+def divided(p, q):
+    """Quotient and remainder."""
+    return [whole(part) for part in polydiv(Fraction(1) * p, Fraction(1) * q)]
 
 
-def minus(p, q):
-    return plus(p, [-c for c in q])
-
-
-def times(p, q):
-    if not p or not q:
-        return []
-    out = [0] * (len(p) + len(q) - 1)
-    for (i, a), (j, b) in product(enumerate(p), enumerate(q)):
-        out[i + j] += a * b
-    return trimmed(out)
+def whole(p):
+    bottom = lcm(*(c.denominator for c in p))
+    numbers = [int(c * bottom) for c in p]
+    return polynomial(*(c // (gcd(*numbers) or 1) for c in numbers))
 
 
 def value(p, at):
-    total = Fraction(0)
-    for c in reversed(p):
-        total = total * at + c
+    """A positive multiple of the value at a fraction."""
+    total, scale = 0, 1
+    for c in p[::-1].tolist():
+        total = total * at.numerator + c * scale
+        scale *= at.denominator
     return total
 
 
-def remainder(p, q):
-    p = [Fraction(c) for c in p]
-    while len(p) >= len(q):
-        factor = p[-1] / q[-1]
-        p = trimmed([c - factor * q[k - len(p) + len(q)] if k >= len(p) - len(q) else c for k, c in enumerate(p)][:-1])
+def common(p, q):
+    while q.any():
+        p, q = q, divided(p, q)[1]
     return p
 
 
-def quotient(p, q):
-    p, out = [Fraction(c) for c in p], [Fraction(0)] * (len(p) - len(q) + 1)
-    while len(p) >= len(q):
-        factor, shift = p[-1] / q[-1], len(p) - len(q)
-        out[shift] = factor
-        p = trimmed([c - factor * q[k - shift] if k >= shift else c for k, c in enumerate(p)][:-1])
-    return out
+def square_free(p):
+    return divided(p, common(p, polyder(p)))[0]
 
 
-def common(p, q):
-    while q:
-        p, q = q, remainder(p, q)
-    return [Fraction(c) / p[-1] for c in p]
-
-
-def slope(p):
-    return trimmed([k * c for k, c in enumerate(p)][1:])
-
-
-def chain_of(p):
-    chain = [p, slope(p)]
-    while chain[-1]:
-        chain.append([-c for c in remainder(chain[-2], chain[-1])])
+def sturm_chain(p):
+    """Of the square-free part."""
+    free = square_free(p)
+    chain = [free, polyder(free)]
+    while chain[-1].any():
+        chain.append(-divided(chain[-2], chain[-1])[1])
     return chain[:-1]
 
 
@@ -90,38 +74,39 @@ class Root:
 
     def __init__(self, p, low, high):
         self.p, self.low, self.high = p, low, high
-        self.chain = chain_of(p)
+        self.above = value(p, high)
+        if self.above == 0:
+            self.low = high
 
     def halve(self):
         if self.low == self.high:
             return
-        if value(self.p, self.high) == 0:
-            self.low = self.high
-            return
         middle = (self.low + self.high) / 2
-        if changes(self.chain, self.low) - changes(self.chain, middle) == 1:
+        at = value(self.p, middle)
+        if at == 0:
+            self.low = self.high = middle
+        elif (at < 0) == (self.above < 0):
             self.high = middle
         else:
             self.low = middle
 
     def sign(self, g):
         """Sign of another polynomial at the root."""
-        if not g:
+        if not g.any():
             return 0
         shared = common(self.p, g)
-        if len(shared) > 1 and self.holds(shared):
+        if len(shared) > 1 and self.holds(shared, sturm_chain(shared)):
             return 0
-        while self.low != self.high and (value(g, self.low) == 0 or self.holds(g)):
+        chain = sturm_chain(g)
+        while self.low != self.high and (value(g, self.low) == 0 or self.holds(g, chain)):
             self.halve()
         at = value(g, self.high)
         return (at > 0) - (at < 0)
 
-    def holds(self, g):
+    def holds(self, g, chain):
         """Whether a polynomial has a root in (low, high], or at the root itself where it is known."""
         if self.low == self.high:
             return value(g, self.high) == 0
-        free = quotient(g, common(g, slope(g))) if len(g) > 1 else g
-        chain = chain_of(free) if len(free) > 1 else [free]
         return changes(chain, self.low) != changes(chain, self.high)
 
     def narrowed(self):
@@ -134,18 +119,15 @@ def roots(p):
     """Roots of a polynomial that is not zero in [0, 1], in order."""
     found = []
     if value(p, 0) == 0:
-        found.append(Root([0, 1], Fraction(0), Fraction(0)))
+        found.append(Root(polynomial(0, 1), Fraction(0), Fraction(0)))
     if len(p) < 2:
         return found
-    free = quotient(p, common(p, slope(p)))
-    if len(free) < 2:
-        return found
-    chain = chain_of(free)
+    chain = sturm_chain(p)
 
     def isolate(low, high):
         count = changes(chain, low) - changes(chain, high)
         if count == 1:
-            found.append(Root(free, low, high))
+            found.append(Root(chain[0], low, high))
         elif count > 1:
             middle = (low + high) / 2
             isolate(low, middle)
@@ -159,23 +141,20 @@ def roots(p):
 
 
 def sub(a, b):
-    return [minus(x, y) for x, y in zip(a, b, strict=True)]
+    return [polysub(x, y) for x, y in zip(a, b, strict=True)]
 
 
 def dot(a, b):
-    out = []
-    for x, y in zip(a, b, strict=True):
-        out = plus(out, times(x, y))
-    return out
+    return reduce(polyadd, map(polymul, a, b))
 
 
 def cross(a, b):
-    return [minus(times(a[(k + 1) % 3], b[(k + 2) % 3]), times(a[(k + 2) % 3], b[(k + 1) % 3])) for k in range(3)]
+    return [polysub(polymul(a[(k + 1) % 3], b[(k + 2) % 3]), polymul(a[(k + 2) % 3], b[(k + 1) % 3])) for k in range(3)]
 
 
 def moving(before, after):
     """A corner on its way, from integer triples."""
-    return [trimmed([int(a), int(b) - int(a)]) for a, b in zip(before, after, strict=True)]
+    return [polyadd(polynomial(int(a)), polynomial(0, int(b) - int(a))) for a, b in zip(before, after, strict=True)]
 
 
 def on_edge(root, q, x, y):
@@ -189,13 +168,13 @@ def earliest(found, boundaries, touches):
     """The first time at which ``touches`` holds among the roots of the contact polynomial, or where it vanishes always,
     among those of the boundaries and both ends.
     """
-    if found:
+    if found.any():
         candidates = roots(found)
     else:
-        candidates = [Root([0, 1], Fraction(0), Fraction(0)), Root([-1, 1], Fraction(1), Fraction(1))]
-        candidates += [root for p in boundaries if p for root in roots(p)]
-    times_ = [root.narrowed() for root in candidates if touches(root)]
-    return min(times_, default=None)
+        candidates = [Root(polynomial(-end, 1), Fraction(end), Fraction(end)) for end in (0, 1)]
+        candidates += [root for p in boundaries if p.any() for root in roots(p)]
+    times = (root.narrowed() for root in candidates if touches(root))
+    return next(times, None) if found.any() else min(times, default=None)
 
 
 def point_face(p, a, b, c):
@@ -203,7 +182,7 @@ def point_face(p, a, b, c):
     e1, e2, r = sub(b, a), sub(c, a), sub(p, a)
     n = cross(e1, e2)
     nn, wc, wb = dot(n, n), dot(cross(e1, r), n), dot(cross(r, e2), n)
-    wa = minus(minus(nn, wb), wc)
+    wa = polysub(polysub(nn, wb), wc)
     edges = [(a, b), (b, c), (c, a)]
 
     def touches(root):
@@ -224,16 +203,16 @@ def edge_edge(a0, a1, b0, b1):
 
     def touches(root):
         if root.sign(nn) > 0:
-            return all(root.sign(g) >= 0 for g in (s, t, minus(nn, s), minus(nn, t)))
+            return all(root.sign(g) >= 0 for g in (s, t, polysub(nn, s), polysub(nn, t)))
         return any(on_edge(root, q, x, y) for q, (x, y) in ends)
 
-    boundaries = [s, t, nn, minus(nn, s), minus(nn, t), *edge_boundaries(ends, nn)]
+    boundaries = [s, t, nn, polysub(nn, s), polysub(nn, t), *edge_boundaries(ends, nn)]
     return earliest(dot(w, n), boundaries, touches)
 
 
 def edge_boundaries(ends, nn):
     out = [dot(sub(q, x), sub(q, y)) for q, (x, y) in ends]
-    if not nn:
+    if not nn.any():
         out += [c for q, (x, y) in ends for c in cross(sub(y, x), sub(q, x))]
     return out
 

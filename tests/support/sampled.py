@@ -83,6 +83,6 @@ SAMPLED = {
     "test_probabilities_are_finite_not_negative_and_sum_to_one": 3,
     "test_triangles_that_meet_have_a_section_whose_ends_lie_on_both": 3,
     "test_it_turns_at_a_constant_rate_along_the_shorter_arc_between_ends_that_keep_every_bit": 3,
-    "test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so": 2,
+    "test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so": 3,
 }
 """Tests of many like cases: one case in so many is quick, the others run with the slow tests."""
