@@ -1,3 +1,4 @@
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -115,10 +116,6 @@ def engine_of(told, step=2):
     return replace(cubes(TAPS), live_contacts=tuple(reports))
 
 
-def causes_of(session):
-    return [miss.cause for miss in compute(session).misses["recorded"]]
-
-
 def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
     session = engine_of(lambda begin, end: (begin, end))
     usual = ["hull50", "mesh50", "paper"]
@@ -130,21 +127,20 @@ def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
     assert [*compute(replace(session, live_contacts=elsewhere)).comparisons] == usual
 
 
-def test_what_lies_between_the_steps_on_which_all_stamps_lie_is_missed_there():
-    assert causes_of(engine_of(lambda begin, end: (begin, end))) == ["between physics steps"] * 11
-
-
-def test_reports_that_begin_late_or_end_early_say_so():
-    late = causes_of(engine_of(lambda begin, end: (begin + 2, end)))
-    assert set(late) == {"late", "between physics steps"} and late.count("late") == 10
-    early = causes_of(engine_of(lambda begin, end: (begin - 1, end - 2)))
-    assert early.count("early") == 10
-
-
-@pytest.mark.parametrize(("by", "cause"), [(6, "late"), (-6, "early")])
-def test_what_is_said_at_another_time_as_a_whole_is_late_or_early(by, cause):
-    words = causes_of(engine_of(lambda begin, end: (begin + by, end + by), step=1))
-    assert words == [cause] * 10 + ["unexplained"]
+@pytest.mark.parametrize(
+    ("begins", "ends", "step", "causes"),
+    [
+        (0, 0, 2, {"between physics steps": 11}),
+        (2, 0, 2, {"late": 10, "between physics steps": 6}),
+        (-1, -2, 2, {"early": 10, "unexplained": 1}),
+        (6, 6, 1, {"late": 10, "unexplained": 1}),
+        (-6, -6, 1, {"early": 10, "unexplained": 1}),
+    ],
+    ids=["between steps", "begins late", "ends early", "late as a whole", "early as a whole"],
+)
+def test_a_miss_of_an_engine_lies_between_its_steps_or_its_reports_are_late_or_early(begins, ends, step, causes):
+    session = engine_of(lambda begin, end: (begin + begins, end + ends), step)
+    assert Counter(miss.cause for miss in compute(session).misses["recorded"]) == causes
 
 
 def test_the_steps_of_an_engine_are_read_from_its_stamps_where_they_lie_on_a_grid():
