@@ -61,9 +61,8 @@ class Fault:
 
     def corners(self, body: int) -> FloatArray:
         """The triangles (F, 3, 3) of a body in the last frame."""
-        triangles = self.bodies[body].mesh.triangles
         pose = self.motion.rotations[-1, body], self.motion.translations[-1, body]
-        return place_points(triangles.reshape(-1, 3), *pose).reshape(-1, 3, 3)
+        return place_points(self.bodies[body].mesh.triangles, *pose)
 
 
 def of_run(

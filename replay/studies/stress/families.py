@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, place_points
 from cdcore.transforms.rigid import rotation_from_quaternion
 
 Start = Callable[[Generator, int], FloatArray]
@@ -222,9 +222,7 @@ def _thin_wall(rng: Generator, t: FloatArray) -> None:
 
 
 def _rounded_motion(rng: Generator, t: FloatArray) -> None:
-    turn, shift = random_rotations(rng, len(t))[:, None], rng.normal(0, 1, (len(t), 1, 3))
-    x, y, z = (t[..., None, k] for k in range(3))
-    t[:] = (turn[..., 0] * x + turn[..., 1] * y) + turn[..., 2] * z + shift
+    t[:] = place_points(t, random_rotations(rng, len(t)), rng.normal(0, 1, (len(t), 3)))
 
 
 def _glass_facets(rng: Generator, t: FloatArray) -> None:

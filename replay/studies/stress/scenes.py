@@ -67,10 +67,7 @@ def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
 def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
     """The face pairs (k, 2) that meet in a frame, from all there are, placed as every detector places them."""
     turns, moves = motion.rotations[frame], motion.translations[frame]
-    placed = (
-        place_points(body.mesh.triangles.reshape(-1, 3), turns[k], moves[k]).reshape(-1, 3, 3)
-        for k, body in enumerate(bodies)
-    )
+    placed = (place_points(body.mesh.triangles, turns[k], moves[k]) for k, body in enumerate(bodies))
     return meeting_faces_exhaustive(*placed)
 
 

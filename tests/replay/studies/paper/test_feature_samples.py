@@ -7,6 +7,7 @@ import pytest
 from replay.studies.paper import feature_samples
 from replay.studies.paper.feature_samples import BUDGET, SEARCHERS, SIZES, Drawn, feature_sample_tables
 from replay.studies.paper.fixtures import FAMILY_NAMES
+from replay.studies.paper.pictures import figure_8
 
 
 @pytest.mark.slow
@@ -28,9 +29,10 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
     assert least([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is least([], 0) is least([1, 2], 10) is None
 
 
-def test_misses_for_want_of_a_pair_and_misses_of_the_search_are_counted_apart():
+def test_misses_for_want_of_a_pair_and_misses_of_the_search_are_counted_apart_and_drawn():
     meeting = {size: [0, 1, 0, 2, 1] for size in SIZES}
     spent = {key: [9, None, BUDGET + 1] for key in product(SEARCHERS, SIZES)}
     coverage, search = feature_sample_tables([Drawn("torus-sphere", meeting, spent)])
     assert {row[2:5] for row in coverage.rows} == {(5, 2, 0.4)}
     assert {(*row[3:6], row[8]) for row in search.rows} == {(3, 2, 2 / 3, 0.2)}
+    assert figure_8({table.key: table for table in (coverage, search)}).startswith(b"\x89PNG")
