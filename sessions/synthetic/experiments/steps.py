@@ -4,9 +4,7 @@ Pour, stir, swirl, rap, come close; a titration; the flame test; collecting a ga
 chemistry makes of it all, from formulas, written down as facts.
 """
 
-import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -317,34 +315,21 @@ def collect_gas(lab: Lab) -> None:
     lab.put_back("right", float(over[1]), rest=True)
 
 
-# g/mol, from Ag 107.868, Cl 35.45, Ca 40.078, C 12.011, O 15.999 (IUPAC standard atomic weights, abridged, 2021).
-SILVER_CHLORIDE_G_MOL = 143.32
-MARBLE_G_MOL = 100.086
-# NH3(aq) + H+ -> NH4+: -132.51 + 80.29 kJ/mol (NBS tables, 1982).
-AMMONIA_J_MOL = 52.22e3
-
-
-def note_precipitate(lab: Lab, vessel: str) -> None:
-    """All silver that was poured falls out as chloride."""
-    _, moles = _poured(lab)
-    _since_poured(lab, "precipitate", vessel, formula="AgCl", moles=moles, mass_g=moles * SILVER_CHLORIDE_G_MOL)
-
-
-def note_dissolved(lab: Lab, vessel: str) -> None:
-    """Acid in excess takes all of the marble, two protons for each carbonate; what is left over gives the pH."""
-    marble_g, (poured_ml, moles) = lab.held_by(vessel)["solid"]["mass_g"], _poured(lab)
-    left = moles - 2.0 * marble_g / MARBLE_G_MOL
-    ph = -math.log10(left / (poured_ml * 1e-3))
-    _since_poured(lab, "dissolve", vessel, formula="CaCO3", mass_g=marble_g, ph=ph)
-
-
-def note_warmed(lab: Lab, vessel: str) -> None:
-    """Ammonia is in excess: each proton of the acid gives its heat to liquids and vessel."""
-    heat, held, (poured_ml, moles) = lab.declared("heat"), lab.held_by(vessel), _poured(lab)
-    given = moles * AMMONIA_J_MOL
-    liquids = heat["heat_capacity_j_per_ml_k"] * (held["liquid"]["volume_ml"] + poured_ml)
-    warmest = heat["ambient_c"] + given / (liquids + held["heat_capacity_j_per_k"])
-    _since_poured(lab, "temperature", vessel, from_c=heat["ambient_c"], to_c=warmest)
+def note(
+    lab: Lab,
+    kind: str,
+    bodies: Sequence[str],
+    since: str,
+    *,
+    until: str = "",
+    after: float = 0.0,
+    **values: float | str,
+) -> None:
+    """Write down what follows from what was done: since the last fact of a kind about the first of the bodies, or so
+    many seconds ``after`` it, until the last fact of another kind, or ``now``; without one it is a moment."""
+    start = lab.last(since, bodies[0]).start + after
+    end = lab.now if until == "now" else lab.last(until).start if until else start
+    lab.fact(kind, start, end, bodies, **values)
 
 
 def note_wrong_order(lab: Lab) -> None:
@@ -353,47 +338,15 @@ def note_wrong_order(lab: Lab) -> None:
     lab.fact("wrong_order", pour.start, pour.end, pour.bodies, water_ml=pour.values["volume_ml"])
 
 
-def note_white(lab: Lab, vessel: str) -> None:
-    """When the salt has lost its water: m c dT/dt = P - k (T - Ta) since it was set over the flame."""
-    heat, capacity, set_down = _over_flame(lab, vessel)
-    loss = heat["loss_w_per_k"]
-    dried = set_down - capacity / loss * np.log1p(-(heat["turns_c"] - heat["ambient_c"]) * loss / heat["power_w"])
-    lab.fact("white", float(dried), float(dried), (vessel,), celsius=heat["turns_c"])
-
-
 def note_burn(lab: Lab, vessel: str, hand: str) -> None:
     """The latest touch burns the hand, by the temperature that the vessel has by then."""
     touch = max(lab.episodes(np.inf), key=lambda episode: episode.possibly).nominal
     assert touch is not None
-    heat, capacity, set_down = _over_flame(lab, vessel)
-    loss = heat["loss_w_per_k"]
+    heat, capacity = lab.declared("heat"), lab.held_by(vessel)["heat_capacity_j_per_k"]
+    loss, set_down = heat["loss_w_per_k"], lab.last("release", vessel).start
     warmed = 1.0 - float(np.exp(-(touch[0] - set_down) * loss / capacity))
     hot = float(heat["ambient_c"] + heat["power_w"] / loss * warmed)
     lab.fact("burn", *touch, (vessel, hand), surface_c=hot, seconds=touch[1] - touch[0])
-
-
-def note_heated(lab: Lab, vessel: str, lamp: str) -> None:
-    """The vessel was over the flame until now."""
-    _, _, set_down = _over_flame(lab, vessel)
-    mass = lab.held_by(vessel)["solid"]["mass_g"]
-    lab.fact("heat", set_down, lab.last("grasp").start, (vessel, lamp), salt_g=mass)
-
-
-def _poured(lab: Lab) -> tuple[float, float]:
-    """Millilitres and moles of the last pour."""
-    values = lab.last("pour").values
-    millilitres, source = float(values["volume_ml"]), str(values["source"])
-    return millilitres, millilitres * 1e-3 * lab.held_by(source)["liquid"]["molar"]
-
-
-def _since_poured(lab: Lab, kind: str, vessel: str, **values: float | str) -> None:
-    lab.fact(kind, lab.last("pour").start, lab.now, (vessel,), **values)
-
-
-def _over_flame(lab: Lab, vessel: str) -> tuple[Any, float, float]:
-    """The declared heating, the vessel's heat capacity (J/K), and when it was set down over the flame."""
-    capacity = lab.held_by(vessel)["heat_capacity_j_per_k"]
-    return lab.declared("heat"), capacity, lab.last("release", vessel).start
 
 
 def looking(time: float, eyes: Array, at: ArrayLike) -> Key:
