@@ -61,13 +61,10 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
     first = result.answers[0]
     yield Text()
     yield Paragraph("", first.sentence, STYLES[_mark(result)])
-    if first.why:
-        yield Paragraph("  Why   ", first.why)
-    if first.fix is not None:
-        yield Paragraph("  Fix   ", first.fix.words)
-        folder = str(result.out or RUN)
-        if first.fix.command:
-            yield Command(first.fix.command.replace(SESSION, quote(recording)).replace(RUN, quote(folder)))
+    for name, words, command in first.reasons:
+        yield Paragraph(f"  {name:<6}", words)
+        if command:
+            yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
     busy = busy_words(result.summary)  # the ranking says it
     for number, words in enumerate(words for words in price(result) if words != busy):
         yield Paragraph("        " if number else "  Cost  ", words)

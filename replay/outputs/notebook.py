@@ -67,10 +67,11 @@ def run_html(result: RunResult) -> str:
         parts += [f"<p>{escape(words)}</p>" for words in undecided(result)]
     if result.answers:
         first = result.answers[0]
-        words = [("", first.sentence), ("Why: ", first.why), ("Fix: ", first.fix.words if first.fix else "")]
-        parts += [f"<p><b>{before}</b>{escape(text)}</p>" for before, text in words if text]
-        if first.fix and first.fix.command:
-            parts.append(f"<pre>{escape(_command(first.fix.command, result))}</pre>")
+        parts.append(f"<p>{escape(first.sentence)}</p>")
+        for name, words, command in first.reasons:
+            parts.append(f"<p><b>{name}: </b>{escape(words)}</p>")
+            if command:
+                parts.append(f"<pre>{escape(_command(command, result))}</pre>")
         parts.append(f"<p><b>Cost: </b>{escape(' '.join(price(result)))}</p>")
     if result.out is None:
         parts.append(f"<p>{escape(_where(result))}</p>")

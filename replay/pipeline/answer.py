@@ -59,6 +59,12 @@ class Answer:
     fix: Fix | None = None
     moment: KeyMoment | None = None
 
+    @property
+    def reasons(self) -> list[tuple[str, str, str]]:
+        """``Why`` and ``Fix``, each with its words and its command; nothing where nothing is wrong."""
+        rows = [("Why", self.why, "")] if self.why else []
+        return rows if self.fix is None else [*rows, ("Fix", self.fix.words, self.fix.command)]
+
     def as_json(self) -> dict[str, Any]:
         """Plain data."""
         told = asdict(self)

@@ -108,11 +108,7 @@ def _where(view: RunView, fault: Fault) -> str:
 
 def _facts(view: RunView, answer: Answer, fault: Fault | None) -> Markup:
     """Why, fix, cost, and how to see it."""
-    rows: list[tuple[str, object]] = []
-    if answer.why:
-        rows.append(("Why", answer.why))
-    if answer.fix is not None:
-        rows.append(("Fix", joined([answer.fix.words, command_of(answer.fix.command, view)])))
+    rows = [(name, joined(filter(None, [words, command_of(command, view)]))) for name, words, command in answer.reasons]
     if words := cost(view.summary, view.oracle):
         small = " ".join(line for line in (TIMES_ARE, busy_words(view.summary)) if line)
         rows.append(("Cost", joined([words, element("small", small)])))

@@ -80,10 +80,10 @@ def _lead(view: RunView, answer: Answer) -> Markup:
 
 def _reasons(view: RunView, answer: Answer) -> Markup:
     """Why and fix of a detector that is not the worst."""
-    lines = [element("p", element("b", "Why "), answer.why)] if answer.why else []
-    if answer.fix is not None:
-        lines.append(element("p", element("b", "Fix "), f"{answer.fix.words} ", command_of(answer.fix.command, view)))
-    return joined(lines)
+    return joined(
+        element("p", element("b", f"{name} "), f"{words} ", command_of(command, view))
+        for name, words, command in answer.reasons
+    )
 
 
 def effect_section(view: RunView, curves: Sequence[Markup]) -> Iterator[Section]:

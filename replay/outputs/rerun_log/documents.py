@@ -55,11 +55,8 @@ def _heading(sentence: str) -> str:
 
 def _reasons(answer: Answer) -> list[str]:
     """Why, and what mends it."""
-    parts = [f"**Why** {answer.why}"] if answer.why else []
-    if answer.fix is not None:
-        command = f" `{answer.fix.command}`" if answer.fix.command else ""
-        parts.append(f"**Fix** {answer.fix.words}{command}")
-    return parts
+    rows = [(f"**{name}** {words}", command) for name, words, command in answer.reasons]
+    return [f"{words} `{command}`" if command else words for words, command in rows]
 
 
 def ranking_text(result: RunResult) -> str:
