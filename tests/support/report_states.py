@@ -8,6 +8,7 @@ from html import unescape
 
 import numpy as np
 from support.lettered_worlds import run
+from support.planted_faults import FAULTS, clean
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report.page import report_html
@@ -42,8 +43,19 @@ STATES = {
     "effects beside an audit": lambda: compute(
         cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=SCENE), detectors="exact", oracle="hybrid"
     ),
+    "findings": lambda: doubtful(),
     "nine pairs": lambda: compute(cubes({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
 }  # fmt: skip
+
+
+def doubtful():
+    """A frozen hand that is filled in, and a pose that is no number and left out."""
+    draft = clean()
+    FAULTS["frozen pose"](draft, 1, 300)
+    FAULTS["nan position"](draft, 0, 500)
+    return compute(
+        draft.session(), detectors="sphere", oracle="none", policy=["frozen=interpolate:2", "not-finite=drop"]
+    )
 
 
 @cache
@@ -112,5 +124,6 @@ def read_page(page):
     text = unescape(re.sub("<[^>]*>", "", page))
     text = re.sub(r"The machine was busy \(.*?\): run again for reliable times\.", "", text)
     text = re.sub(r"(?<![\w.])[\d.]+( ms|(?= % of a 90 Hz frame))", r"#\1", text)
+    text = re.sub(r"\b[0-9a-f]{16}\b", "#", text)  # made of all digits of every pose
     lines = (" ".join(line.split()) for line in text.splitlines())
     return "\n".join(line for line in lines if line)

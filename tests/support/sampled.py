@@ -50,7 +50,6 @@ SAMPLED = {
     "test_acids_solids_and_gas_agree_with_the_balance_of_charges_in_forty_digits": 3,
     "test_what_falls_breaks_a_fifth_above_the_threshold_and_never_below": 2,
     "test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall": 3,
-    "test_every_number_of_the_page_is_in_the_summary_or_in_a_table": 4,
     "test_each_row_says_what_an_audit_of_its_setting_says": 2,
     "test_a_detector_answers_alike_on_both_sides_of_an_hour": 2,
     "test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search": 2,
