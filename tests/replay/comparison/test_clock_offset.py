@@ -84,6 +84,13 @@ def test_a_drift_is_found_said_and_undone(contacts, span, drift, seed):
         assert all(min(abs(one - true) for true in truth[key]) < 0.02 for one in placed)
 
 
+@pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
+def test_a_drift_is_looked_for_through_three_contacts_and_no_fewer(ends, drift):
+    truth = {BEGIN: [0.0, 5.0, 10.0], END: [0.5, 5.7, 10.9]}
+    reported = {key: [(moment - 7.0) / 1.02 for moment in moments] for key, moments in truth.items()}
+    assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)
+
+
 def test_a_clock_without_a_drift_is_given_none():
     rng, drifts = np.random.default_rng(1), []
     for _ in range(100):

@@ -79,6 +79,17 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
     assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
 
 
+def test_what_acid_dissolves_of_a_solid_and_what_it_leaves_are_all_there_was():
+    bodies = (
+        glass("a", 60.0, solute="HCl", molar=1.0),
+        glass("b", 1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),
+    )
+    marble = reaction("CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"), ("precipitation", {"solid": "CaCO3", "colour": "white"})
+    (event,) = poured([0.0, 60.0, 60.0], bodies, MIXED, *marble)["precipitation"].events
+    assert event.name == "dissolved" and 1.0 < event.values["left_g"] < 5.0
+    assert event.values["mass_g"] + event.values["left_g"] == pytest.approx(5.0, rel=1e-4)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.25])
 def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_along(share):
     bodies = (glass("a", 20.0, solute="AgNO3", molar=0.1), glass("b", 20.0, solute="NaCl", molar=0.1), glass("c"))
