@@ -42,9 +42,9 @@ def at_frame(mask: BoolArray, frame: int) -> bool:
 def _frames_late(said: BoolArray, true: BoolArray, times: FloatArray) -> int:
     """By how many frames ``said`` comes after ``true``; 0: by no constant number."""
     frames = len(said)
-    most = int(np.searchsorted(times, times[0] + LATEST)) if frames else 0
+    most = int(np.searchsorted(times, times[0] + LATEST))
     # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
     wrong = [int((said[by:] != true[: frames - by]).sum() + said[:by].sum()) for by in range(most)]
-    by = int(np.argmin(wrong)) if wrong else 0
+    by = int(np.argmin(wrong))
     # What is only lost, and never said too long, is not late.
     return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((said & ~true).any()) else 0

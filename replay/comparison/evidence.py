@@ -60,7 +60,7 @@ def longest_cuts(
     places : (pair, first, last) of every stretch.
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
-    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
+    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // len(places)))
     frames = {place: looks(place[1], place[2], most) for place in places}
     middles = [body.mesh.referenced_vertices for body in assembly.bodies]
     middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]

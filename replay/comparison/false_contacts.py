@@ -147,7 +147,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     from cdcore.narrow.mesh_stage import MeshStage
 
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
-    most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
+    most = min(LOOKS, LOOKS_IN_ALL // len(longest))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[FalseContact]()
     hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None

@@ -100,7 +100,7 @@ def recorded(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
     """Kind -> the numbers between the first and the last frame of the assembly; empty where there are none."""
     start, count = perf_counter(), len(assembly.motion)
     series = {}
-    for name, track in session.scalars.items() if count else ():
+    for name, track in session.scalars.items():
         times = (track.times_ns - assembly.first_ns) / 1e9
         first, last = assembly.motion.times[[0, -1]]
         rows = np.flatnonzero((times >= first) & (times <= last))

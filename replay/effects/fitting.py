@@ -72,7 +72,7 @@ def before(runs: IntArray, frame: int) -> IntArray:
 def velocities(times: FloatArray, places: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
     """Velocity (n, k) at frames (n,) from the nine samples around each that belong to its stretch; NaN below five."""
     near = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
-    rows = np.clip(near, 0, max(0, len(times) - 1))
+    rows = np.clip(near, 0, len(times) - 1)
     inside = (near == rows) & (runs[rows] == runs[frames, None]) & (runs[frames, None] >= 0)
     since = np.where(inside, times[rows] - times[frames, None], 0.0)
     powers = inside[..., None] * since[..., None] ** np.arange(3)

@@ -25,8 +25,6 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
     name, lamp = declared["heats"], declared["source"]
     spans, times = steadied(_over(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
-    if not len(times):
-        return
     power = np.zeros(len(times))
     for begin, stop in spans:
         power[begin:stop] = declared["power_w"]

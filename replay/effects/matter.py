@@ -91,13 +91,12 @@ def _matter(inputs: EffectInputs) -> Matter:
     along = max((one["solids_along"] for one in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(along, _warmth(inputs, vessels))
     times = inputs.times
-    if len(times):
-        ledger.begin(float(times[0]))
-        for frames, streams, volume_ml in _parts(moved.streams, times):
-            pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
-            ledger.flow(frames, times[frames], pairs, volume_ml, over)
-        ledger.end(len(times) - 1, float(times[-1]))
-    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels if len(times)})
+    ledger.begin(float(times[0]))
+    for frames, streams, volume_ml in _parts(moved.streams, times):
+        pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
+        ledger.flow(frames, times[frames], pairs, volume_ml, over)
+    ledger.end(len(times) - 1, float(times[-1]))
+    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
 
 
 def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth:

@@ -41,8 +41,7 @@ class Movement:
 
 def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray) -> Series:
     """Of millilitres (T,) those at the frames of some streams, and at the first and the last frame."""
-    ends = np.array([0, len(times) - 1][: len(times)], dtype=np.int64)
-    rows = np.unique(np.concatenate([ends, *(one.frames for one in streams)]))
+    rows = np.unique(np.concatenate([[0, len(times) - 1], *(one.frames for one in streams)]))
     return Series(times[rows], volume_ml[rows], "mL")
 
 

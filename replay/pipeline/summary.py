@@ -138,7 +138,7 @@ def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> dict[str
 
 def _seconds(run: Run) -> dict[str, Any]:
     stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
-    frames = max(1, len(run.detection.times))
+    frames = len(run.detection.times)
     longest, whole = max(stages, key=stages.__getitem__, default=""), sum(stages.values())
     share = {"stage": longest, "share": stages[longest] / whole} if whole > 0 else None
     taken = {"prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames}

@@ -143,7 +143,7 @@ class NoisyCopies:
         Source: an Ornstein-Uhlenbeck process, stepped exactly.
         """
         gaps = np.diff(times, prepend=self._time)
-        self._time = float(times[-1]) if len(times) else self._time
+        self._time = float(times[-1])
         found = {}
         for root, noise in self.noise.noise.items():
             keep = np.exp(-gaps / noise.correlation_s)

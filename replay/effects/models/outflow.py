@@ -80,8 +80,6 @@ def volume_run_out(
     ``section``, ``head``: S of the column, m2, and the level above the outlet at the first time, metres.
     ``available``: what may run out, m3.
     """
-    if not len(times):
-        return np.zeros(0)
     opened = np.concatenate([[0.0], np.cumsum(0.5 * (area[1:] + area[:-1]) * np.diff(times))])
     top = float(np.sqrt(max(0.0, head)))
     fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * opened, top)

@@ -36,3 +36,9 @@ def test_ions_arrows_and_phases_are_read(text, reagents, phases):
 @pytest.mark.parametrize("formula", ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2"])
 def test_what_no_ions_make_stays_whole(formula):
     assert Chemistry().parts(formula) is None
+
+
+@pytest.mark.parametrize(("base", "part"), [("C5H5N", "C5H5N"), ("CH3COONa", "CH3COO-"), ("NaOH", "NaOH")])
+def test_a_base_of_a_scene_takes_protons_as_its_anion_or_itself(base, part):
+    chemistry = Chemistry(bases={base: 5.25})
+    assert chemistry.pka[part] == (5.25,) and chemistry.is_base(base)
