@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.geometry.rotations import IDENTITY
+from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.tracker import VIVE, disturbed
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)
@@ -17,3 +18,9 @@ def test_a_resting_tracker_errs_and_steps_as_real_ones_do():
     # A stationary VIVE tracker steps by 0.14 mm (median) from frame to frame.
     step = np.linalg.norm(np.diff(position, axis=0), axis=1)
     assert 0.00012 < np.median(step) < 0.00016
+
+
+def test_frames_that_follow_each_other_more_quickly_than_a_clock_strays_are_refused():
+    assert len(make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1)[0].frames) == 101
+    with pytest.raises(ValueError, match="lower the rate or use clock 'even'"):
+        make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1, jitter="steady")
