@@ -1,17 +1,12 @@
 """The guide's table of detectors is the one its detectors write."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
+from support.scripts import script
 
 from cdcore.detectors import DETECTORS, OPTIONAL
 from replay.guide.pages import page
 
-SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "choosing.py"
-specification = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
-command = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(command)
+command = script("choosing")
 BEGIN, END, choosing_table, with_table = command.BEGIN, command.END, command.choosing_table, command.with_table
 
 

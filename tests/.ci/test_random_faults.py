@@ -1,23 +1,15 @@
 """Faults are drawn by seed and planted alone, and the tests that should notice one are asked first."""
 
-import sys
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-
 import pytest
+from support import scripts
 
-PATH = Path(__file__).resolve().parents[2] / ".ci" / "random_faults.py"
 SOURCE = "def twice(a, b):\n    return a + b if a <= b and b else len('a < b') - 2\n"
 TEST = "from cdcore.small import twice\n\n\ndef test_it():\n    assert twice(1, 2) == 3 and twice(2, 1) == 3\n"
 
 
 @pytest.fixture(scope="module")
 def script():
-    spec = spec_from_file_location("random_faults", PATH)
-    sys.modules["random_faults"] = module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules["random_faults"]
+    return scripts.script("random_faults")
 
 
 @pytest.fixture

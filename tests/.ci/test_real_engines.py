@@ -1,22 +1,15 @@
 """An engine answers as its re-creation does, but near where contact begins; the page's tables are the command's."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 from support.rows import ENGINE_MODULE
+from support.scripts import script
 from support.shared_data import DATA, needs_data
 
 from replay.guide.pages import page
 from replay.prepare.assemble import assemble
 from sessions.synthetic.scenes import make_scene_session
 
-SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "real_engines.py"
-specification = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
-sys.path.append(str(SCRIPT.parent))  # where it finds its neighbours
-command = sys.modules[SCRIPT.stem] = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(command)
+command = script("real_engines")
 BEGIN, END, RECORDINGS, TWINS = command.BEGIN, command.END, command.RECORDINGS, command.TWINS
 with_table = command.with_table
 

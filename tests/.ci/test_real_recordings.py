@@ -1,27 +1,20 @@
 """The guide's page of real recordings says what its command makes of those that lie beside the checkout."""
 
-import importlib.util
 import re
 import shlex
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.scripts import script
 from support.shared_data import needs_data
 
 from replay.guide.pages import page
 
-SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "real_recordings.py"
-
 
 @pytest.fixture(scope="module")
 def command():
-    spec = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
-    module = sys.modules[SCRIPT.stem] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script("real_recordings")
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,9 @@
 """The counter of verbs and options counts what help shows, below groups too, and no more."""
 
-import runpy
-from pathlib import Path
-
 import click
+from support.scripts import script
 
-SIZES = runpy.run_path(str(Path(__file__).resolve().parents[2] / ".ci" / "sizes.py"))
+SIZES = vars(script("sizes"))
 
 
 def test_a_switch_of_a_verb_below_groups_is_one_option_and_what_is_hidden_or_common_is_none():

@@ -1,8 +1,10 @@
 """Effects of bodies at the limits: one frame, two, nobody there, everybody lost, a leap in every step, equal poses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from support.small_worlds import cube
+from support.small_worlds import along_x, cube
 
 from replay.pipeline.engine import compute
 from sessions import Session
@@ -28,18 +30,16 @@ WORLDS = {
 }  # fmt: skip
 
 
-def world(places, valid, kind, step_ns=11_000_000):
-    count = len(places)
-    stamps = np.arange(count, dtype=np.int64) * step_ns
-    place = np.zeros((count, 3))
-    place[:, 0] = places
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-    tracks = {"hand-left": Track(stamps, place, turn, valid), "pot": Track(stamps, np.zeros((count, 3)), turn)}
+def world(places, valid, kind):
+    stamps = np.arange(len(places)) * 11_000_000
+    tracks = {
+        "hand-left": Track(stamps, *along_x(places), valid),
+        "pot": Track(stamps, *along_x([0.0] * len(places))),
+    }
     bodies = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("pot", extra={"mass": 0.2}))
     scene = Scene(bodies=bodies, effects=(SceneEffect(kind, DECLARED[kind]),))
     session = Session.from_tracks(tracks, {name: cube() for name in tracks}, scene)
-    object.__setattr__(session, "hands", {"ann/left": HandTrack(stamps, np.ones(count))})
-    return session
+    return replace(session, hands={"ann/left": HandTrack(stamps, np.ones(len(places)))})
 
 
 @pytest.mark.parametrize("name", WORLDS)

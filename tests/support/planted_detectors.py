@@ -16,26 +16,25 @@ from cdcore.protocol.frame_detector import NoSettings
 class Planted:
     """The exact detector, its verdicts then spoilt by ``spoil``; reports no faces."""
 
-    name: ClassVar[str] = "planted"
-    online: ClassVar[bool] = False
-    Settings: ClassVar[type] = NoSettings
+    name = "planted"
+    online = False
+    Settings = NoSettings
 
     def __init__(self, bodies, pairs, settings):
         self.settings = settings
         self._exact = create_detector("exact", bodies, pairs=pairs)
 
     def detect(self, motion, *, faces=False):
-        detection = self._exact.detect(motion)
-        contact = counts_as_contact(detection.verdict)
-        verdict = np.where(self.spoil(contact.copy()), np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
-        verdict[detection.verdict == Verdict.NO_POSE] = Verdict.NO_POSE
-        return replace(detection, detector=self.name, verdict=verdict)
+        return self.spoilt(self._exact.detect(motion))
 
     def stream(self, motions, *, faces=False):
-        parts = list(motions)
-        whole = join([self._exact.detect(part) for part in parts])
-        verdict = self.spoil(counts_as_contact(whole.verdict))
-        yield replace(whole, verdict=np.where(verdict, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR)))
+        yield self.spoilt(join([self._exact.detect(part) for part in motions]))
+
+    def spoilt(self, detection):
+        contact = self.spoil(counts_as_contact(detection.verdict))
+        verdict = np.where(contact, np.uint8(Verdict.CONTACT), np.uint8(Verdict.CLEAR))
+        verdict[detection.verdict == Verdict.NO_POSE] = Verdict.NO_POSE
+        return replace(detection, detector=self.name, verdict=verdict)
 
     def spoil(self, contact):
         """Takes and gives (T, P) bool."""
