@@ -10,7 +10,7 @@ from typing import Final
 
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
-from replay.outputs.words import OUTCOME_WORDS, VERDICT_WORDS
+from replay.outputs.words import OUTCOME_WORDS
 from sessions.model.scene import Scene
 
 Rgba = tuple[int, int, int, int]
@@ -62,31 +62,25 @@ SERIES: Final[tuple[Rgba, ...]] = (
 Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""
 
-
-def looks(words: Mapping[int, str], colours: Mapping[int, Rgba]) -> Looks:
-    """Words and colours of the same states in one table."""
-    return {state: (word, colours[state]) for state, word in words.items()}
-
-
-OUTCOMES: Final = looks(
-    OUTCOME_WORDS,
-    {
+OUTCOMES: Final[Looks] = {
+    outcome: (OUTCOME_WORDS[outcome], colour)
+    for outcome, colour in {
         Outcome.BOTH: FOUND, Outcome.MISSED: MISSED, Outcome.INVENTED: INVENTED,
         Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES, Outcome.LEFT_OUT: FAINT,
         Outcome.HELD: HELD,
-    },
-)  # fmt: skip
+    }.items()
+}  # fmt: skip
 """States of an audit lane."""
 
-VERDICTS: Final = looks(
-    VERDICT_WORDS,
-    {
+VERDICTS: Final[Looks] = {
+    verdict: (verdict.name, colour)
+    for verdict, colour in {
         Verdict.CONTACT: FOUND, Verdict.CONTAINED: (38, 150, 150, 255), Verdict.CANDIDATE: (112, 132, 150, 255),
         Verdict.NOT_FOUND: FAINT, Verdict.UNRESOLVED: (150, 110, 60, 255), Verdict.INVALID: (120, 90, 60, 255),
         Verdict.NO_POSE: FAINT,
-    },
-)  # fmt: skip
-"""States of a detector lane."""
+    }.items()
+}  # fmt: skip
+"""States of a detector lane, in words of the glossary; CLEAR is a gap."""
 
 _BY_TAG: Final[tuple[tuple[str, Rgba], ...]] = (
     ("headset", (120, 150, 200, 26)),

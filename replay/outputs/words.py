@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from cdcore import Verdict
 from replay.comparison.outcome import Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = {
@@ -13,9 +12,6 @@ OUTCOME_WORDS: Final[Mapping[int, str]] = {
 }  # fmt: skip
 """Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
-
-VERDICT_WORDS: Final[Mapping[int, str]] = {one: one.name for one in Verdict if one != Verdict.CLEAR}
-"""Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
 
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""

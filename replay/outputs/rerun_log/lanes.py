@@ -160,9 +160,8 @@ def session_lanes(result: RunResult) -> dict[str, list[Span]]:
         start, end = max(0, interval.start_ns - zero), min(last, interval.end_ns - zero)
         if start < end:
             rows = kinds.setdefault(interval.kind, [])
-            row = next((row for row in rows if row[-1][2] <= start), None)
-            if row is None:
-                row = []
+            row = next((row for row in rows if row[-1][2] <= start), [])
+            if not row:
                 rows.append(row)
             row.append((shown(interval.name or interval.kind), start, end))
     order = sorted(kinds, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))

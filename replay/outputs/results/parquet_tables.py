@@ -122,11 +122,14 @@ def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.Dic
 
 
 def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
+    names, ends = list(result.assembly.names), result.assembly.pairs[columns]
     table: Columns = {
         "frame": pa.array(rows),
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
         "time": pa.array(result.assembly.motion.times[rows]),
-        **_pair_columns(result, columns, rows, rows),
+        "body_a": _words(ends[:, 0], names),
+        "body_b": _words(ends[:, 1], names),
+        "held": pa.array(result.assembly.held[columns] | within(result.holdings, columns, rows, rows)),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():
@@ -143,17 +146,6 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         if seconds is not None:
             table[f"frame_seconds/{label}"] = pa.array(seconds[rows])
     return table
-
-
-def _pair_columns(result: RunResult, pairs: IntArray, first: IntArray, last: IntArray) -> Columns:
-    """Columns of stretches of frames, K each; ``held``: a hand and what it holds, or a body and its parent."""
-    names = list(result.assembly.names)
-    ends = result.assembly.pairs[pairs]
-    return {
-        "body_a": _words(ends[:, 0], names),
-        "body_b": _words(ends[:, 1], names),
-        "held": pa.array(result.assembly.held[pairs] | within(result.holdings, pairs, first, last)),
-    }
 
 
 def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
