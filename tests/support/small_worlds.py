@@ -11,6 +11,9 @@ STEP_NS = 10_000_000
 
 STILL = (0.0, 0.0, 0.0, 1.0)
 
+TWO_BUMPS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+"""Where two unit cubes are on X: in contact in frame 4 alone, and in frames 8 to 10."""
+
 
 def cube(edge: float = 1.0) -> MeshData:
     """A closed cube about the origin, 12 faces."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.analytic_cases import make_analytic
-from support.small_worlds import STILL, cube, cubes, verdict_column
+from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, verdict_column
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation
@@ -164,9 +164,6 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
     words = Counter(miss.cause for miss in result.misses["Blind"])
     assert words == {Cause.NOT_EXAMINED: 90, Cause.UNEXPLAINED: 10}
     assert result.causes["Blind"].examined == 10 and result.causes["Blind"].missed == 200
-
-
-TWO_BUMPS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():

@@ -95,7 +95,7 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
     sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
     for what, of_all in truth.items():
         held = [one[what]["low"] <= of_all["share"] <= one[what]["high"] for one in sessions]
-        assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
+        assert 0.93 <= np.mean(held) <= 0.98, (what, np.mean(held))
 
 
 def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():

@@ -3,7 +3,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cube, cubes
+from support.small_worlds import TWO_BUMPS, cube, cubes
 
 from cdcore import Verdict
 from cdcore.errors import CollisionCoreError
@@ -15,10 +15,6 @@ from sessions import Scene
 from sessions.model.event import LiveContact
 from sessions.model.scene import SceneBody, SceneEffect
 
-BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-"""Two contacts: frame 4 alone, and frames 8 to 10."""
-
-
 TOUCHING = Scene(
     bodies=(SceneBody("a"), SceneBody("b")),
     effects=(SceneEffect("contact", {"between": ["a", "b"]}),),
@@ -28,7 +24,7 @@ TOUCHING = Scene(
 
 def chosen(detectors=None, oracle=None, session=None, **more):
     settings = RunSettings(detectors=detectors, oracle=oracle, **more)
-    return line_up(settings, cubes(BUMP) if session is None else session)
+    return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
 
 
 def test_an_oracle_can_be_a_label_a_detector_or_none_and_is_the_most_trusted_one_unasked():
@@ -47,7 +43,9 @@ def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are
         "hull50=collider[shape=hull,rate_hz=50]", "mesh50=discrete[rate_hz=50]", "paper=hybrid-qaco", "exact=exact"
     ]  # fmt: skip
     assert [spec.label for spec in chosen(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
-    recorded = replace(cubes(BUMP), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),))
+    recorded = replace(
+        cubes(TWO_BUMPS), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),)
+    )
     assert [spec.label for spec in chosen(session=recorded).specs] == [
         "recorded", "shipped50", "mesh50", "paper", "exact"
     ]  # fmt: skip
@@ -58,17 +56,17 @@ def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are
 
 def test_the_settings_of_a_run_stand_whole_in_its_summary_and_give_the_same_answers_again():
     asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
-    first = compute(cubes(BUMP), asked)
+    first = compute(cubes(TWO_BUMPS), asked)
     told = first.summary["settings"]
     assert set(told) == {field.name for field in fields(RunSettings)}
-    again = compute(cubes(BUMP), RunSettings(**told))
+    again = compute(cubes(TWO_BUMPS), RunSettings(**told))
     assert again.summary["settings"] == told
     digests = [{label: made["digest"] for label, made in run.summary["detectors"].items()} for run in (first, again)]
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
 def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
-    session = cubes(BUMP, scene=Scene(effects=()))
+    session = cubes(TWO_BUMPS, scene=Scene(effects=()))
     assert compute(session).oracle == compute(session, oracle="none").oracle == ""
     assert "hybrid" in compute(session, oracle="hybrid").episodes
     assert compute(session, detectors="sphere").oracle == "exact"
@@ -83,7 +81,7 @@ def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
 
 def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
     # Looks at 0, 40, 80, ... ms fall on frames 0, 4, 8; at 20 Hz on frames 0, 5, 10.
-    result = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
     assert [(e.first, e.last) for e in result.episodes["hybrid"]] == [(4, 4), (8, 10)]
     assert result.detections["hybrid"].face_sets is not None
     first, second = result.misses["slow"]
@@ -95,7 +93,7 @@ def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
 
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
 def test_without_an_oracle_nothing_is_compared_and_effects_only_looks_at_no_pair(detectors):
-    result = compute(cubes(BUMP), detectors=detectors or (), oracle="none" if detectors else None)
+    result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
     assert not result.comparisons and not result.misses and result.oracle == ""
     assert ",".join(result.episodes) == ",".join(result.summary["detectors"]) == detectors
 
@@ -108,19 +106,19 @@ def test_spheres_invent_and_their_excess_is_called_unconfirmed():
 
 
 def test_a_contact_is_as_long_in_episodes_effects_and_the_tables_of_pairs():
-    result = compute(cubes(BUMP, scene=TOUCHING), detectors="hybrid", oracle="exact")
+    result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="hybrid", oracle="exact")
     (one, more), step = [(e.start, e.end) for e in result.episodes["exact"]], 0.01
     assert one == (pytest.approx(4 * step), pytest.approx(5 * step)) and more[1] == pytest.approx(11 * step)
     assert [(e.time, e.end) for e in result.effects["contact"].events] == [one, more]
     (told,) = (pair["contacts"]["exact"] for pair in result.summary["pairs"])
     assert told["longest"] == pytest.approx(3 * step) and told["seconds"] == pytest.approx(4 * step)
-    slow = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]")
+    slow = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
     assert (slow.misses["slow"][0].start, slow.misses["slow"][0].end) == one
 
 
 def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_are_not():
     asked = {
-        "session": cubes(BUMP, scene=TOUCHING),
+        "session": cubes(TWO_BUMPS, scene=TOUCHING),
         "detectors": "hybrid,sphere,image-space,continuous",
         "oracle": "static",
     }
@@ -134,7 +132,7 @@ def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_
 
 
 def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces():
-    result = compute(cubes(BUMP, scene=TOUCHING), detectors="exact", oracle="hybrid")
+    result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
     exact, told = result.detections["exact"], result.summary["detectors"]["exact"]
     assert told["live"] and not told["faces_asked"], "the faces come from a pass that is not timed"
     assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
@@ -143,7 +141,7 @@ def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces
 
 def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
     monkeypatch.setattr("replay.pipeline.engine.make_detector", None)
-    assert len(compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]").misses["slow"]) == 2
+    assert len(compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]").misses["slow"]) == 2
 
 
 def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
@@ -152,12 +150,12 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
         return digests, result.misses, result.episodes
 
     asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
-    held = answers(compute(cubes(BUMP), **asked))
+    held = answers(compute(cubes(TWO_BUMPS), **asked))
     monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
-    assert answers(compute(cubes(BUMP), **asked)) == held
+    assert answers(compute(cubes(TWO_BUMPS), **asked)) == held
     monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
-    poor = compute(cubes(BUMP), **asked)
+    poor = compute(cubes(TWO_BUMPS), **asked)
     assert poor.detections["hybrid"].face_sets is None
     assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
 
@@ -172,5 +170,5 @@ def test_every_stage_of_a_run_advances_to_its_end():
             yield done.append
             stages.append((name, total, sum(done)))
 
-    compute(cubes(BUMP, scene=TOUCHING), detectors="slow=discrete[rate_hz=20],sphere", progress=Counting())
+    compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="slow=discrete[rate_hz=20],sphere", progress=Counting())
     assert len(stages) == 4 and all(total in (None, done) for _, total, done in stages), stages

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.small_worlds import cubes, framed
+from support.small_worlds import TWO_BUMPS, cubes, framed
 
 from replay.base.wilson import wilson
 from replay.comparison.matching import EpisodeMatch, EpisodeMatches
@@ -8,11 +8,9 @@ from replay.pipeline.engine import compute
 from replay.pipeline.scores import NOT_EXAMINED, episode_figures, pool
 from sessions.model.scene import Scene, SceneBody
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-
 
 def test_matched_and_unmatched_counts_add_up_to_the_contacts():
-    figures = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]").summary["audit"]["slow"]
+    figures = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]").summary["audit"]["slow"]
     told = figures["episodes"]
     assert told["truth"] == told["matched"] + told["missed"] + told["absorbed"] + told["excused_truth"] == 2
     assert told["found"] == told["matched"] + told["invented"] + told["pieces"] + told["excused_found"]
@@ -24,7 +22,7 @@ def test_matched_and_unmatched_counts_add_up_to_the_contacts():
 
 def test_contacts_of_a_body_and_its_parent_are_no_episodes():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
-    result = compute(cubes(PLACES, scene=scene), detectors="discrete", pairs=[("a", "b")])
+    result = compute(cubes(TWO_BUMPS, scene=scene), detectors="discrete", pairs=[("a", "b")])
     figures = result.summary["audit"]["discrete"]
     assert [figures["episodes"][key] for key in ("truth", "found", "missed", "invented")] == [0] * 4
     assert figures["held"]["contacts"] == 2
