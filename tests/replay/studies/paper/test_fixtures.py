@@ -44,6 +44,7 @@ def test_the_same_key_gives_the_same_fixture_and_another_number_or_seed_another(
     assert np.array_equal(one.motion.translations, again.motion.translations)
     assert np.array_equal(one.pairs, again.pairs)
     assert [body.mesh.content_hash for body in one.bodies] == [body.mesh.content_hash for body in again.bodies]
+    assert all(len(body.mesh.faces) < 600 for body in one.bodies), "no finer than the target needs"
     moves = [made.motion.translations.tolist() for made in (one, fixture(100, 2), fixture(100, 0, seed=1))]
     assert moves[0] != moves[1] != moves[2] != moves[0]
 
