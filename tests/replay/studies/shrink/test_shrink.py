@@ -12,10 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.received import tamper
-from support.shapes import box_mesh, still
+from support.shapes import box_mesh
 from support.small_worlds import cubes
 
 from cdcore import Body, Motion, TriangleMesh
+from cdcore.transforms.rigid import rotation_from_quaternion
 from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError
@@ -102,9 +103,10 @@ def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightl
 
 def test_what_is_inside_needs_a_solid_around_it_and_becomes_a_tetrahedron():
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
-    motion = still(bodies, np.zeros((2, 3)), 3)
+    turned = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
+    motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), turned)
     done = least(Fault("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
-    assert Size.of(done) == Size(1, 2, (4, 1))
+    assert Size.of(done) == Size(1, 2, (4, 1)) and (done.motion.rotations == np.eye(3)).all()
 
 
 def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch, snapshot):
