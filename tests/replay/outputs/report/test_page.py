@@ -96,11 +96,17 @@ def test_the_same_result_gives_the_same_bytes(several, tmp_path):
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == several[1]
 
 
-def test_a_calorimeter_has_its_temperature_as_headline_and_as_the_first_curve():
-    page = report_html(compute(synthetic_session("ammonia-calorimetry")[0]))
+@pytest.mark.parametrize(
+    ("scene", "curve", "headline"),
+    [
+        ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
+        ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
+    ],
+)
+def test_an_experiment_has_its_result_as_headline_and_as_the_first_curve(scene, curve, headline):
+    page = report_html(compute(synthetic_session(scene)[0], detectors=()))
     captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
-    assert captions[0].startswith("The temperature of calorimeter: 20.00 to 24.4")
-    assert "warms from 20.00 to 24.4" in page[: page.index(captions[0])]
+    assert curve in "".join(captions) and headline in page[: page.index(captions[0])]
 
 
 def test_hostile_names_stay_words():

@@ -8,6 +8,7 @@ from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import sphere_best
 from replay.comparison.outcome import Outcome
 from replay.outputs.camera import CLOSE_UP, placed
+from replay.outputs.drawn_mesh import face_normals
 from replay.outputs.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.outputs.rerun_log import scene
 from replay.outputs.rerun_log.close_up import ROOM, close_ups, detectors_with_solids, sharp_edges
@@ -114,7 +115,8 @@ def red_faces(run, read):
         path, mesh = f"world/{assembly.names[body]}/missed_faces", assembly.bodies[body].mesh
         for ns in times:
             seen = read.at_ns(path, "Mesh3D:vertex_positions", ns)
-            yield np.reshape(seen, (-1, 3, 3)), mesh.triangles[sorted(faces_at.get(ns, ()))]
+            faces = mesh.triangles[sorted(faces_at.get(ns, ()))]
+            yield np.reshape(seen, (-1, 3, 3)), faces + PUSHED_OUT * face_normals(faces)[1][:, None]
 
 
 def cages(run, read):
