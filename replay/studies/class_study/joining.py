@@ -26,10 +26,13 @@ def check_pseudonyms(students: Sequence[str], where: str) -> None:
     """Refuse, as ``ids``, what is missing or looks like a name or an address; rows are named, never the words."""
     wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong:
-        rows = ", ".join(map(str, wrong[:5])) + (", ..." if len(wrong) > 5 else "")
-        raise StudyRefusedError(
-            "ids", f"{where}, data row {rows}: no pseudonym (letters and at least one digit, as S01)"
-        )
+        said = f"{where}, data row {_first(wrong)}: no pseudonym (letters and at least one digit, as S01)"
+        raise StudyRefusedError("ids", said)
+
+
+def _first(items: Sequence[object]) -> str:
+    """At most five of them."""
+    return ", ".join(map(str, items[:5])) + (", ..." if len(items) > 5 else "")
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -104,6 +107,5 @@ def means_of_students(metrics: "DataFrame", answers: "DataFrame", names: Sequenc
     """
     lost = sorted({*answers.index} ^ {*metrics[STUDENT]})
     if lost:
-        words = ", ".join(lost[:5]) + (", ..." if len(lost) > 5 else "")
-        raise StudyRefusedError("ids", f"joining answers and metrics: {words} in one of the files only")
+        raise StudyRefusedError("ids", f"joining answers and metrics: {_first(lost)} in one of the files only")
     return metrics.groupby(STUDENT)[names].mean()

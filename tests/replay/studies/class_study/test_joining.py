@@ -42,9 +42,10 @@ def test_what_is_wrong_in_a_questionnaire_is_said_with_row_and_column(tmp_path, 
 
 @pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])
 def test_what_may_be_a_name_is_refused_and_not_repeated(student):
-    with pytest.raises(StudyRefusedError) as refused:
-        check_pseudonyms(["S1", student], "q.csv")
-    assert refused.value.rule == "ids" and "data row 2" in str(refused.value)
+    for count, rows in ((1, "data row 2:"), (5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")):
+        with pytest.raises(StudyRefusedError, match=rows) as refused:
+            check_pseudonyms(["S1", *[student] * count], "q.csv")
+    assert refused.value.rule == "ids"
     assert not student or student not in str(refused.value)
 
 
