@@ -5,16 +5,9 @@ from hypothesis import strategies as st
 from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
 from sessions.mcap_format.schemas import message_class
-from sessions.model.event import Event, Interval
+from sessions.model.event import Interval
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
-levels = st.sampled_from(a.LEVELS[1:])
-
-
-@given(st.builds(Event, times, words, words, words, levels))
-def test_any_event_comes_back(event):
-    topic, publish, payload = a.event_message(event)
-    assert (topic, publish) == ("/events", event.time_ns) and a.read_event(payload, 0) == event
 
 
 @given(st.lists(st.tuples(times, times, words, words, st.dictionaries(words, words, max_size=2)), max_size=4))
