@@ -205,13 +205,18 @@ def test_metrics_say_the_reference_the_vr_type_and_the_times_of_the_summary(stat
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 
-def test_a_single_run_is_a_data_set_and_a_half_written_one_is_none(results, tmp_path):
+def test_a_single_run_is_a_data_set_and_one_half_written_or_denser_than_a_file_can_be_is_none(
+    results, tmp_path, monkeypatch
+):
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     out = write_run_folder(results["one"], tmp_path / ".one.partial")
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
+    monkeypatch.setattr("replay.outputs.results.parquet.DENSEST", 0.001)
+    with pytest.raises(RunFolderError, match="rows that it does not hold"):
+        read(out)
 
 
 class Watched(io.BytesIO):
