@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 from support.headless import pixels, viewer_or_skip
-from support.readme_picture import drawn_picture
+from support.scripts import script
 
 from replay.comparison.misses import by_depth
 from replay.outputs.rerun_log.recording import write_recording
@@ -105,10 +105,10 @@ def test_the_pipeline_opens_on_its_worked_moment_with_the_missed_contact_in_red(
 
 def test_the_picture_of_the_readme_is_what_its_command_draws_today(audited, tmp_path):
     (shown,) = re.findall(r"\((\S+/answer\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
-    drawn = drawn_picture(audited, tmp_path / "answer.png")
+    drawn = script("readme_picture").drawn_picture(audited, tmp_path / "answer.png")
     kept = Image.open(ROOT / shown)
     assert kept.size == (1800, 760) and (ROOT / shown).stat().st_size < 400_000
     small = [np.asarray(one.convert("RGBA").resize((180, 76)), dtype=np.int16) for one in (kept, Image.open(drawn))]
-    assert np.abs(small[0] - small[1]).mean() < 2.0, "make it anew: tests/support/readme_picture.py"
+    assert np.abs(small[0] - small[1]).mean() < 2.0, "make it anew: .ci/readme_picture.py"
     assert np.abs(small[0][:, ::-1] - small[1]).mean() > 7.5, "so much differs in a picture that is not the same"
     assert kept.convert("RGBA").getpixel((0, 0))[3] == 0 < small[0][38, 90, 3], "clear corners, for any ground"

@@ -1,4 +1,4 @@
-"""README's picture, made from the demo: ``python tests/support/readme_picture.py .github/pictures/answer.png``.
+"""README's picture, made from the demo: ``python .ci/readme_picture.py .github/pictures/answer.png``.
 
 On the left the worst moment as the report draws it; beside it what the detector says and what the surfaces say; below
 the minute of both. A dark plate with clear corners, so that it stands on white and on dark. Chromium draws it.
