@@ -55,6 +55,9 @@ DAMAGE = {
     "a mesh": record(Opcode.ATTACHMENT, skipped=80),
     "a header of noise": record(Opcode.HEADER, lambda data, a, b: data[:a] + b"\xff" * (b - a) + data[b:]),
     **{f"a {Opcode(kind).name.lower()}": record(kind) for kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA)},
+    "a channel declared again with another name": record(
+        Opcode.CHANNEL, lambda data, start, end: data[:end] + data[start - 9 : end].replace(b"/", b"_") + data[end:]
+    ),
     "another body in the list": lambda data: data.replace(listed(*BODIES), listed(*BODIES[:2], "trap")),
     "an unknown version": lambda data: data.replace(b"vrlab/1", b"vrlab/9", 1),
     "cut in a chunk": lambda data: data[: chunks(data)[4][0] + 70],
