@@ -31,7 +31,7 @@ EXACT_AT_LEAST = {(5000, "bool"): 22.0, (50000, "bool"): 19.0, (5000, "faces"): 
 """Speed over the loop, median over the seeds."""
 CONTAINMENT_AT_MOST = 1.15
 LIVE_AT_MOST = dict.fromkeys(("collider", "hybrid", "static", "rapid-style", "solid-style"), 2.0)
-LIVE_AT_MOST |= {"exact": 0.75, "hybrid-qaco": 4.0, "aabb": 1.1, "obb": 1.1}
+LIVE_AT_MOST |= {"exact": 0.75, "hybrid-qaco": 4.0, "aabb": 1.0, "obb": 1.0}
 LIVE = (*LIVE_AT_MOST, "sphere")
 
 
