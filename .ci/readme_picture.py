@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import pytest
 
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
@@ -70,7 +69,7 @@ def drawn_picture(result, out):
     """The file of the picture of a run."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
-        pytest.skip("Chromium is not installed: install the package chromium to draw the picture")
+        sys.exit("Chromium is not installed: install the package chromium to draw the picture")
     with TemporaryDirectory() as folder:
         page = Path(folder) / "page.html"
         svg = readme_picture(result)

@@ -1,8 +1,9 @@
 """What a student wears and holds: hands, and a wand and a headset in the manner of the VIVE.
 
-The meshes were made once, by ``python .ci/device_meshes.py``, and are shipped with many faces; they are simplified to
-the number asked for. The hands hold a cylinder whose axis is +Y through the origin, so a hand's pose in a scene is the
-pose of the thing it holds: put the origin on the axis of a beaker at the height of the grip.
+The meshes were made once, by ``python .ci/device_meshes.py``, and are shipped with many faces and with some 3,000; the
+finer or the coarser one is simplified to the number asked for. The hands hold a cylinder whose axis is +Y through the
+origin, so a hand's pose in a scene is the pose of the thing it holds: put the origin on the axis of a beaker at the
+height of the grip.
 """
 
 from functools import lru_cache
