@@ -49,7 +49,7 @@ def test_every_sampled_test_is_there_once():
     tests = [path for path in tracked() if path.parts[0] == "tests" and path.suffix == ".py"]
     text = "".join((ROOT / path).read_text(encoding="utf-8") for path in tests)
     found = re.findall(r"^def (test_\w+)", text, re.MULTILINE)
-    assert [name for name in SAMPLED if found.count(name) != 1] == [], "rename it in support/sampled.py too"
+    assert [name for name in SAMPLED if found.count(name) != 1] == [], "rename it in support/sampled.toml too"
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else():

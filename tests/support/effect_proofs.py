@@ -2,10 +2,11 @@
 
 import subprocess
 import sys
+import tomllib
 from copy import deepcopy
 from pathlib import Path
 
-from support.liquid_worlds import COLUMN, TAP, glass
+from support.liquid_worlds import COLUMN, glass
 from support.small_worlds import cubes
 
 from replay.pipeline.engine import compute
@@ -13,53 +14,26 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack
 
 ROOT = Path(__file__).resolve().parents[2]
-CELSIUS = {"ambient_c": 20.0, "loss_w_per_k": 0.4}
-TABLES = {
-    "touch": {"kind": "contact", "between": ["hand", "a"]},
-    "take": {"kind": "grasp", "between": ["hand", "a"]},
-    "fall": {"kind": "breakage", "between": ["a", "dish"], "speed_m_s": 1.0},
-    "near": {"kind": "hazard-proximity", "of": ["hand"], "hazard": "lamp", "distance": 0.1},
-    "pour": {"kind": "pour", "from": ["a"], "into": ["flask"]},
-    "drip": {"kind": "burette", **TAP},
-    "mixing": {"kind": "mixing", "in": ["flask"]},
-    "neutral": {"kind": "reaction", "equation": "HCl + NaOH -> NaCl + H2O"},
-    "silver": {"kind": "reaction", "equation": "AgNO3 + NaCl -> AgCl + NaNO3"},
-    "zinc": {"kind": "reaction", "equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0},
-    "falls": {"kind": "precipitation", "solid": "AgCl", "ksp": 1.77e-10, "colour": "white"},
-    "gas": {"kind": "gas", "gas": "H2", "from": "flask", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar",
-            "temperature_c": 20.0, "pressure_pa": 101325.0},
-    "pink": {"kind": "colour", "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0,
-             "acid_colour": "colourless", "base_colour": "pink"},
-    "warm": {"kind": "heat", "of": "neutralisation", **CELSIUS, "heat_capacity_j_per_ml_k": 4.2},
-    "flame": {"kind": "heat", "of": "flame", "heats": "dish", "source": "lamp", "base": [0.0, 0.1, 0.0], "within": 0.02,
-              "power_w": 160.0, **CELSIUS},
-    "test": {"kind": "flame-test", "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01,
-             "flame_height": 0.05, "wire": "wire", "tip": [0.0, -0.1, 0.0], "seconds": 1.0,
-             "colours": {"NaCl": "yellow"}, "vessels": ["flask"], "dips": {"flask": "NaCl"}},
-    "burn": {"kind": "burn-exposure", "between": ["hand", "dish"], "threshold_c": 65.0, "seconds": 0.5},
-}  # fmt: skip
-HOLDS = {
-    "a": {"AgNO3": 0.1}, "cup": {}, "jar": {}, "burette": {"NaOH": 0.1},
-    "flask": {"HCl": 0.1, "NaCl": 0.1, "CH3COOH": 0.1, "NH3": 0.1, "KNO3": 0.1},
-}  # fmt: skip
+SCENE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+TABLES, HOLDS, WITH = SCENE["tables"], SCENE["holds"], SCENE["with"]
 BODIES = {name: glass(name, 5.0, solutes=solutes).extra for name, solutes in HOLDS.items()}
 BODIES["burette"]["cavity"] |= COLUMN
 BODIES["flask"]["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.5}
-SALT = {"formula": "CuSO4.5H2O", "mass_g": 5.0}
-BODIES["dish"] = {"properties": {"heat_capacity_j_per_k": 60.0, "solid": SALT}}
+BODIES["dish"] = SCENE["dish"]
 BODIES |= {name: {} for name in ("tap", "tube", "lamp", "wire", "hand")}
 
 
-def scene(*changes):
-    """The scene after changes: where, as keys with dots between, and what stands there; ``None``: nothing does."""
+def scene(changes, without=()):
+    """The scene after changes: where, as keys with dots between, and what stands there instead."""
     bodies, tables = deepcopy(BODIES), deepcopy(TABLES)
-    for where, value in zip(changes[::2], changes[1::2], strict=True):
+    for where in (*changes, *without):
         name, *keys = where.split(".")
         table = tables if name in tables or not keys else bodies
         for key in keys:
             table, name = table[name], key
-        table[name] = value
-        if value is None:
+        if where in changes:
+            table[name] = changes[where]
+        else:
             del table[name]
     made = {"dish": "evaporating_dish", "cup": "" if "cavity" in bodies["cup"] else "dropper"}
     return Scene(
@@ -71,18 +45,11 @@ def scene(*changes):
     )
 
 
-WITH = {
-    "precipitation": ["silver"], "gas": ["zinc", "mixing"], "colour": ["neutral", "mixing"],
-    "burn-exposure": ["flame"], "heat": ["neutral"],
-}  # fmt: skip
-"""Kind -> tables without which it is refused."""
-
-
 def scene_of(kinds):
     """The scene with a table of each of these kinds, and those without which they are refused."""
     firsts = {told["kind"]: name for name, told in reversed(TABLES.items())}
     kept = {name for kind in kinds for name in (firsts[kind], *WITH.get(kind, ()))}
-    return scene(*(one for name in TABLES if name not in kept for one in (name, None)))
+    return scene({}, TABLES.keys() - kept)
 
 
 LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}
