@@ -18,7 +18,8 @@ def test_a_slip_is_refused_before_the_run_in_words_that_say_what_to_give(slip):
     changes = {where: value for where, value in slip.items() if where not in ("words", "without")}
     with pytest.raises(PlanError) as refused:
         plan(scene(changes, slip.get("without", ())))
-    assert any(re.search("^scene.toml: .*" + slip["words"], fault) for fault in refused.value.faults), refused.value.faults
+    faults = refused.value.faults
+    assert any(re.search("^scene.toml: .*" + slip["words"], fault) for fault in faults), faults
 
 
 def test_the_scene_without_a_slip_is_planned_with_a_solute_that_keeps_its_protons_too():

@@ -1,6 +1,8 @@
 """End points (`replay.effects.end_points`) are where amounts say, at every rate; the pH is that of the charges."""
 
+import tomllib
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,27 +13,10 @@ from replay.effects.models.equilibrium import equilibrium
 from replay.effects.models.speciation import speciation_of
 from replay.effects.models.species import Chemistry
 
-BASE, ACID = "HCl + NaOH -> NaCl + H2O", "H+ + OH- -> H2O"
-TITRATIONS = [
-    ({"HCl": 0.05}, {"NaOH": 0.1}, [5.0]), ({"HNO3": 0.02}, {"KOH": 0.05}, [4.0]),
-    ({"HCl": 1e-3}, {"NaOH": 2e-3}, [5.0]), ({"HCl": 0.5}, {"Ba(OH)2": 0.5}, [5.0]),
-    ({"NaOH": 0.05}, {"HCl": 0.1}, [5.0]), ({"Ba(OH)2": 0.05}, {"HCl": 0.1}, [10.0]),
-    ({"CH3COOH": 0.05}, {"NaOH": 0.1}, [5.0]), ({"HF": 0.05}, {"KOH": 0.1}, [5.0]),
-    ({"CH3COOH": 0.2}, {"Ba(OH)2": 0.2}, [5.0]),
-    ({"NH3": 0.05}, {"HCl": 0.1}, [5.0]), ({"NH3": 0.1}, {"H2SO4": 0.1}, [5.0]),
-    ({"H2SO4": 0.05}, {"NaOH": 0.1}, [10.0]),
-    ({"NaHSO4": 0.05}, {"NaOH": 0.1}, [5.0]), ({"H3PO4": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
-    ({"NaH2PO4": 0.05}, {"NaOH": 0.1}, [5.0]), ({"Na2HPO4": 0.05}, {"HCl": 0.1}, [5.0]),
-    ({"Na2CO3": 0.05}, {"HCl": 0.1}, [5.0, 10.0]), ({"NaHCO3": 0.05}, {"HCl": 0.1}, [5.0]),
-    ({"HCl": 0.05, "CH3COOH": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
-    ({"HCl": 0.05, "NH4Cl": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
-    ({"Na2CO3": 0.03, "NaHCO3": 0.02}, {"HCl": 0.1}, [3.0, 8.0]),
-    ({"CH3COOH": 0.05, "CH3COONa": 0.05}, {"NaOH": 0.1}, [5.0]),
-    ({"HCl": 0.02, "H3PO4": 0.04}, {"NaOH": 0.1}, [6.0, 10.0]),
-]  # fmt: skip
+TABLE = tomllib.loads(Path(__file__).with_name("titrations.toml").read_text("utf-8"))
 
 
-def titrated(flask, burette, equations=(ACID,), hz=90):
+def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=90):
     """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
     acid, base = glass("flask", 10.0, solutes=flask), glass("burette", 50.0, solutes=burette, cavity=COLUMN)
     tables = [("reaction", {"equation": equation}) for equation in equations]
@@ -66,12 +51,11 @@ def check(flask, burette, ends, hz):
 
 
 @pytest.mark.parametrize(
-    ("flask", "burette", "ends"),
-    [pytest.param(*row, marks=[] if k % 4 == 1 else pytest.mark.slow) for k, row in enumerate(TITRATIONS)],
+    "row", [pytest.param(row, marks=[] if k % 4 == 1 else pytest.mark.slow) for k, row in enumerate(TABLE["acid"])]
 )
-def test_end_points_and_ph_are_those_of_amounts_and_charges_at_every_rate(flask, burette, ends):
+def test_end_points_and_ph_are_those_of_amounts_and_charges_at_every_rate(row):
     for hz in (30, 90, 250):
-        check(flask, burette, ends, hz)
+        check(**row, hz=hz)
 
 
 def told(effects):
@@ -99,24 +83,8 @@ def test_carbonate_has_its_first_end_point_where_half_the_acid_is_in_at_every_ra
     assert titration_curves({"reaction": effects["reaction"]}) == {} == titration_curves({"mixing": effects["mixing"]})
 
 
-@pytest.mark.parametrize(
-    ("flask", "burette", "equation", "ends", "names"),
-    [({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O", [5.0], "MnO4-"),
-     ({"I2": 0.05}, {"Na2S2O3": 0.1}, "I2 + 2 S2O32- -> 2 I- + S4O6^2-", [10.0], "S2O3^2-")],
-)  # fmt: skip
-def test_a_titration_by_oxidation_has_one_end_point(flask, burette, equation, ends, names):
-    (event,) = titrated(flask, burette, (equation,))["reaction"].output.named("end-point")
-    assert event.values["volume_ml"] == pytest.approx(ends[0], abs=0.01) and names in event.text
-
-
-@pytest.mark.parametrize(
-    ("equation", "flask", "burette"),
-    [("HCO3- + H+ -> CO2 + H2O", {"NaHCO3": 0.05}, {"HCl": 0.1}),
-     ("NH4+ + OH- -> NH3 + H2O", {"NH4Cl": 0.05}, {"NaOH": 0.1}),
-     ("H2PO4- + OH- -> HPO4^2- + H2O", {"NaH2PO4": 0.05}, {"NaOH": 0.1}),
-     ("HSO4- + OH- -> SO42- + H2O", {"NaHSO4": 0.05}, {"NaOH": 0.1}),
-     ("H3O+ + OH- -> 2 H2O", {"HCl": 0.05}, {"NaOH": 0.1})],
-)  # fmt: skip
-def test_ions_are_reagents_under_their_own_formulas(equation, flask, burette):
-    (event, *_) = titrated(flask, burette, (equation,))["reaction"].output.named("end-point")
-    assert event.values["volume_ml"] == pytest.approx(5.0, abs=0.01)
+@pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])
+def test_ions_are_reagents_under_their_own_formulas_and_one_oxidised_has_one_end_point(row):
+    (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.named("end-point")
+    assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
+    assert event.text.startswith(f"{row['names']} are equivalent in flask")
