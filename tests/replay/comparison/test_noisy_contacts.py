@@ -8,7 +8,6 @@ from support.small_worlds import along_x, cube, cubes
 
 from replay import run
 from replay.comparison import noisy_contacts as module
-from replay.errors import NoiseError
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates
 from replay.pipeline.headline import beside
@@ -104,20 +103,6 @@ def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
     result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.summary["noise"] and "holds" not in result.summary["audit"]["hybrid"]
     assert not any("noise" in line for line in beside(result))
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ({"oracle": "none"}, "noise is asked of a reference"),
-        ({"oracle": "continuous"}, "a reference of instants, which continuous is not"),
-        ({"noise": "jug=vive"}, "there is no body 'jug'"),
-        ({"noise": "much"}, "'much' is no noise"),
-    ],
-)
-def test_what_cannot_be_asked_is_one_sentence(more, words):
-    with pytest.raises(NoiseError, match=words):
-        asked(gaps([9.0, -1.0, 9.0]), **more)
 
 
 def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():

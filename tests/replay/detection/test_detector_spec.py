@@ -3,7 +3,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_detectors
-from replay.errors import DetectorSpecError
 
 
 @pytest.mark.parametrize(
@@ -29,21 +28,6 @@ def test_text_says_label_name_and_settings(text, label, name, settings):
     assert [type(value) for value in spec.settings.values()] == [type(value) for value in settings.values()]
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "  ", "a[b", "a]b", "a[b]c", "a[=3]", "a[x]", "a[x=]", "a=b=c", "a[x=[1]]", "-x=hybrid", "ä=hybrid", "a/b=c"],
-)
-def test_text_of_another_form_is_refused(text):
-    with pytest.raises(DetectorSpecError):
-        parse_detector(text)
-
-
-@pytest.mark.parametrize("given", [3, None, ("hybrid",), ("hybrid", 3), (3, {})])
-def test_values_that_name_no_detector_are_refused(given):
-    with pytest.raises(DetectorSpecError, match="names no detector"):
-        parse_detector(given)
-
-
 def test_every_python_form_says_the_same():
     want = (DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid"))
     slow = ("discrete", {"rate_hz": 22.5})
@@ -60,11 +44,6 @@ def test_every_python_form_says_the_same():
 
 def test_nothing_is_no_detector():
     assert parse_detectors(()) == () and parse_detectors("") == ()
-
-
-def test_two_detectors_of_one_label_are_refused():
-    with pytest.raises(DetectorSpecError, match="two detectors are called 'hybrid'"):
-        parse_detectors("hybrid,hybrid[containment=false],hybrid")
 
 
 values = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False))

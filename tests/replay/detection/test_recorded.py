@@ -71,8 +71,6 @@ def test_reports_of_other_bodies_are_counted_and_a_session_without_any_is_refuse
     extra = LiveContact(0, "a", "Floor", "enter")
     found = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
     assert found.detections["recorded"].work == {"reported": 1, "of_other_pairs": 1}
-    with pytest.raises(AuditError, match="replay import contacts"):
-        compute(cubes(PLACES), detectors="recorded")
     with pytest.raises(AuditError, match="no setting 'nonsense'"):
         compute(session, detectors="recorded[nonsense=1]")
 

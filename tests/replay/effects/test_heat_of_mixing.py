@@ -1,5 +1,8 @@
 """Heat of reaction against the tables it comes from, calorimetry against the closed form, at every rate."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
@@ -11,43 +14,27 @@ HEAT = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_ca
 MIX = ("mixing", {"in": ["a", "b"]})
 
 
+HEATS = tomllib.loads(Path(__file__).with_name("heats.toml").read_text("utf-8"))["reaction"]
+
+
 def vessel(name, volume, solute, molar, **properties):
-    told = {"solutes": molar} if isinstance(molar, dict) else {"solute": solute, "molar": molar}
-    return glass(name, volume, properties=properties, **told)
+    return glass(name, volume, properties=properties, solute=solute, molar=molar)
 
 
-def reacted(first, second, equation, more=(), **reaction):
-    """20 mL of one are poured into 20 mL of the other, all of it; kelvin gained, and what was poured."""
-    second = ("", second) if isinstance(second, dict) else second
-    bodies = (vessel("a", 20.0, *first), vessel("b", 20.0, *second, **dict(more)))
-    told = (MIX, ("reaction", {"equation": equation, **reaction}), ("heat", HEAT))
+@pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])
+def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
+    """20 mL of one are poured into 20 mL of the other, all of it."""
+    bodies = (vessel("a", 20.0, *row["first"]), vessel("b", 20.0, *row["second"]))
+    told = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
     effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *told)
     moved = effects["pour"].events[0].values["volume_ml"]
     series = effects["heat"].series["b/temperature"]
     assert (series.times[0], series.values[0]) == (0.0, 20.0)
-    return series.values[-1] - 20.0, moved, effects
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "equation", "kj_mol"),
-    # Wagman et al., NBS tables, 1982: differences of enthalpies of formation in water.
-    [(("HCl", 0.5), ("NaOH", 1.0), "HCl + NaOH -> NaCl + H2O", 55.84),
-     (("HCl", 0.5), ("NH3", 1.0), "NH3 + HCl -> NH4Cl", 52.2),
-     (("NaOH", 0.5), ("NH4Cl", 1.0), "NH4Cl + NaOH -> NH3 + NaCl + H2O", 3.6),
-     (("NaOH", 0.5), ("HF", 1.0), "HF + NaOH -> NaF + H2O", 68.0),
-     (("NaOH", 0.5), ("NaHCO3", 1.0), "NaHCO3 + NaOH -> Na2CO3 + H2O", 41.0),
-     (("AgNO3", 0.5), ("NaCl", 1.0), "AgNO3 + NaCl -> AgCl + NaNO3", 65.49),
-     # CO3^2- + H+ gives 14.85; soda stands in water as HCO3- and OH- to 1 % at 2 mol/L and to 4.5 % at 0.1, and that
-     # share gives the 55.84 of H+ + OH-.
-     *((("HCl", molar), ("Na2CO3", molar), "Na2CO3 + HCl -> NaHCO3 + NaCl", kj_mol)
-       for molar, kj_mol in ((2.0, 15.2), (1.0, 15.4), (0.1, 16.6)))],
-)  # fmt: skip
-def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(first, second, equation, kj_mol):
-    kelvin, moved, effects = reacted(first, second, equation)
+    kelvin = series.values[-1] - 20.0
     (event,) = [one for one in effects["heat"].output.named("warmest") if one.bodies == ("b",)]
     assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
-    per_mol = kelvin * PER_ML * (20.0 + moved) / (first[1] * moved * 1e-3) / 1e3
-    assert per_mol == pytest.approx(kj_mol, rel=0.01)
+    per_mol = kelvin * PER_ML * (20.0 + moved) / (row["first"][1] * moved * 1e-3) / 1e3
+    assert per_mol == pytest.approx(row["kj_mol"], rel=0.01)
 
 
 def test_the_constant_of_the_vessel_and_the_starting_temperature_count():

@@ -5,7 +5,6 @@ import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.vessels import Vessel
-from replay.errors import EffectError
 from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import SceneBody
 
@@ -25,13 +24,3 @@ def test_an_instrument_brings_its_cavity_and_its_level(name):
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
     level = vessel.drawn(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
     assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "words"),
-    [("stirring_rod", {}, "or an instrument that is a vessel"),
-     ("beaker_250", {"grip": 1}, "has a cavity that cannot be made: beaker_250 has no option grip")],
-)  # fmt: skip
-def test_an_instrument_without_a_cavity_is_no_vessel(name, options, words):
-    with pytest.raises(EffectError, match=words):
-        Vessel(SceneBody("a", instrument=name, extra={"options": options}))

@@ -90,20 +90,6 @@ def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
     assert cut.origin[0, 0] == PoseOrigin.INTERPOLATED
 
 
-@pytest.mark.parametrize(
-    ("window", "words"),
-    [
-        ({"start": 0.2}, "the session runs from 0 to 0.100 s"),
-        ({"start": 0.011, "end": 0.019}, "no frame lies between"),
-        ({"start": np.nan}, "is no time of a recording"),
-        ({"end": 1e10}, "is no time of a recording"),
-    ],
-)
-def test_a_window_without_a_frame_or_that_is_no_time_is_refused(window, words):
-    with pytest.raises(AssemblyError, match=words):
-        assemble(cubes({"a": range(11), "b": [50] * 11}), **window)
-
-
 def partly_meshed(meshed, bare, places):
     tracks = {name: along_x(places) for name in (*meshed, *(f"b{k}" for k in range(bare)))}
     return Session.from_arrays([0, 1], tracks, {name: cube() for name in meshed})

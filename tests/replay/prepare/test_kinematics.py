@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
-from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
 from replay.prepare.kinematics import Kinematics, Placed
@@ -54,13 +52,3 @@ def test_a_child_is_there_only_where_its_parent_is():
     got = placed(scene, ("hand", "glass", "label"), origin)
     assert got.origin[:, 1:].T.tolist() == [[1, 0, 0, 1, 1], [1, 0, 1, 2, 1]]
     assert not got.translation[1].any() and (got.rotation[1] == np.eye(3)).all()
-
-
-@pytest.mark.parametrize(
-    ("tracked", "words"),
-    [("a", "body 'b', parent of 'a', has neither a track nor a fixed pose"), ("ab", "a -> b -> a; break it")],
-)
-def test_a_parent_that_nobody_recorded_and_a_circle_of_parents_are_refused(tracked, words):
-    scene = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
-    with pytest.raises(AssemblyError, match=words):
-        Kinematics(scene, tuple(tracked), ("a",))

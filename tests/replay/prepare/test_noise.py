@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import along_x, cube
 
-from replay.errors import NoiseError
 from replay.prepare.assemble import assemble
 from replay.prepare.noise import BodyNoise, NoisyCopies, noise_of, parse_noise
 from sessions import Session
@@ -24,21 +23,6 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
 def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words, size):
     assert parse_noise(words).usual == size
     assert parse_noise([f"cup={words[0]}"]).own == {"cup": size}
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["", "loud", "3", "3 furlongs", "-1 mm", "nan mm", "1e308 m", "1e9 deg", "1 mm, 2 mm", "0 s", "inf m", "1e mm"],
-)
-def test_what_is_no_size_is_one_sentence_with_the_forms_there_are(words):
-    with pytest.raises(NoiseError, match="is no noise; write vive or"):
-        parse_noise([words])
-
-
-def test_no_words_are_no_noise_and_no_copies_are_refused():
-    assert parse_noise([]) is None
-    with pytest.raises(NoiseError, match="0 noisy copies cannot be drawn"):
-        parse_noise(["vive"], 0)
 
 
 def one_tracker(size, copies=400, seed=1):
@@ -87,9 +71,3 @@ def test_what_one_tracker_carries_moves_with_it_and_what_is_fixed_does_not():
     carried = place_rod - place - (turn @ np.tile(before, (3, 1))[..., None])[..., 0]
     assert np.abs(carried).max() < 1e-12 and np.array_equal(turn, turn_rod)
     assert np.array_equal(bench, np.tile(assembly.motion.translations[:, 2], (3, 1)))
-
-
-def test_a_body_that_is_not_there_is_named():
-    assembly = assemble(cubes({"a": [0.0] * 3, "b": [2.0, 3.0, 2.0]}))
-    with pytest.raises(NoiseError, match="no body 'c' to be noisy; there are: a, b"):
-        noise_of(parse_noise(["c=vive"]), assembly, Scene())

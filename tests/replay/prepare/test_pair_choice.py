@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from replay.errors import AssemblyError
 from replay.prepare.pair_choice import chosen_pairs, held_pairs
 from sessions.model.scene import Pose, Scene, SceneBody
 
@@ -30,14 +29,6 @@ MOVING = {
 def test_pairs_are_those_asked_for_else_the_scene_s_else_all_with_relative_motion(scene, moves, asked, expected):
     got = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
     assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in got} == expected and got == sorted(got)
-
-
-@pytest.mark.parametrize(
-    ("pair", "words"), [(("hand", "ghost"), "names 'ghost'"), (("hand", "hand"), "two different bodies")]
-)
-def test_a_pair_of_nobody_is_refused(pair, words):
-    with pytest.raises(AssemblyError, match=words):
-        chosen_pairs(Scene(), NAMES, MOVES, [pair])
 
 
 def test_held_pairs_are_those_of_a_child_and_its_parent_and_of_a_hand_and_a_thing_of_its_group():

@@ -1,9 +1,6 @@
 """Made-up sessions by name and seed."""
 
-import pytest
-
 from replay.studies.synthetic_sessions import made_up_names, synthetic_session
-from sessions.errors import SessionError
 
 
 def test_an_analytic_session_is_made_by_its_name_and_seed():
@@ -11,8 +8,3 @@ def test_an_analytic_session_is_made_by_its_name_and_seed():
     one, same, other = (synthetic_session("fast-ball", seed)[0] for seed in (1, 1, 2))
     assert one.frames.position.tobytes() == same.frames.position.tobytes()
     assert one.frames.position.tobytes() != other.frames.position.tobytes()
-
-
-def test_an_unknown_name_is_answered_with_those_there_are():
-    with pytest.raises(SessionError, match="no made-up session 'bench'; there are: bench-bumps"):
-        synthetic_session("bench")

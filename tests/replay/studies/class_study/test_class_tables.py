@@ -7,8 +7,7 @@ import pyarrow as pa
 import pytest
 from support.class_folders import made_class
 
-from replay.errors import StudyError
-from replay.studies.class_study.class_runs import read_class, read_students
+from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, class_counts, places, sessions_table
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
@@ -106,7 +105,3 @@ def test_students_named_in_a_file_are_counted_and_one_session_of_two_or_another_
     shutil.move(tmp_path / "more" / "run000", tmp_path / "runs" / "run009")
     with pytest.raises(StudyRefusedError, match="belongs to two students"):
         read_class(tmp_path / "runs")
-    for text, error in (("a,b\n1,2\n", StudyError), ("session,student\nx,S1\nx,S2\n", StudyRefusedError)):
-        named.write_text(text)
-        with pytest.raises(error):
-            read_students(named)

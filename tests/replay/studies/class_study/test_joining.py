@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
 
-from replay.errors import StudyError
 from replay.studies.class_study.joining import check_pseudonyms, means_of_students, read_questionnaire, recall_of
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -14,30 +13,6 @@ def test_answers_are_read_sorted_by_student_and_turned_where_reversed(tmp_path):
     file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
     read = read_questionnaire(file, BOOK)
     assert read.equals(questionnaire(answers))
-
-
-HEAD = "who,e1,e2,e3,m1,m2,m3\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "error", "words"),
-    [
-        (
-            HEAD + "S1,1,2,3,4,5,4\nS2,1,2,3,6,5,4\n",
-            StudyError,
-            "row 2, column m1: '6' is not on the scale 1 to 5",
-        ),
-        (HEAD + "S1,1,2,3,0,5,4\n", StudyError, "not on the scale"),
-        (HEAD + "S1,1,2,3,often,5,4\n", StudyError, "data row 1, column m1: 'often' is not on"),
-        (HEAD + "S1,1,2,3,4,5,4\nS1,1,2,3,4,5,4\n", StudyRefusedError, "S1 answered more than once"),
-        ("", StudyError, "no rows"),
-        ("who,e1\nS1,2\n", StudyError, "lacks the column 'e2'"),
-    ],
-)
-def test_what_is_wrong_in_a_questionnaire_is_said_with_row_and_column(tmp_path, text, error, words):
-    (tmp_path / "q.csv").write_text(text)
-    with pytest.raises(error, match=words):
-        read_questionnaire(tmp_path / "q.csv", BOOK)
 
 
 @pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])

@@ -4,7 +4,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from replay.errors import StudyError
 from replay.studies.class_study.published import (
     AGREES,
     INCONSISTENT,
@@ -62,23 +61,3 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
     file = tmp_path / "t.toml"
     file.write_text(f'n = 52\n[[regression]]\ntable = "T"\nlabel = "multiple"\nrows = [{rows}]\n')
     assert "label" not in {one.row for one in check_published(file)}
-
-
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        ("n = 52", "neither"),
-        ("n = [", "cannot be read"),
-        ("n = 'many'", "n must be a number"),
-        ("n = 3\n[reliability]\nitems = 3", "too few"),
-        ("n = 52\n[reliability]\nitems = 3", "alpha must be a number"),
-        ("n = 52\n[[regression]]\ntable = 'T'", "has no rows"),
-        ("n = 52\n[[regression]]\nrows = [{outcome = 'y', predictor = 'x', beta = 1.2}]", "no correlation"),
-        ("n = 52\n[[regression]]\nrows = [{predictor = 'x', beta = 0.2}]", "must be words"),
-    ],
-)
-def test_a_table_that_cannot_be_checked_is_refused_in_a_sentence(tmp_path, text, words):
-    file = tmp_path / "t.toml"
-    file.write_text(text)
-    with pytest.raises(StudyError, match=words):
-        check_published(file)

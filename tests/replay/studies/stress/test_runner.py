@@ -7,7 +7,7 @@ from support.stress_files import read_cases
 from cdcore import Verdict
 from cdcore.errors import UnknownDetectorError
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from replay.errors import OutputError, StressError
+from replay.errors import OutputError
 from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.families import FAMILIES
@@ -111,15 +111,3 @@ def test_all_means_every_row_that_decides_on_meshes(monkeypatch):
 def test_families_are_named_by_number_and_range(text, numbers):
     assert numbers_of(text, "family", range(1, 27)) == numbers
     assert numbers_of("33-37", "case", [*CASES]) == [33, 37] and numbers_of("all", "case", [*CASES]) == [*CASES]
-
-
-@pytest.mark.parametrize("text", ["", "x", "0", "27", "5-3", "1-99"])
-def test_a_number_that_is_none_is_refused(text):
-    with pytest.raises(StressError, match="they go from 1 to 26"):
-        numbers_of(text, "family", range(1, 27))
-
-
-@pytest.mark.parametrize("bad", [{"pairs": 0}, {"seed": -1}, {"tau": -1.0}, {"tau": float("nan")}])
-def test_numbers_that_mean_nothing_are_refused(bad):
-    with pytest.raises(StressError, match="give 1 pair or more"):
-        stress("exact", families=FAMILIES[:1], **({"pairs": 1} | bad))

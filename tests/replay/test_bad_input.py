@@ -1,0 +1,72 @@
+"""One table of what no reader and no function takes, `bad_input.toml`: each ends in one sentence."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from support.small_worlds import cubes
+from support.study_samples import codebook
+
+from replay.comparison.tolerance import Tolerance
+from replay.detection.detector_spec import parse_detector, parse_detectors
+from replay.effects import load_effect
+from replay.effects.vessels import Vessel
+from replay.errors import ReplayError
+from replay.pipeline.engine import compute
+from replay.pipeline.gates import Gates
+from replay.pipeline.settings import RunSettings
+from replay.prepare.kinematics import Kinematics
+from replay.prepare.noise import parse_noise
+from replay.prepare.pair_choice import chosen_pairs
+from replay.prepare.policy import parse_policy
+from replay.studies.class_study.class_runs import read_students
+from replay.studies.class_study.codebook import read_codebook
+from replay.studies.class_study.joining import read_questionnaire
+from replay.studies.class_study.published import check_published
+from replay.studies.stress.runner import numbers_of, stress
+from replay.studies.synthetic_sessions import synthetic_session
+from sessions.errors import SessionError
+from sessions.model.scene import Scene, SceneBody
+
+TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))["refused"]
+APART = {"a": range(11), "b": [50] * 11}
+CIRCLE = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
+CALLS = {
+    "detector": lambda given: parse_detector(tuple(given) if isinstance(given, list) else given),
+    "detectors": parse_detectors,
+    "settings": lambda settings: RunSettings(**settings),
+    "gates": lambda limits: Gates(**limits),
+    "tolerance": lambda tau: Tolerance(None, None, tau),
+    "noise": lambda words: parse_noise([words]),
+    "noisy copies": lambda count: parse_noise(["vive"], count),
+    "run": lambda asked: compute(cubes(APART), **{"detectors": "hybrid", **asked}),
+    "pair": lambda pair: chosen_pairs(Scene(), ("hand",), {}, [pair]),
+    "parents": lambda tracked: Kinematics(CIRCLE, tuple(tracked), ("a",)),
+    "policy": lambda word: parse_policy([word]),
+    "vessel": lambda told: Vessel(SceneBody("a", **told)),
+    "effect": load_effect,
+    "families": lambda text: numbers_of(text, "family", range(1, 27)),
+    "stress": lambda asked: stress("exact", families=(), **{"pairs": 1, **asked}),
+    "made-up session": synthetic_session,
+}
+READERS = {
+    "codebook": read_codebook,
+    "questionnaire": lambda path: read_questionnaire(path, codebook()),
+    "students": read_students,
+    "printed table": check_published,
+}
+CASES = [(row, given) for row in TABLE for given in row["given"]]
+
+
+@pytest.mark.parametrize(("row", "given"), CASES, ids=[f"{row['of']}: {given}"[:60] for row, given in CASES])
+def test_what_is_wrong_is_one_sentence_that_says_what_to_give(tmp_path, row, given):
+    with pytest.raises((ReplayError, SessionError)) as refused:
+        if row["of"] in READERS:
+            (tmp_path / "given").write_text(given, encoding="utf-8")
+            READERS[row["of"]](tmp_path / "given")
+        else:
+            CALLS[row["of"]](given)
+    words = str(refused.value)
+    assert type(refused.value).__name__ == row["error"] and words.isprintable()
+    assert re.search(row["words"], words), words
