@@ -1,7 +1,6 @@
 import pytest
 from support.small_worlds import cubes
 
-from replay.cli.main import main
 from replay.contact_import import DRIFT_FACT, OFFSET_FACT, import_contacts
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
@@ -47,15 +46,3 @@ def test_a_file_about_other_bodies_is_refused(tmp_path):
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
         import_contacts(tmp_path / "x.csv", cubes(PLACES))
-
-
-def test_the_command_line_prints_offset_and_residual(csv, tmp_path, capsys):
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
-    out = tmp_path / "with.mcap"
-    command = ["import", "contacts", str(csv), "-o", str(out)]
-    assert main([*command, "--session", str(tmp_path / "s.mcap")]) == 0
-    said = " ".join(capsys.readouterr().err.split())
-    assert "clock offset -100.0000 s, residual 0.0 ms of 4 of 5 begins and ends; 1 are left" in said
-    assert len(read_session(out).live_contacts) == 5
-    assert main([*command, "--force"]) == 2
-    assert "--session" in capsys.readouterr().err

@@ -38,25 +38,6 @@ def test_the_demo_can_be_repeated_where_it_stands_but_replaces_no_named_folder(t
     assert "--force" in capsys.readouterr().err
 
 
-def test_session_only_records_the_file_and_prints_its_name(tmp_path, capsys):
-    file = tmp_path / "s.mcap"
-    assert main(["demo", "--session-only", "--scene", "fast-ball", "-o", str(file)]) == 0
-    assert capsys.readouterr().out == f"{file}\n"
-    assert read_session(file).facts["synthetic"] == "fast-ball"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.mcap", "s.truth.json"]
-
-
-@pytest.mark.parametrize("there", ["fast-ball.mcap", "fast-ball.truth.json"])
-def test_session_only_replaces_a_file_only_when_asked(there, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / there).write_text("thesis")
-    assert main(["demo", "--session-only", "--scene", "fast-ball"]) == 1
-    assert f"{there} exists; name another file, or replace it with --force" in capsys.readouterr().err
-    assert [path.read_text() for path in tmp_path.iterdir()] == ["thesis"]
-    assert main(["demo", "--session-only", "--scene", "fast-ball", "--force"]) == 0
-    assert len(list(tmp_path.iterdir())) == 2 and (tmp_path / there).read_bytes() != b"thesis"
-
-
 @pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     session, truth = make_scene_session("bench-bumps")
@@ -94,8 +75,3 @@ def test_a_small_class_goes_the_whole_way_to_its_page(tmp_path, capsys):
     assert "5 students, 5 sessions" in printed and "Does the detector change a conclusion? Not known" in printed
     assert "few-students" in (tmp_path / "class" / "study" / "study.html").read_text("utf-8")
     assert "5 of 5  S05: done" in said
-
-
-def test_a_class_is_no_single_session(tmp_path, capsys):
-    assert main(["demo", "--class", "5", "--session-only", "-o", str(tmp_path / "class")]) == 2
-    assert "leave out --session-only" in capsys.readouterr().err and not (tmp_path / "class").exists()

@@ -41,8 +41,3 @@ def test_that_pieces_are_cut_first_is_said_where_none_are_kept(file, kept, tmp_p
         (tmp_path / "pieces-1.npz").touch()
     assert main(["tradeoff", file, "--engine", "unity"]) == 0
     assert ("cutting meshes" in capsys.readouterr().err) != kept
-
-
-def test_an_engine_has_settings_of_its_own(file, capsys):
-    assert main(["tradeoff", file, "--engine", "unity", "--detectors", "exact"]) == 2
-    assert "leave out --detectors" in capsys.readouterr().err

@@ -26,15 +26,6 @@ def test_a_terminal_of_80_columns_shows_a_page_without_markup_or_longer_lines(to
     assert "](" not in printed and "<!--" not in printed
 
 
-@pytest.mark.parametrize(
-    ("word", "answer"), [("audti", "did you mean 'audit'?"), ("nonsense", "there are: architecture")]
-)
-def test_no_page_is_a_usage_error_that_names_what_there_is(word, answer, capsys):
-    assert main(["guide", word]) == 2
-    printed, said = capsys.readouterr()
-    assert printed == "" and f"error: the guide has no page {word!r}; {answer}" in said
-
-
 def test_the_scripts_of_a_page_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["guide", "unity", "--script"]) == 0 == main(["guide", "unity", "--script"])

@@ -7,12 +7,14 @@ import warnings
 
 import click
 import pytest
+from support.small_worlds import cubes
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.main import main
 from replay.errors import AssemblyError
 from replay.guide.pages import INDEX, page
+from sessions import write_session
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -74,6 +76,19 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
     program.stdout.close()
     assert b"Traceback" not in program.stderr.read()
     assert program.wait(30) in (0, 1)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
+@pytest.mark.parametrize("where", [">&-", ">/dev/full", ">&- 2>&-"])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_standard_output_that_takes_nothing_ends_a_verb_in_one_sentence(tmp_path, where, unbuffered):
+    write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
+    words = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
+    more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    done = subprocess.run(["sh", "-c", words], capture_output=True, text=True, env=more)
+    lines = done.stderr.splitlines()
+    assert done.returncode == 1 and len(lines) == (0 if "2>" in where else 1)
+    assert all(line.startswith("error: ") and "standard output" in line for line in lines)
 
 
 @pytest.mark.slow

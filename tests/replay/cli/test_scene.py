@@ -1,6 +1,6 @@
 """`replay scene`, and `--scene` on every verb that reads a session."""
 
-import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,37 +50,6 @@ size = [0.5, 0.5, 0.5]
 [[pair]]
 between = ["a", "b"]
 """
-FAULTY = """
-[[body]]
-id = "cup"
-masss = 0.1
-cavity = { capcity_ml = 1.0 }
-[[body]]
-id = "jar"
-mesh = "none.glb"
-[[body]]
-id = "lid"
-shape = "box"
-size = [0, 1, 1]
-[[pair]]
-between = ["cup", "jag"]
-[[effect]]
-kind = "contct"
-[[effect]]
-kind = "contact"
-between = ["cup", "jag"]
-betwen = 1
-"""
-FAULTS = [
-    "[[body]] 1 ('cup'): unknown key 'masss'; did you mean 'mass'?",
-    "[[body]] 3 ('lid'): a box needs size = [x, y, z] in metres, each above 0",
-    "[[pair]] 1: no body is 'jag'; did you mean 'jar'?",
-    "[[effect]] 2 ('contact'): no body is 'jag'; did you mean 'jar'?",
-    "body 'jar': mesh file {folder}/none.glb does not exist; check the path",
-    "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?",
-    "[[effect]] 2 ('contact'): unknown key 'betwen'; did you mean 'between'?",
-    "[[body]] 1 ('cup') cavity: unknown key 'capcity_ml'; did you mean 'capacity_ml'?",
-]
 
 
 @pytest.fixture
@@ -88,26 +57,14 @@ def files(tmp_path):
     session = cubes(PLACES, scene=parse_scene(OWN))
     write_session(session, tmp_path / "s.mcap")
     (tmp_path / "other.toml").write_text(OTHER)
-    (tmp_path / "faulty.toml").write_text(FAULTY)
     return tmp_path
-
-
-def test_a_check_names_every_fault_of_text_meshes_and_effects_once(files, capsys):
-    assert main(["scene", "check", str(files / "faulty.toml")]) == 1
-    assert capsys.readouterr().out.splitlines() == [f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS]
-    assert main(["scene", "check", str(files / "faulty.toml"), "--format", "json"]) == 1
-    assert len(json.loads(capsys.readouterr().out)["faults"]) == len(FAULTS)
-    assert main(["scene", "check", str(files / "other.toml")]) == 0
-    assert capsys.readouterr().out.startswith("other.toml: no fault in 2 bodies and 0 effects\nother\n  effects")
-    (files / "torn.toml").write_text("[[body]")
-    assert main(["scene", "check", str(files / "torn.toml")]) == 1
-    assert "this is not TOML" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     path = tmp_path / "rich.toml"
-    path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else OTHER + FAULTY)
+    faulty = OTHER + Path(__file__).with_name("faulty.toml").read_text("utf-8")
+    path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else faulty)
 
     def read():
         text = read_text(path, "scene", SceneError)
@@ -116,15 +73,6 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
         read_scene(path)
 
     tried(path, count, read, path.name)
-
-
-def test_the_doctor_names_the_same_faults_and_a_run_the_first(files, capsys):
-    assert main(["doctor", str(files / "faulty.toml"), "--format", "json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)
-    said = [one["message"] for one in found["findings"] if one["code"] == "bad-scene"]
-    assert sorted(said) == sorted(f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS)
-    assert main(["run", str(files / "s.mcap"), "--scene", str(files / "faulty.toml")]) == 1
-    assert f"faulty.toml: {FAULTS[0]}; and more: `replay scene check` lists every fault\n" in capsys.readouterr().err
 
 
 def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it(files):
@@ -144,18 +92,6 @@ def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it
     assert "scene_file" not in read_session(files / "kept.mcap").facts
     held = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
     assert held.detections["exact"].digest == other.detections["exact"].digest
-
-
-def test_a_first_scene_is_one_that_a_run_takes(files, tmp_path, capsys):
-    assert main(["scene", "new", str(files / "s.mcap")]) == 0
-    said = capsys.readouterr()
-    assert said.out.strip() == str(files / "s.toml") and said.err == "1 pair came near\n"
-    assert main(["scene", "check", str(files / "s.toml")]) == 0
-    made = replay.run(files / "s.mcap", scene=files / "s.toml", detectors="exact", oracle="none")
-    # The effects of the recording's own scene are kept, and ask for their own pair.
-    assert [pair["name"] for pair in made.summary["pairs"]] == ["a-c"]
-    assert main(["scene", "new", str(files / "s.mcap")]) == 1
-    assert "exists; name another file, or replace it with --force" in capsys.readouterr().err
 
 
 def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scene(files, capsys):

@@ -1,17 +1,9 @@
 """``replay stress`` prints each word of the audit, writes what failed, and exits with 4 for a broken promise."""
 
 import numpy as np
-from support.stress_files import read_cases
 
 from replay.cli.main import main
 from replay.studies.stress import runner
-
-
-def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
-    assert main(["stress", "--detector", "hybrid", "--family", "16", "--pairs", "100", "--out", str(tmp_path)]) == 0
-    (path,) = tmp_path.iterdir()
-    assert path.name in capsys.readouterr().out.replace("\n", "")
-    assert len(read_cases(path).row) > 0
 
 
 def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):

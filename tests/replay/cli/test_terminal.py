@@ -1,24 +1,19 @@
 """A terminal shows every cell whole, and red is for misses alone."""
 
 import io
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
 from support.small_worlds import cubes
 
 from replay.api import advisor
-from replay.base.tables import table
+from replay.base.tables import markdown, table
 from replay.cli import console as console_module
 from replay.cli.main import main
+from replay.cli.many_sessions import session_table
 from replay.cli.terminal import line, terminal
 from sessions import write_session
-
-
-def printed(one, width=60):
-    console = Console(width=width, file=io.StringIO())
-    console.print(terminal(one))
-    return [line.rstrip() for line in console.file.getvalue().splitlines()]
-
 
 WIDTHS = (60, 80, 100, 140)
 SLOW, HULL = "slow=discrete[rate_hz=20]", "hull=collider[shape=hull,rate_hz=50]"
@@ -111,3 +106,16 @@ def test_a_path_or_a_sentence_alone_is_folded_for_people_and_whole_for_programs(
     lines = capsys.readouterr().err.splitlines()
     assert " ".join(" ".join(lines).split()) == " ".join(text.split()) and lines[1].startswith("    word")
     assert [len(one) <= 40 for one in lines] == [True] * (len(lines) - 1) + [False]
+
+
+def test_no_name_becomes_a_tag_a_link_or_a_further_cell():
+    hostile = ("a](http://x.y)<img src=x>|b", 1)
+    lines = markdown(table("", ("pair", "frames"), [hostile, ("all", 1234)])).splitlines()
+    assert lines[2:] == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]
+
+
+@pytest.mark.parametrize(("count", "notes"), [(20, ()), (22, ("… and 2 more",))])
+def test_of_many_sessions_twenty_are_listed(count, notes):
+    run = {"session": {"frames": 3, "dropped_frames": {}}, "audit": {}}
+    made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
+    assert len(made.rows) == 21 and tuple(made.notes) == notes and made.rows[-1][1] == 3 * count

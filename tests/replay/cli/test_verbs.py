@@ -1,17 +1,26 @@
-"""What a verb says, whole: its answer, its sentences, its exit code; in the order of a day's work."""
+"""What a verb says and leaves, whole: answer, sentences, exit code, files; in the order of a day's work.
+
+A row is a command, or several one after the other; rows share their folder, and need nothing of one another.
+"""
 
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.damage import chunks, flipped
+from support.mcap_samples import protobuf_messages, write_foreign
 from support.planted_faults import FAULTS, clean
 from support.report_states import with_steady_times
 from support.small_worlds import cube, cubes, framed
 
 import replay
+from replay.api import runner
 from replay.cli.main import main
+from replay.outputs.rerun_log import web_viewer
+from replay.pipeline.engine import compute
 from sessions import Event, GazeTrack, Interval, ScalarTrack, Scene, Session, Track, write_session
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
@@ -32,8 +41,27 @@ kind = "breakage"
 between = ["tag:glass", "b"]
 speed_m_s = 1.0
 """
+THIRD = '[[body]]\nid = "c"\n[[effect]]\nkind = "contact"\nbetween = ["a", "c"]\n'
 GOOD = "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"
+ENGINE = "time,a,b,what\n100.04,a,b,begin\n100.04,a,b,end\n100.08,b,a,begin\n100.10,b,a,end\n100.2,a,Floor,begin\n"
+UNITY = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\npose,0,Cup,0,0,0,0,0,0,1,1,,\n"
+STL = (
+    "solid m\nfacet normal 0 x 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid m\n"
+)
+SLOW = "--detectors slow=discrete[rate_hz=20]"
+PROJECTS = (
+    'detectors = ["slow=discrete[rate_hz=20]", "sphere"]\nseed = 3\n[gates]\nmax-missed = 0\n', "step-rate = 25",
+    'detector = "aabb"', "[gates]\nmax_missed = 0", "gates = 1", "[gates]\nmax-missed = 2", 'start = "soon"',
+    "end = true", "end = [1, 2]", 'out = "runs"', "wings = 2", "a = [", 'detectors = "planted:Detector"',
+    'oracle = "planted:Detector"',
+)  # fmt: skip
+"""Texts of ``replay.toml``: each stands beside a recording in a folder of its number."""
+UNNAMEABLE = ("...mcap", "..mcap", "batch.json.mcap", "Batch.JSON.mcap")
+FAULTY = Path(__file__).with_name("faulty.toml").read_text("utf-8")
 ONE = "run s.mcap --no-picture --out out"
+MANY = f"run apart.mcap p.mcap --no-picture {SLOW}"
+OTHERS = "run apart.mcap p.mcap -o m3 --no-picture --detectors hybrid --oracle none"
+UNDECIDED = "run p.mcap --detector it=support.planted_detectors:Undecided"
 VERBS = (
     "", "rum", "xyzzy", "run", "view here --miss 0", "run missing.mcap --out x", "info .", "tradeoff .",
     "info missing.mcap --format=json", "rum --format json",
@@ -49,6 +77,10 @@ VERBS = (
     "import fbx m.json -o x.mcap", "import contacts m.json -o x.mcap",
     "scene check lab.toml", "scene check lab.toml --format json", "scene check text.toml",
     "scene check s.mcap", "scene check told.mcap",
+    "scene check faulty.toml", "scene check faulty.toml --format json", "doctor faulty.toml --format json",
+    "run p.mcap --scene faulty.toml",
+    "scene new p.mcap; scene check p.toml; run p.mcap --scene p.toml --detectors exact",
+    "scene new three.mcap; scene check three.toml; run three.mcap --scene three.toml --detectors exact -v",
     "scene new s.mcap -o bench.toml", "scene new s.mcap -o lab.toml",
     "mesh repair open.glb -o m.glb", "mesh repair open.glb -o j.glb --format json", "mesh repair s.mcap -o x.glb",
     "mesh repair s.mcap -o a.glb --body a", "mesh repair s.mcap -o x.glb --body c", "mesh repair open.glb -o open.glb",
@@ -67,6 +99,36 @@ VERBS = (
     "run lost.mcap --no-picture --out out --policy tracking-lost=refuse", "run text.mcap", "run torn.mcap",
     "run bare.mcap",
     "run none.mcap", "run empty.mcap", "tradeoff lost.mcap --out out --policy tracking-lost=refuse",
+    "run nan.mcap --no-picture --out out", "run wand.mcap --detectors hybrid --oracle none",
+    "run twice.mcap --no-picture --out r1 --detectors hybrid",
+    f"run p.mcap {SLOW} --out r2; view r2 --miss 1; view r2 --false 2 --by slow; view r2 r2; share r2 -o r3; "
+    "share r2 -o r3 --anyway; share r2 -o r3 --anyway; share r2 -o r3 --anyway --force; "
+    "share r2 -o mine --anyway --force",
+    f"run p.mcap {SLOW} --detector sphere --oracle hybrid -o r4 --no-picture -q --format json --start 0.02 --end 0.05 "
+    "--seed 9; view r4; share r4 -o r5 --anyway",
+    "view p.mcap", "view text.mcap",
+    f"audit p.mcap {SLOW} --max-missed 0.01 --max-p99-ms 10000", "run p.mcap --detector hybrid --max-p99-ms 0.000001",
+    f"{UNDECIDED} --max-missed 1", f"{UNDECIDED} --max-invented 1",
+    "run p.mcap --detector support.planted_detectors:Raising", "run p.mcap --detector support.planted_detectors:Unmade",
+    "run p.mcap --step-rate 25",
+    f"run p.mcap {SLOW},sphere --max-missed 0 --format markdown", "run p.mcap --detectors hybrid --format markdown",
+    f"{MANY} -o m1; {MANY} -o m1", f"{MANY} --format json", f"{MANY} --format markdown", MANY,
+    f"run apart.mcap twice.mcap --no-picture {SLOW}", "run text.mcap apart.mcap --detectors hybrid --oracle none",
+    "run several/0 -o m2 --detectors hybrid --no-picture", "run mine",
+    f"{OTHERS}; {OTHERS} --seed 1; {OTHERS} --seed 1 --force; {OTHERS} --seed 1",
+    *(f"run odd/{name} p.mcap --out out --no-picture" for name in UNNAMEABLE),
+    "run several/0; run several/0/p.mcap -q --detectors hybrid; run several/0 several/1",
+    "run several/1/p.mcap; run several/1/p.mcap --detectors hybrid",
+    *(f"run several/{number}/p.mcap" for number in range(2, len(PROJECTS))),
+    "recover torn.mcap h1.mcap --format json", "recover flipped.mcap h2.mcap; info h2.mcap",
+    "recover p.mcap h3.mcap; recover p.mcap h3.mcap; recover p.mcap h3.mcap --force", "doctor m.stl",
+    "import mcap foreign.mcap -o f.mcap --topic /tf; import mcap foreign.mcap -o f.mcap --force --convention openxr",
+    "import mcap foreign.mcap -o x.mcap --topic /other", "import csv unity.csv -o u1.mcap",
+    "import csv quiet.csv -o u2.mcap", "import contacts engine.csv --session p.mcap -o c.mcap; info c.mcap",
+    "stress --detector hybrid --family 16 --pairs 100 --out g", "guide audti", "guide nonsense", "guide audit --script",
+    "tradeoff p.mcap --engine unity --detectors exact", "demo --class 5 --session-only -o d",
+    "demo --scene fast-ball --session-only -o d.mcap; demo --scene fast-ball --session-only -o d.mcap; info d.mcap",
+    "demo --scene fast-ball --session-only -o e.mcap; demo --scene fast-ball --session-only -o e.mcap --force",
 )  # fmt: skip
 
 
@@ -88,6 +150,10 @@ def folder(tmp_path_factory):
     for name, session in {
         "told": replace(told, gaze={"anna": looked}, scalars=scalars, facts=facts), "s": held,
         "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(PLACES), meshes={}),
+        "p": cubes(PLACES), "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
+        "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
+        "wand": replace(cubes(PLACES | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
+        "three": cubes(PLACES | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
     }.items():  # fmt: skip
         write_session(session, place / f"{name}.mcap")
@@ -96,12 +162,28 @@ def folder(tmp_path_factory):
     FAULTS["frozen pose"](frozen, 1, 300)
     rounded.write(place / "clean.mcap")
     frozen.write(place / "frozen.mcap")
+    FAULTS["nan position"](frozen, 0, 500)
+    frozen.write(place / "nan.mcap")
+    whole, recorded = (place / "clean.mcap").read_bytes(), (place / "p.mcap").read_bytes()
+    first, last = chunks(whole)[1]
+    (place / "flipped.mcap").write_bytes(flipped(whole, first + 60, last, 9, 0))
     (place / "torn.mcap").write_bytes((place / "s.mcap").read_bytes()[:-200])
-    for name in ("text.mcap", "text.toml", "old.mcap"):
-        (place / name).write_text("[[hello", "utf-8")
-    (place / "empty.mcap").touch()
-    (place / "lab.toml").write_text(EFFECTS, "utf-8")
-    (place / "good.toml").write_text(GOOD, "utf-8")
+    (place / "odd").mkdir()
+    for name in UNNAMEABLE:
+        (place / "odd" / name).write_bytes(recorded)
+    write_foreign(place / "foreign.mcap", protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))
+    for number, text in enumerate(PROJECTS):
+        (beside := place / "several" / str(number)).mkdir(parents=True)
+        (beside / "replay.toml").write_text(text, "utf-8")
+        (beside / "p.mcap").write_bytes(recorded)
+    (place / "mine").mkdir()
+    for name, text in {
+        **dict.fromkeys(("text.mcap", "text.toml", "old.mcap", "e.truth.json", "mine/letter.txt"), "[[hello"),
+        "empty.mcap": "", "lab.toml": EFFECTS, "faulty.toml": FAULTY, "good.toml": GOOD, "m.stl": STL,
+        "engine.csv": ENGINE, "quiet.csv": UNITY, "unity.csv": UNITY + "enter,0,Cup,,,,,,,,,Hand,\n",
+        "planted.py": "raise SystemExit('ran')\n",
+    }.items():  # fmt: skip
+        (place / name).write_text(text, "utf-8")
     (place / "open.glb").write_bytes(mesh_to_glb(open_cube, "a"))
     for name, edge in (("wand", 0.1), ("big", 10.0)):
         (place / f"{name}.glb").write_bytes(mesh_to_glb(cube(edge), name))
@@ -120,12 +202,49 @@ def folder(tmp_path_factory):
     return place
 
 
-@pytest.mark.parametrize("words", VERBS)
+class Window:
+    """Stands in for the viewer's window: says what it was opened with, and that somebody waited for its end."""
+
+    def __init__(self, *runs, miss, false, by):
+        print("window of", *runs, miss, false, by)
+        self.process = self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        print("closed")
+
+    def wait(self):
+        print("waited")
+
+
+MASKED = {
+    r"(?<=byte )\d+": "",
+    r"\S*/(?=planted_detectors)|\S*/replay-view-\w+": "",
+    r"(?<=false; )[\d.]+(?= ms a f)": "#",
+    r'\n( *)"(seconds|versions|machine|recording)": {\n(?:\1 .*\n)*\1}': r'\n\1"\2": {}',
+    r", about .* a minute|(?<=part-00000-)\w+": "",
+    r"\d+\.\d{10,}(e-\d+)?": lambda found: f"{float(found[0]):.9g}",
+}
+"""What is of this machine, or of its last bit."""
+
+
+@pytest.mark.parametrize("words", VERBS, ids=str)
 def test_a_verb_says_what_it_said(words, folder, monkeypatch, capsys, snapshot):
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
-    code = main(words.split())
-    said = capsys.readouterr()
-    assert "Traceback" not in said.err
-    text = re.sub(rf"{folder}\S*/|(?<=at byte )\d+", "", f"exit {code}\n{said.out}----\n{said.err}")
+    monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Window)
+    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
+    before, text = {*folder.rglob("*")}, ""
+    for command in words.split("; "):
+        code = main(command.split())
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err
+        text += f"exit {code}\n{said.out}----\n{said.err}"
+    left = sorted(path.relative_to(folder).as_posix() for path in {*folder.rglob("*")} - before if path.is_file())
+    text = re.sub(rf"{folder}\S*/", "", "\n".join([text, *left]) if left else text)
+    for pattern, mask in MASKED.items():
+        text = re.sub(pattern, mask, text)
     assert text == snapshot
