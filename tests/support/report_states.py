@@ -9,11 +9,15 @@ from html import unescape
 import numpy as np
 from support.lettered_worlds import run
 from support.planted_faults import FAULTS, clean
-from support.small_worlds import cubes, jumping
+from support.price_rows import ABOUT, price_row
+from support.small_worlds import cube, cubes, jumping
 
 from replay.outputs.report.page import report_html
 from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
+from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.pareto import advice_of, front_of
+from sessions import MeshData
 from sessions.model.event import LiveContact
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -45,7 +49,44 @@ STATES = {
     ),
     "findings": lambda: doubtful(),
     "nine pairs": lambda: compute(cubes({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
+    "in a hollow": lambda: gated(0.0),
+    "beside a hollow": lambda: gated(1.19),
+    "millimetres": lambda: compute(
+        cubes({"a": [0.0] * 12, "b": [3000, 3000, 0.9, 3000, 0.9, 0.8] * 2}), detectors="hybrid"
+    ),
+    "containment refused": lambda: doubled(),
+    "not live": lambda: compute(jumping(), detectors="hybrid,a=continuous,b=continuous"),
+    "offline": lambda: compute(jumping(), detectors="hybrid", offline=True),
+    "a tradeoff": lambda: traded(
+        price_row("often", 0.5, (0, 1), 1, 2), price_row("seldom", 0.05, 2), price_row("never", 9.0, 8), cut=("d", "e")
+    ),
+    "too few prices": lambda: traded(price_row("a", 0.5, 2), cut=("b",)),
+    "no price": lambda: traded(),
+    "an undecided price": lambda: traded(price_row("a", 0.5, 2, contact_frames_undecided=1)),
 }  # fmt: skip
+
+
+def gated(place):
+    """A ball between the walls of a gate, or beside it, and the hull of both walls."""
+    walls = [cube().vertices * (0.1, 1, 1) + (x, 0, 0) for x in (-1, 1)]
+    gate = MeshData(np.concatenate(walls), np.concatenate([cube().faces, cube().faces + 8]))
+    session = cubes({"gate": [0.0] * 4, "ball": [3.0, place, place, 3.0]})
+    return compute(replace(session, meshes={"gate": gate, "ball": cube(0.2)}), detectors="hull=collider[skin_m=0.04]")
+
+
+def doubled():
+    """Of a body with a second surface nobody can say what is inside it."""
+    shell = MeshData(
+        np.concatenate([9 * cube().vertices, cube().vertices + 1]), np.concatenate([cube().faces, cube().faces + 8])
+    )
+    session = cubes({"a": [0] * 3, "b": [0.2, 0.3, 3.0]})
+    return compute(replace(session, meshes={"a": shell, "b": cube()}), detectors="sphere")
+
+
+def traded(*rows, cut=()):
+    """A run with settings that were tried, and others that were not."""
+    done = Tradeoff(rows, tuple(front_of(rows)), tuple(advice_of(rows)), cut, ABOUT)
+    return replace(run("several"), tradeoff=done)
 
 
 def doubtful():

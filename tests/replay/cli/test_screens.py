@@ -8,6 +8,9 @@ from support.report_states import STATES, steady
 
 from replay.cli.run_tables import run_screen, run_tables
 
+TABLED = (
+    "several", "nine pairs", "effects beside an audit", "no reference", "containment refused", "not live", "offline",
+)  # fmt: skip
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
 
 
@@ -22,7 +25,7 @@ def test_the_screen_of_80_columns_reads_as_it_did(state, snapshot):
     assert printed(run_screen(steady(state), SEE_IT), 80) == snapshot
 
 
-@pytest.mark.parametrize("state", ["several", "nine pairs", "effects beside an audit", "no reference"])
+@pytest.mark.parametrize("state", TABLED)
 def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
     assert printed(run_tables(steady(state)), 120) == snapshot
 

@@ -5,21 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.price_rows import price_row
-from support.small_worlds import cube, cubes, grazing, jumping
+from support.small_worlds import cubes, grazing
 
-from replay.base.tables import Column, Marked, text_of
+from replay.base.tables import Column, Marked
 from replay.outputs.run_tables import (
     LATE,
-    contact_table,
     cost_table,
     miss_table,
-    pair_table,
 )
-from replay.outputs.tradeoff_table import tradeoff_table
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures
-from sessions import MeshData
 
 
 def test_what_was_not_measured_has_no_value():
@@ -36,17 +31,6 @@ def run():
 
 def column(made, name):
     return [row[0] for row in made.only(name).cells()]
-
-
-def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
-    assert pair_table(run, "slow").notes == () and run.summary["pairs"][0]["containment"]["exact"] == "decided"
-    one, session = cube(), cubes({"a": [0] * 3, "b": [0.2, 0.3, 3.0]})
-    shell = MeshData(np.concatenate([9 * one.vertices, one.vertices + 1]), np.concatenate([one.faces, one.faces + 8]))
-    result = compute(replace(session, meshes={"a": shell, "b": one}), detectors="sphere")
-    word = "containment refused for 1 of 1 pair: a has doubled or overlapping faces"
-    (note,) = pair_table(result, "sphere").only("pair").notes
-    assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
-    assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
 
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
@@ -67,25 +51,6 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 
-@pytest.mark.parametrize(
-    ("detectors", "offline", "ways", "notes"),
-    [
-        ("hybrid,slow=discrete[rate_hz=20]", False, ["live", "live", "reference"], ()),
-        ("hybrid", True, ["offline", "reference"], ()),
-        (
-            "hybrid,a=continuous,b=continuous", False, ["live", "offline", "offline", "reference"],
-            ("a cannot be asked live", "b cannot be asked live"),
-        ),
-    ],
-)  # fmt: skip
-def test_the_table_of_times_says_how_each_was_asked_and_who_cannot_be_asked_live(detectors, offline, ways, notes):
-    asked = compute(jumping(), detectors=detectors, offline=offline)
-    assert column(cost_table(asked), "how") == ways
-    assert tuple(note for note in cost_table(asked).notes if "busy" not in note) == notes
-    timed = [label for label, made in asked.detections.items() if isinstance(made.seconds.get("rest"), np.ndarray)]
-    assert timed == [label for label, way in zip(asked.detections, ways, strict=True) if way == "live"]
-
-
 def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean(run):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(run.detections["slow"], seconds=seconds)
@@ -97,13 +62,3 @@ def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean
     told = {"slow": {**was, "seconds": was["seconds"] | {"per_frame": figures}}}
     (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).cells()
     assert row == ("2.000", "17 %")
-
-
-def test_counts_over_offsets_are_ranges_and_zero_is_a_zero():
-    row = price_row("a", 0.5, (0, 1), 2, 0, p99=1.25, front=True) | {"false": 0.25}
-    made = tradeoff_table("", [row])
-    (cells,) = made.cells()
-    assert dict(zip(made.head, map(text_of, cells), strict=True)) == {
-        "setting": "a", "missed": "0-1", "late or cut short": "2", "false contacts": "0", "wrong": "2-3",
-        "mean ms": "0.500", "p99 ms": "1.25", "front": "front", "false %": "25", "passes": "7", "settings": "a",
-    }  # fmt: skip

@@ -73,7 +73,7 @@ def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
     assert rows.min() > 0 and columns.min() > 0 and rows.max() < seen.height - 1 and columns.max() < seen.width - 1
 
 
-@pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference"])
+@pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference", "a tradeoff"])
 def test_the_drawings_of_a_page_look_as_they_did(state, monkeypatch, snapshot):
     """Lanes, plots and words as they are written; of each raster picture the mean of its tiles."""
     pictures, made = [], Image.fromarray

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
-from support.price_rows import ABOUT, price_row
 from support.report_states import steady, with_steady_times
 
 from replay.effects.effects_runner import SKIPPED, EffectRun
@@ -13,7 +12,6 @@ from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, S
 from replay.effects.protocol import EffectSpec
 from replay.outputs.rerun_log.moments import read_moments
 from replay.pipeline.engine import compute
-from replay.pipeline.run_result import Tradeoff
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Interval
 
@@ -50,12 +48,12 @@ def with_tasks(result):
     return replace(result, session=replace(result.session, intervals=spans))
 
 
-TRIED = [price_row("often", 0.5, 0, 1, 2), price_row("seldom", 0.05, 2)]
-TRADEOFF = Tradeoff(tuple(TRIED), ("seldom", "often"), ("Take often.", "It costs more."), ("rest",), ABOUT)
-STATES = ("several", "only false", "between frames", "undecided", "no contact", "no reference", "effects")
+STATES = (
+    "several", "only false", "between frames", "undecided", "no contact", "no reference", "effects", "a tradeoff",
+    "too few prices", "millimetres",
+)  # fmt: skip
 PICTURES = {
     **{state: lambda _, name=state: steady(name) for state in STATES},
-    "a tradeoff": lambda _: replace(steady("several"), tradeoff=TRADEOFF),
     "taps": lambda taps: with_effects(taps(), pour=POUR, reaction=END),
     "a search that misses": lambda taps: with_tasks(taps(135, "paper", "hybrid-qaco", variant="corrected", budget=300)),
     "a hull": lambda taps: with_effects(taps(135, "hull", "collider", shape="hull"), pour=EffectOutput()),
