@@ -12,29 +12,9 @@ from hypothesis import strategies as st
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, without_faces
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
-from cdcore.errors import InvalidMeshError
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-
-
-@pytest.mark.parametrize(
-    ("vertices", "faces", "message"),
-    [
-        (CORNERS, [], "the mesh is empty"), (CORNERS, np.zeros((0, 3), dtype=int), "the mesh is empty"),
-        (CORNERS, [[0, 1, 3]], r"face 0 names vertices \[0, 1, 3\], but there are only vertices 0 to 2"),
-        (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 names vertices"),
-        ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 is not finite"),
-        ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]], "vertex 2 is not finite"),
-        (CORNERS, [[0.0, 1.0, 2.0]], "faces are float64, not integers"), (CORNERS, [[0, 1, 2, 0]], "triangles only"),
-        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "vertices have shape"),
-        ("glass", [[0, 1, 2]], "vertices are not an array of numbers"),
-        (CORNERS, [[0, 1, 2], [0, 1]], "faces are not an array"), ([], [[0, 1, 2]], "vertices have shape"),
-    ],
-)  # fmt: skip
-def test_a_mesh_that_is_none_is_refused_by_one_sentence(vertices, faces, message):
-    with pytest.raises(InvalidMeshError, match=message):
-        TriangleMesh(vertices, faces)
 
 
 def test_a_mesh_cannot_be_changed_afterwards_and_does_not_follow_its_source():

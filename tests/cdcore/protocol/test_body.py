@@ -30,19 +30,6 @@ def test_an_empty_list_is_no_pairs():
     assert resolve_pairs(BODIES, []).shape == (0, 2)
 
 
-@pytest.mark.parametrize(
-    ("pairs", "message"),
-    [
-        ([("cup", "spoon")], "no body 'spoon'; there are: table, rod, cup"), ([(0, 3)], "no body 3"),
-        ([(-1, 0)], "no body -1"), ([(0.0, 1)], "no body 0.0"), ([("cup", "cup")], "paired with itself"),
-        ([(0, 1), ("rod", "table")], "pair table-rod is asked for twice"), ([(0, 1, 2)], "two bodies, not 3"),
-    ],
-)  # fmt: skip
-def test_a_pair_that_is_none_is_refused(pairs, message):
-    with pytest.raises(InvalidPairError, match=message):
-        resolve_pairs(BODIES, pairs)
-
-
 def test_two_bodies_of_one_name_are_refused():
     with pytest.raises(InvalidPairError, match="used twice: rod"):
         resolve_pairs([*BODIES, BODIES[1]], None)

@@ -118,44 +118,6 @@ def test_a_quaternion_that_is_none_is_refused(quaternion):
     assert np.array_equal(motion.rotations[4, 0], np.eye(3))
 
 
-@pytest.mark.parametrize(
-    ("times", "message"),
-    [
-        ([0, 1, 1, 2, 3, 4], "frame 2: time 1.0 s does not come after 1.0 s|frame 2: time .*1.0.* does not come after"),
-        ([0, 1, 2, 1.5, 3, 4], "frame 3: .* sort the frames"),
-        ([0, 1, 2, np.nan, 3, 4], "frame 3: time nan is not finite"),
-        ([[0, 1]], "times have shape"),
-    ],
-)
-def test_times_that_do_not_increase_are_refused(times, message):
-    with pytest.raises(InvalidPoseError, match=message):
-        Motion(times, *arrays())
-
-
-@pytest.mark.parametrize(
-    ("build", "message"),
-    [
-        (
-            lambda: Motion(TIMES, np.zeros((6, 2)), np.zeros((6, 2, 3, 3))),
-            r"translations have shape \(6, 2\); give \(6, N, 3\)",
-        ),
-        (lambda: Motion(TIMES, np.zeros((6, 2, 3)), np.zeros((6, 1, 3, 3))), "rotations have shape"),
-        (lambda: Motion(TIMES, *arrays(), valid=np.ones((6, 3))), "valid has shape"),
-        (lambda: Motion(TIMES, *arrays(), linked=np.ones(6)), "linked has shape"),
-        (lambda: Motion(TIMES, "here", np.zeros((6, 2, 3, 3))), "translations are not an array of numbers"),
-        (lambda: Motion.from_matrices(TIMES, np.tile(np.eye(4), (5, 2, 1, 1))), "poses have shape"),
-        (lambda: Motion.from_matrices(TIMES, np.tile(2 * np.eye(4), (6, 2, 1, 1))), "last row is .*column-convention"),
-        (
-            lambda: Motion.from_quaternions(TIMES, np.zeros((6, 1, 3)), np.tile([0.0, 0, 0, 1], (6, 2, 1))),
-            "translations have",
-        ),
-    ],
-)
-def test_arrays_that_do_not_fit_are_refused_by_shape(build, message):
-    with pytest.raises(InvalidPoseError, match=message):
-        build()
-
-
 @pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
 def test_each_entry_of_the_last_row_is_read_where_the_pose_is_valid(entry, value):
     poses, valid = matrices(*arrays()), np.ones((6, 2), dtype=bool)

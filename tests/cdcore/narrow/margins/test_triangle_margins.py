@@ -1,6 +1,7 @@
 """Clearance and penetration of triangles and of placed surfaces agree with closed forms down to the last bits."""
 
-from math import sqrt
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from cdcore.narrow.margins.triangle_margins import triangle_margins
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+CLEARANCES = tomllib.loads(Path(__file__).with_name("clearances.toml").read_text("utf-8"))["clearance"]
 
 
 def one(first, second):
@@ -40,20 +42,9 @@ def test_touching_and_coplanar_overlap_have_no_depth():
     assert one(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("second", "distance"),
-    [
-        ([[2, 0, 0], [3, 0, 0], [2, 1, 0]], 1.0),  # corner to corner
-        ([[1, 1, 0], [2, 1, 0], [1, 2, 0]], sqrt(0.5)),  # corner to edge
-        ([[2, 2, 2], [2, 2, 2], [2, 2, 2]], sqrt(4 + 4.5)),  # a point, nearest to an edge
-        ([[0.2, 0.2, 3], [0.2, 0.2, 3], [0.2, 0.2, 4]], 3.0),  # a segment above the face
-        ([[-1, 0.5, 1], [2, 0.5, 1], [-1, 0.5, 1]], 1.0),  # a segment across
-        ([[1.5, -1, -1], [1.5, -1, 1], [1.5, -2, 0]], sqrt(0.25 + 1)),  # corner to an edge in space
-        ([[-1, -0.5, -1], [1, -0.5, 1], [0, -3, 0]], 0.5),  # edge to edge, crossing feet
-    ],
-)
-def test_clearance_is_the_distance_of_the_nearest_features(second, distance):
-    assert one(FLOOR, second) == (False, pytest.approx(distance, rel=1e-15))
+@pytest.mark.parametrize("row", CLEARANCES, ids=lambda row: row["of"])
+def test_clearance_is_the_distance_of_the_nearest_features(row):
+    assert one(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
 
 
 def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_not():

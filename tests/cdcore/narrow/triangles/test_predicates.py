@@ -1,5 +1,8 @@
 """The triangle test and its three stages (filter, exact sums, integers) agree and refuse what is no triangle."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.predicate_work import filtered, left_open
@@ -82,24 +85,14 @@ def test_edges_on_one_line_that_lie_apart_do_not_make_triangles_of_one_plane_mee
         assert not pair_intersects_exact(np.ascontiguousarray(pair[:, :, ::-1]).reshape(6, 3), new_digits())
 
 
-FLOOR_integers = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
-CASES = [
-    ("corner on face", [[1, 1, 0], [1, 2, 4], [2, 1, 4]], True),
-    ("just above", [[1, 1, 1], [1, 2, 4], [2, 1, 4]], False),
-    ("corner to corner", [[0, 0, 0], [-1, 0, 0], [0, -1, 0]], True),
-    ("coplanar apart", [[5, 5, 0], [6, 5, 0], [5, 6, 0]], False),
-    ("coplanar inside", [[1, 1, 0], [2, 1, 0], [1, 2, 0]], True), ("point on face", [[1, 1, 0]] * 3, True),
-    ("point beside face in its plane", [[3, 3, 0]] * 3, False),
-    ("segment through", [[1, 1, -1], [1, 1, 1], [1, 1, 0]], True),
-    ("segment in plane across", [[-1, 1, 0], [5, 1, 0], [2, 1, 0]], True),
-    ("segment past a corner", [[-1, 0, 1], [0, -1, -1], [-1, 0, 1]], False),
-]  # fmt: skip
+SEEN = tomllib.loads(Path(__file__).with_name("seen.toml").read_text("utf-8"))
+CASES = [pytest.param(other, word == "meets", id=name) for word in SEEN for name, other in SEEN[word].items()]
 
 
-@pytest.mark.parametrize(("name", "other", "meets"), CASES, ids=[case[0] for case in CASES])
+@pytest.mark.parametrize(("other", "meets"), CASES)
 @pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
-def test_a_case_one_can_see(name, other, meets, scale):
-    first, second = ([[x * scale for x in corner] for corner in triangle] for triangle in (FLOOR_integers, other))
+def test_a_case_one_can_see(other, meets, scale):
+    first, second = ((np.array(triangle) * scale).tolist() for triangle in (4 * np.array(FLOOR), other))
     assert triangles_intersect([[first, second]])[0] == meets
     assert pair_intersects_integers([first, second]) is meets
     assert pair_intersects_integers([second, first]) is meets
