@@ -1,6 +1,7 @@
 """What a notebook and a Python prompt show of a run: the ranking, the answer, charts, and where the picture is."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from shlex import quote
 from textwrap import wrap
@@ -9,8 +10,8 @@ from typing import Final
 from replay.base.shown import plural
 from replay.base.tables import text_of
 from replay.errors import AuditError
-from replay.outputs.report.first_screen import all_detectors
-from replay.outputs.report.markup import page_html, page_table
+from replay.outputs.report.first_screen import comparison_of
+from replay.outputs.report.markup import filled
 from replay.outputs.report.page import view_of
 from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
 from replay.pipeline.answer import RUN, SESSION
@@ -32,10 +33,6 @@ FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
 
 WIDTH: Final = 100
 PLOT_HEIGHT: Final = 420
-STYLE: Final = (
-    "<style>.replay-run td,.replay-run th{padding:2px 10px}.replay-run .number{text-align:right}"
-    ".replay-run caption{text-align:left;font-weight:bold}.replay-run .word{text-align:left}</style>"
-)
 
 
 def run_text(result: RunResult) -> str:
@@ -60,26 +57,15 @@ def run_text(result: RunResult) -> str:
 
 def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
-    parts = [f"<p>{escape(_what(result))}</p>"]
-    if result.ranking:
+    there = [name for name in FILES if result.out and (result.out / name).is_file()]
+    return filled(
+        "outputs/notebook.html", what=_what(result), where=_where(result),
         # Its note about a busy machine stands in the cost.
-        parts.append(page_table(replace(ranking_table(result), notes=())))
-        parts += [f"<p>{escape(words)}</p>" for words in undecided(result)]
-    if result.answers:
-        first = result.answers[0]
-        parts.append(f"<p>{escape(first.sentence)}</p>")
-        for name, words, command in first.reasons:
-            parts.append(f"<p><b>{name}: </b>{escape(words)}</p>")
-            if command:
-                parts.append(f"<pre>{escape(_command(command, result))}</pre>")
-        parts.append(f"<p><b>Cost: </b>{escape(' '.join(price(result)))}</p>")
-    if result.out is None:
-        parts.append(f"<p>{escape(_where(result))}</p>")
-    else:
-        there = (name for name in FILES if (result.out / name).is_file())
-        found = (f'<a href="{escape((result.out / name).as_posix())}">{FILES[name]}</a>' for name in there)
-        parts.append(f"<p>{', '.join(found)}; <code>.view()</code> shows the picture here</p>")
-    return f'<div class="replay-run">{STYLE}{"".join(parts)}</div>'
+        ranking=replace(ranking_table(result), notes=()) if result.ranking else None, undecided=undecided(result),
+        answer=result.answers[0] if result.answers else None, price=price(result),
+        command_of=partial(_command, result=result),
+        links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in there],
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -99,7 +85,7 @@ def run_plot(result: RunResult) -> Plot:
         raise AuditError(
             "nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)"
         )
-    return Plot(page_html("Detectors", all_detectors(view_of(result), None), ()))
+    return Plot(filled("outputs/plot.html", comparison=comparison_of(view_of(result))))
 
 
 def _what(result: RunResult) -> str:

@@ -7,6 +7,7 @@ import pytest
 
 HEAVY = {
     "numpy", "scipy", "numba", "fcl", "trimesh", "rerun", "pyarrow", "rich", "matplotlib", "mcap", "google.protobuf",
+    "jinja2",
 }  # fmt: skip
 
 
@@ -32,7 +33,7 @@ COMPUTES = """
 import replay.pipeline.engine, replay.comparison.misses, replay.comparison.compare
 import replay.prepare.holding_poses, replay.pipeline.summary
 """
-WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click"}
+WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ UPWARD = {
     "pyarrow is imported where tables are read and written": ("replay/comparison/compare.py", "import pyarrow"),
     "rich is imported by the command line alone": ("replay/pipeline/summary.py", "import rich"),
     "matplotlib is imported where plots are drawn": ("replay/metrics/near.py", "import matplotlib"),
+    "jinja2 is imported where pages are filled in": ("replay/outputs/notebook.py", "import jinja2"),
 }
 
 

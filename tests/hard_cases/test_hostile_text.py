@@ -21,7 +21,7 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.base.shown import shown
 from replay.cli.main import main
-from replay.outputs.report.page import report_html
+from replay.outputs.report.page import report_html, view_of
 from replay.outputs.results.run_folder import RunFolder
 from replay.outputs.share import folder
 from replay.pipeline.engine import compute
@@ -96,7 +96,8 @@ def page_of_class(word, study):
 
 
 def shared_of(word):
-    return folder._beside(report_of(word), word)
+    result = compute(hostile(word), detectors="slow=discrete[rate_hz=20]")
+    return folder.shared_page(replace(view_of(result), pictured=True), word)
 
 
 def list_of(word):

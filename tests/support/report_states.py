@@ -160,6 +160,7 @@ UNSTEADY = (
 def read_page(page):
     """What a reader sees, a line a block, without charts; times of this machine are masked."""
     page = re.sub(r"<(style|svg|title)\b.*?</\1>|" + UNSTEADY, "", page, flags=re.DOTALL)
+    page = " ".join(page.split())  # line ends of a template are no words
     page = re.sub(r'(data-l="(?:mean|p99) ms">)[^<]*', r"\1#", page)
     page = re.sub(r"</(?:th|td|dt|span|a|b)>", r"\g<0> ", page)
     page = re.sub(r"<(?:p|h[123]|tr|dd|dt|li|summary|caption|header|figcaption|small)\b", r"\n\g<0>", page)

@@ -1,10 +1,10 @@
-"""Charts as SVG that lies in the page: plots, and when what happened."""
+"""What the charts of a page are drawn of: corners of plots, and when what happened."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
-from replay.outputs.plots import Plot, Point, ticks_of
-from replay.outputs.report.markup import Markup, element, joined
+from replay.outputs.plots import Point, ticks_of
 
 Span = tuple[float, float]
 """Seconds from start to end."""
@@ -21,25 +21,7 @@ NEIGHBOURS: Final = 2000
 """Stretches nearer to each other than this part of a lane are painted as one."""
 
 
-def drawn(plot: Plot) -> Markup:
-    """A plot as SVG."""
-    parts = [element("path", class_=kind, d=_path(corners)) for kind, corners in plot.lines]
-    parts += [
-        element("circle", class_=f"dot {kind}", cx=f"{x:.1f}", cy=f"{y:.1f}", r=5.5) for kind, (x, y) in plot.dots
-    ]
-    for words in plot.words:
-        kind = "lb" if words.dot >= 0 else "t"
-        x, y = words.at
-        parts.append(
-            element(
-                "text", words.text, class_=f"{kind} {words.side}".removesuffix(" start"), x=f"{x:.1f}", y=f"{y:.1f}"
-            )
-        )
-    box = f"0 0 {plot.size[0]:g} {plot.size[1]:g}"
-    return element("svg", *parts, class_="sc", viewBox=box, role="img", aria_label=plot.said)
-
-
-def _path(corners: Sequence[Point]) -> str:
+def path_of(corners: Sequence[Point]) -> str:
     """Corners as a path; what lies between two of its height adds nothing."""
     places = [(f"{x:.1f}", f"{y:.1f}") for x, y in corners]
     turns = [
@@ -50,31 +32,32 @@ def _path(corners: Sequence[Point]) -> str:
     return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in turns))}"
 
 
-def curve_figure(plot: Plot) -> Markup:
-    """A curve above what it says."""
-    return element("figure", joined([drawn(plot), element("figcaption", plot.said)]), class_="plot")
+@dataclass(frozen=True)
+class Lane:
+    """Stretches on one line, as long as a window: kind and path of each, and words for those who cannot see it."""
+
+    words: str
+    length: float
+    paths: list[tuple[str, str]]
 
 
-def lane(spans: Mapping[str, Iterable[Span]], window: Span, words: str, mark: float | None = None) -> Markup:
+def lane(spans: Mapping[str, Iterable[Span]], window: Span, words: str, mark: float | None = None) -> Lane:
     """Stretches of each kind on one line, and a mark at the moment of the picture.
 
     A stretch that is too short to be seen is a line of fixed width.
     """
     start, end = window
     whole = max(end - start, 1e-6)
-    parts = []
+    paths = []
     for kind in KINDS:
         found = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
         if found:
             boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in found)
             ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in found if b - a < whole / 300)
-            parts += [element("path", class_=kind, d=boxes), element("path", class_=f"{kind} tick", d=ticks)]
+            paths += [(kind, boxes), (f"{kind} tick", ticks)]
     if mark is not None:
-        parts.append(element("path", class_="now", d=f"M{mark - start:.3f} 0V20"))
-    return element(
-        "svg", *parts, class_="lane", viewBox=f"0 0 {whole:.3f} 20", preserveAspectRatio="none", role="img",
-        aria_label=words,
-    )  # fmt: skip
+        paths.append(("now", f"M{mark - start:.3f} 0V20"))
+    return Lane(words, whole, paths)
 
 
 def _joined(spans: Iterable[Span], window: Span, apart: float) -> Iterator[Span]:
@@ -94,21 +77,10 @@ def _joined(spans: Iterable[Span], window: Span, apart: float) -> Iterator[Span]
         yield before
 
 
-def ruler(start: float, end: float) -> Markup:
-    """Seconds below a lane."""
+def ruler(start: float, end: float) -> list[tuple[float, str]]:
+    """Seconds below a lane: where, in percent of it, and in words."""
     length = max(end - start, 1e-6)
     ticks = [tick for tick in ticks_of(length, 6) if tick < 0.94 * length]
-    marks = [(tick, f"{start + tick:.4g}") for tick in ticks] + [
-        (length, f"{end:.0f} s" if length > 20 else f"{end:.4g} s")
-    ]
-    return element(
-        "div", *(element("span", name, style=f"left:{100 * at / length:.2f}%") for at, name in marks), class_="ticks"
-    )
-
-
-def legend(kinds: Sequence[str], mark: bool) -> Markup:
-    """What the colours of lanes mean."""
-    keys = [element("span", element("i", class_=f"k {kind}"), KIND_WORDS[kind]) for kind in kinds]
-    if mark:
-        keys.append(element("span", element("i", class_="k now"), "the picture"))
-    return element("p", *keys, class_="leg")
+    marks = [(tick, f"{start + tick:.4g}") for tick in ticks]
+    marks.append((length, f"{end:.0f} s" if length > 20 else f"{end:.4g} s"))
+    return [(100 * at / length, name) for at, name in marks]

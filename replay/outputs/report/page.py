@@ -1,6 +1,6 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -8,17 +8,21 @@ import numpy as np
 
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import titration_curves
-from replay.outputs.plots import curve
-from replay.outputs.report.charts import curve_figure
-from replay.outputs.report.first_screen import first_screen, page_head
-from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
-from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, session_names
-from replay.outputs.report.sections import effect_section, fault_sections, last_section, words_section
+from replay.outputs.plots import Plot, curve
+from replay.outputs.report.first_screen import comparison_of, page_facts, where
+from replay.outputs.report.markup import filled
+from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, faults_by_pair, key_fault, session_names
+from replay.outputs.report.sections import GLOSSARY, effect_parts, fault_lanes, folds, lead_of
 from replay.outputs.report.still import CARD, FIRST, fault_still
-from replay.outputs.report.tradeoff import tradeoff_parts
+from replay.outputs.report.tradeoff import tradeoff_values
 from replay.outputs.run_tables import contact_table
+from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.headline import beside, undecided
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import MOST_CARDS
+
+MOST_PAIRS = 6
+"""Cards of a detector; further pairs are folded."""
 
 WARMED = ("warmest", "coldest", "heated", "boil")
 """Names of events that tell of a temperature."""
@@ -31,57 +35,57 @@ def write_report(result: RunResult, path: Path) -> None:
 
 def report_html(result: RunResult) -> str:
     """The page as text."""
-    curves = [*_temperatures(result), *_titrations(result)]
     notes = beside(result)[len(undecided(result)) :]
-    return page_of(view_of(result), notes, _other_sections(result), curves)
-
-
-def page_of(view: RunView, notes: Sequence[str], more: Iterable[Section] = (), curves: Sequence[Markup] = ()) -> str:
-    """The page of a run.
-
-    ``notes``: what was not counted, or is chance; ``more`` sections come first, ``curves`` stand above what the effects
-    found.
-    """
-    sections = [
-        *more, *fault_sections(view), *effect_section(view, curves), last_section(view, notes), *words_section(view),
-    ]  # fmt: skip
-    # What a reader must know before the answer.
-    doubts = [element("p", line, class_="doubt") for line in view.doubts]
-    top = [page_head(view, sections), *doubts, *first_screen(view)]
-    return page_html(view.title, top, [section_html(section) for section in sections], CAVEAT)
-
-
-def view_of(result: RunResult) -> RunView:
-    """A run in memory, its faults with a picture each, and the command that shows it in motion."""
-    folder = str(result.out or "RUN")
-
-    def look(fault: Fault) -> Markup:
-        by = f" --by {fault.label}" if len(result.answers) > 1 else ""
-        return element("code", f"replay view {folder} --{fault.kind} {fault.number}{by}")
-
-    return RunView(
-        run=result, rows=lambda name: result.tables[name].plain(), name=session_names(result.summary)[0],
-        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer), folder=folder,
-        still=partial(_still, result), look=look,
+    audited = result.comparisons or not result.detections
+    return page_of(
+        view_of(result), notes, curves=[*_temperatures(result), *_titrations(result)],
+        tradeoff=None if result.tradeoff is None else tradeoff_values(result.tradeoff),
+        contacts=[] if audited else [contact_table(result, label) for label in result.episodes],
     )  # fmt: skip
 
 
-def _still(result: RunResult, fault: Fault, first: bool) -> tuple[Markup, str]:
+def page_of(
+    view: RunView, notes: Sequence[str], template: str = "outputs/report/run.html", *, curves: Sequence[Plot] = (),
+    **more: object,
+) -> str:  # fmt: skip
+    """The page of a run.
+
+    ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``more``: what other
+    settings cost, contacts that nobody audited.
+    """
+    first = None if view.hero else view.answers[0]
+    fault = None if first is None else key_fault(view, first)
+    faults = [(answer, faults_by_pair(view, answer.label)) for answer in view.answers]
+    values = {
+        "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
+        "fault": fault, "where": fault and where(view, fault),
+        "cost": cost(view.summary, view.oracle), "times_are": f"{TIMES_ARE} {busy_words(view.summary)}".strip(),
+        "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
+        "faults": faults, "lead": lead_of(view, view.answers[0]) if view.answers else "",
+        "lanes_of": partial(fault_lanes, view), "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
+        "effects": effect_parts(view, curves), "folds": list(folds(view)), "glossary": GLOSSARY,
+        "tradeoff": None, "contacts": (),
+    }  # fmt: skip
+    return filled(template, **values | more)
+
+
+def view_of(result: RunResult) -> RunView:
+    """A run in memory, its faults with a picture each."""
+    return RunView(
+        run=result, rows=lambda name: result.tables[name].plain(), name=session_names(result.summary)[0],
+        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer), folder=str(result.out or "RUN"),
+        still=partial(_still, result),
+    )  # fmt: skip
+
+
+def _still(result: RunResult, fault: Fault, first: bool) -> tuple[str, str]:
     """The picture of a fault."""
     things = result.misses[fault.label] if fault.kind == MISS else result.false[fault.label]
     thing = next(thing for thing in things if thing.number == fault.number)
     return fault_still(result, fault.label, thing, FIRST if first else CARD)
 
 
-def _other_sections(result: RunResult) -> Iterator[Section]:
-    """What other settings cost, and contacts that nobody audited."""
-    if result.tradeoff is not None:
-        yield Section("What accuracy costs", "What accuracy costs", [*tradeoff_parts(result.tradeoff)])
-    if result.detections and not result.comparisons:
-        yield Section("Contacts", "Contacts", [contact_table(result, label) for label in result.episodes])
-
-
-def _temperatures(result: RunResult) -> Iterator[Markup]:
+def _temperatures(result: RunResult) -> Iterator[Plot]:
     """The temperature over time of each body of which an effect tells that it became warmer or colder."""
     for run in result.effects.values():
         warmed = {body for event in run.events if event.name in WARMED for body in event.bodies}
@@ -91,10 +95,10 @@ def _temperatures(result: RunResult) -> Iterator[Markup]:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
                 words = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
-                yield curve_figure(curve(points, (), words, "seconds", "degC", lowest))
+                yield curve(points, (), words, "seconds", "degC", lowest)
 
 
-def _titrations(result: RunResult) -> Iterator[Markup]:
+def _titrations(result: RunResult) -> Iterator[Plot]:
     """The pH of each vessel that was titrated over what came in, with a line at each end point."""
     for vessel, (added, ph, ends) in titration_curves(result.effects).items():
         words = f"The pH in {vessel} over what came in"
@@ -103,4 +107,4 @@ def _titrations(result: RunResult) -> Iterator[Markup]:
             lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
             words += f"; the {lines}, {points} mL"
         points_of = np.stack([added, ph], axis=1).tolist()
-        yield curve_figure(curve(points_of, ends, f"{words}.", "came in, mL", "pH"))
+        yield curve(points_of, ends, f"{words}.", "came in, mL", "pH")

@@ -12,9 +12,9 @@ from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
-from replay.outputs.report.markup import Markup, moment_address
+from replay.outputs.report.markup import moment_address
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
-from replay.pipeline.answer import Answer
+from replay.pipeline.answer import RUN, SESSION, Answer
 from replay.pipeline.headline import doubts_of
 from replay.pipeline.ranking import Rank
 from replay.pipeline.result_tables import EFFECT
@@ -69,11 +69,8 @@ class Fault:
         return f"{self.start:.3f} to {self.end:.3f} s"
 
 
-Still = Callable[[Fault, bool], tuple[Markup, str]]
-"""Picture of a fault, larger where it is the first of a page, and what is seen on it."""
-
-Look = Callable[[Fault], Markup]
-"""How to see a fault in motion."""
+Still = Callable[[Fault, bool], tuple[str, str]]
+"""Picture of a fault as HTML, larger where it is the first of a page, and what is seen on it."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +91,7 @@ class RunView:
     asked: Hero | None = None  # what stands first where something else was asked than detectors
     folder: str = "RUN"  # the run folder, as a command names it
     still: Still | None = None
-    look: Look | None = None
+    pictured: bool = False  # whether the live picture stands beside the page, and each fault leads it there
 
     @property
     def summary(self) -> Mapping[str, Any]:
@@ -147,6 +144,20 @@ class RunView:
         """What the page says first, and whose session it is."""
         sentence = self.answers[0].sentence if self.hero is None else self.hero.sentence
         return f"{sentence.rstrip('.')}. Replay of {self.name}"
+
+    def address(self, fault: Fault) -> str:
+        """Where the page has a fault; the detector that was asked first needs no name."""
+        first = next(iter(self.summary["audit"]))
+        return moment_address(fault.kind, fault.number, "" if fault.label == first else fault.label)
+
+    def command(self, fault: Fault) -> str:
+        """What shows a fault in motion."""
+        by = f" --by {fault.label}" if len(self.answers) > 1 else ""
+        return f"replay view {self.folder} --{fault.kind} {fault.number}{by}"
+
+    def filled(self, command: str) -> str:
+        """A command with the names of this run."""
+        return command.replace(RUN, self.folder).replace(SESSION, "session.mcap")
 
     @property
     def doubts(self) -> list[str]:
@@ -232,12 +243,6 @@ def key_fault(view: RunView, answer: Answer) -> Fault | None:
         return None
     key = answer.moment.kind, answer.moment.number
     return next((fault for fault in view.faults[answer.label] if (fault.kind, fault.number) == key), None)
-
-
-def fault_address(view: RunView, fault: Fault) -> str:
-    """Where a page has a fault; the detector that was asked first needs no name."""
-    first = next(iter(view.summary["audit"]))
-    return moment_address(fault.kind, fault.number, "" if fault.label == first else fault.label)
 
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:

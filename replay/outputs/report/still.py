@@ -16,7 +16,7 @@ from replay.comparison.outcome import Miss
 from replay.outputs.camera import across, standing, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import INVENTED, MISSED, Rgba
-from replay.outputs.report.markup import Markup, element
+from replay.outputs.report.markup import filled
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
 from replay.pipeline.run_result import RunResult
 
@@ -101,17 +101,20 @@ class Sight:
         return "" if self.gap is None else f"{1e3 * float(np.linalg.norm(self.gap[1] - self.gap[0])):.2g} mm"
 
 
-def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[Markup, str]:
+def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[str, str]:
     """A fault as SVG around a raster picture, and its colours in words; in the first of a page each part is named."""
     sight, factor, worded = _sight(result, label, fault), SHARPER[size], size == FIRST
     pixels = round(size[0] * factor), round(size[1] * factor)
     away = _direction(result, sight, fault)
     view = View.of(_shown(sight), away, pixels, round(WORDS * factor) if worded else 0)
     picture, shape = drawn(view, *_parts(sight, view), _background(pixels))
-    arrow, place = _arrow(sight, view, factor)
-    words = _words(sight, label, view, shape == 0, place) if worded else ()
+    strokes, middle = _arrow(sight, view, factor)
     how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
-    svg = _svg(picture, size, f"{sight.white.name} and {sight.glass.name} {how}", arrow, *words)
+    svg = filled(
+        "outputs/report/still.html", size=size, said=f"{sight.white.name} and {sight.glass.name} {how}",
+        picture=_webp(picture), strokes=strokes, middle=middle, ring="ring missed" if sight.gap is None else "ring",
+        words=_words(sight, label, view, shape == 0, middle) if worded else (), x=FIRST[0] - WORDS + 8,
+    )  # fmt: skip
     colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
     if sight.white.solid or sight.glass.solid:
         colours.append("collider yellow")
@@ -120,16 +123,13 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     return svg, ", ".join(colours)
 
 
-def _svg(picture: FloatArray, size: tuple[int, int], words: str, *over: Markup) -> Markup:
-    """A raster picture with what is drawn over it; ``words`` for those who cannot see it."""
+def _webp(picture: FloatArray) -> str:
+    """A raster picture as it lies in an address."""
     from PIL import Image
 
     out = io.BytesIO()
     Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
-    source = "data:image/webp;base64," + b64encode(out.getvalue()).decode()
-    image = element("image", href=source, width=size[0], height=size[1])
-    box = f"0 0 {size[0]} {size[1]}"
-    return element("svg", image, *over, class_="still", viewBox=box, role="img", aria_label=words)
+    return b64encode(out.getvalue()).decode()
 
 
 def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
@@ -261,27 +261,37 @@ def _background(size: tuple[int, int]) -> FloatArray:
 Point = tuple[float, float]
 
 
-def _arrow(sight: Sight, view: View, factor: float) -> tuple[Markup, Point]:
-    """The gap as an arrow with two heads, a small one or a contact as a ring; and its middle."""
+def _arrow(sight: Sight, view: View, factor: float) -> tuple[str, Point]:
+    """The gap as the path of an arrow with two heads, of a small one or a contact nothing; and its middle."""
     ends = view.pixels(np.stack([sight.point] * 2) if sight.gap is None else sight.gap)[:, :2] / factor
     (x, y), along = ends.mean(axis=0).tolist(), ends[1] - ends[0]
     length = float(np.hypot(*along))
     if length < SHORTEST_ARROW:
-        kind = "ring missed" if sight.gap is None else "ring"
-        return element("circle", class_=kind, cx=f"{x:.1f}", cy=f"{y:.1f}", r=10), (x, y)
+        return "", (x, y)
     step = along / length
     aside = np.array([-step[1], step[0]])
     strokes = [f"M{_at(ends[0])}L{_at(ends[1])}"]
     for tip, inward in ((ends[0], step), (ends[1], -step)):
         strokes.append(f"M{_at(tip + 6 * inward + 4 * aside)}L{_at(tip)}L{_at(tip + 6 * inward - 4 * aside)}")
-    return element("g", *(element("path", class_=kind, d="".join(strokes)) for kind in ("halo", "arrow"))), (x, y)
+    return "".join(strokes), (x, y)
 
 
 def _at(point: FloatArray) -> str:
     return f"{point[0]:.1f} {point[1]:.1f}"
 
 
-def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point) -> list[Markup]:
+@dataclass(frozen=True)
+class Named:
+    """A name beside the picture, what is said of it below, its colour, what it names, and its height."""
+
+    name: str
+    what: str
+    kind: str
+    target: Point
+    y: float
+
+
+def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point) -> list[Named]:
     """Names beside the picture, from top to bottom without overlap, each with a line to what it names.
 
     ``white`` (rows, columns): where the white body is seen; ``middle`` of the arrow.
@@ -305,12 +315,13 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
     else:
         found.append((middle, "contact", f"{label} reports none", "red"))
     found.sort(key=lambda name: name[0][1])
-    made, free, x = list[Markup](), LINES, FIRST[0] - WORDS + 8
+    made, free = list[Named](), LINES
     for number, (target, name, what, kind) in enumerate(found):
         y = min(max(target[1], free), FIRST[1] - LINES * (len(found) - number - 0.5))
         free = y + LINES
-        made.append(element("path", class_=f"lead {kind}", d=f"M{x - 5} {y:.0f}L{target[0]:.1f} {target[1]:.1f}"))
-        for words, style, below in ((name, f"c {kind}", 0), (what, "c2", 16)):
-            cut = words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"
-            made.append(element("text", cut, class_=style, x=x, y=f"{y + below:.0f}"))
+        made.append(Named(_cut(name), _cut(what), kind, target, y))
     return made
+
+
+def _cut(words: str) -> str:
+    return words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"

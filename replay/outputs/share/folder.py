@@ -10,29 +10,22 @@ import json
 import shutil
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
 from replay.base.machine import versions
-from replay.base.shown import plural
 from replay.base.tables import Marked, table
 from replay.errors import OutputError
-from replay.outputs.report.markup import ALLOWED, Markup, element, page_html, rendered
+from replay.outputs.report.markup import filled
 from replay.outputs.report.page import page_of
-from replay.outputs.report.run_view import Fault, Hero, RunView, fault_address, session_names
+from replay.outputs.report.run_view import Hero, RunView, session_names
 from replay.outputs.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
 from replay.pipeline.headline import held
 from sessions.mcap_format.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
 INDEX: Final = "index.html"
-
-WITH_PICTURE: Final = f"{ALLOWED}; script-src 'self' file: 'wasm-unsafe-eval'"
-"""What a browser may load for the page: scripts of its own folder too. No other address: the viewer would call home."""
-
-NOTE: Final = "The picture is drawn by Rerun {}, licensed under MIT and Apache 2.0; notices of others lie beside it."
 
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
@@ -85,14 +78,12 @@ def _packed(content: bytes) -> bytes:
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
     view = folder_view(run, pictured=pictured)
-    text = page_of(view, held(run))
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
         packed = _moments(recording, labels) + _packed(recording.read_bytes())
         page.with_name(f"{name}.js").write_bytes(packed)
-        text = _beside(text, name)
-    page.write_text(text, encoding="utf-8", newline="\n")
+    page.write_text(shared_page(view, name), encoding="utf-8", newline="\n")
     return view.title
 
 
@@ -103,21 +94,10 @@ def _moments(recording: Path, labels: Sequence[str]) -> bytes:
     return f"window.moments={json.dumps(found)};\n".encode()
 
 
-def _beside(report: str, name: str) -> str:
-    """The page of a report with the picture in it."""
-    words, seen = "The picture is loading; the report can be read meanwhile.", "The session in motion, in 3D, by Rerun"
-    canvas = element("canvas", tabindex=0, role="img", aria_label=seen)
-    button = element("button", "Fill the screen", type="button")
-    box = element("aside", element("p", words, role="status"), button, canvas, id="picture", aria_label="Picture")
-    licence = element("p", NOTE.format(versions().get("rerun-sdk", "")))
-    style = files("replay.outputs.share").joinpath("picture.css").read_text(encoding="utf-8")
-    script = element("script", src="picture.js", defer="defer", data_recording=name)
-    for before, after in {
-        ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</section>": f"</section>{box}",
-        "</footer>": f"{licence}</footer>",
-    }.items():  # fmt: skip
-        report = report.replace(before, after, 1)
-    return report
+def shared_page(view: RunView, recording: str) -> str:
+    """The page of a run; ``recording`` is the name of its packed recording."""
+    rerun = versions().get("rerun-sdk", "")
+    return page_of(view, held(view.run), "outputs/share/page.html", recording=recording, rerun=rerun)
 
 
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
@@ -125,18 +105,12 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     for name, one in pages.items():
         who = one.summary["session"]["facts"].get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
-    made = table("Runs", ("run", "who", "session and answer"), rows, words=3)
-    title = plural(len(pages), "run")
-    return page_html(title, [element("h1", title)], [rendered(made)])
+    runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
+    return filled("outputs/share/list.html", runs=runs)
 
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
     told, names = run.summary.get("tradeoff"), ", ".join(session_names(run.summary))
     hero = Hero(str(told["answer"]), told["advice"]) if told else None
-    view = RunView(run, run.rows, names, hero)
-
-    def look(fault: Fault) -> Markup:
-        return element("p", element("a", "show it in the picture", href=f"#{fault_address(view, fault)}"))
-
-    return replace(view, look=look) if pictured else view
+    return RunView(run, run.rows, names, hero, pictured=pictured)

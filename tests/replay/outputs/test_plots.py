@@ -1,13 +1,12 @@
 """Plots: no two names on one another, and a curve goes through its points."""
 
-import re
 from itertools import combinations
 
 import numpy as np
 import pytest
 
 from replay.outputs.plots import HIGH, LETTER, Axis, Dot, curve, scatter
-from replay.outputs.report.charts import drawn
+from replay.outputs.report.charts import path_of
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -23,7 +22,7 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
 
 def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
-    markup = drawn(curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0))
-    path = re.search(r'class="curve" d="M([^"]*)"', markup)[1]
+    plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
+    path = path_of(dict(plot.lines)["curve"])
     heights = [float(corner.split()[1]) for corner in path.split("L")]
     assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
