@@ -17,9 +17,9 @@ from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.base.workers import DONE, KEPT, OnDone, do_all
 from replay.errors import OutputError, RunFolderError
+from replay.metrics.row import MEASURED
 from replay.outputs.results.batch_parts import FOLDER as TABLES
 from replay.outputs.results.data_set import write_batch_tables
-from replay.outputs.results.parquet_tables import MEASURED
 from replay.outputs.results.run_folder import PICTURE, read_run_folder
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file

@@ -4,8 +4,10 @@ The renderers are ``replay.cli.terminal`` (rich), ``parts.html`` in ``replay.out
 """
 
 import re
+import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.shown import shown
@@ -146,6 +148,26 @@ class Table:
     def to_pandas(self) -> Any:
         """All columns as a data frame; needs pandas."""
         return self.to_arrow().to_pandas()
+
+
+def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = None) -> dict[str, tuple[Column, ...]]:
+    """Lists of columns, declared in a TOML file of this package; a word stands for the columns of a list above it.
+
+    ``named`` are the functions that ``of`` and ``show`` name there.
+    """
+    lists: dict[str, tuple[Column, ...]] = {}
+    kinds = {kind.__name__: kind for kind in ARROW}
+    for name, rows in tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8")).items():
+        columns: list[Column] = []
+        for row in rows:
+            if isinstance(row, str):
+                columns.extend(lists[row])
+                continue
+            row["dtype"] = kinds[row.get("dtype", "str")]
+            row |= {key: (named or {}).get(row.get(key, ""), row.get(key, "")) for key in ("of", "show")}
+            columns.append(Column(**row))
+        lists[name] = tuple(columns)
+    return lists
 
 
 def types_of(columns: Iterable[Column]) -> dict[str, type]:

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
+from replay.base.tables import columns_of, types_of
 from replay.comparison.holding import Grasp, grasps, hand_bodies
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
@@ -23,16 +24,10 @@ FLICKER_S: Final = 0.1
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
-METRICS: Final[dict[str, type]] = {
-    "student": str, "session": str, "scene": str, "tool": str, "settings": str, "detector": str,
-    "recall": float, "contact_frames": int, "valid_minutes": float, "flagged_share": float,
-    "contacts_per_min": float, "unintended_contacts_per_min": float, "near_misses": int, "grasp_attempts": int,
-    "grasps": int, "breakages": int, "spilled_ml": float, "hazard_seconds": float, "path_m": float,
-    "idle_share": float, "task_seconds": float, "task": str, "stage": str,
-}  # fmt: skip
-"""Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
-the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
-where there are none. ``task`` and ``stage`` are all of the session, in order of time, with `` + `` between them."""
+COLUMNS: Final = columns_of("metrics/row.toml")
+METRICS: Final = types_of(COLUMNS["metrics"])
+MEASURED: Final = types_of(COLUMNS["measured"])
+"""Column -> type; a value nobody measured is null."""
 
 SPILLS: Final = ("pour", "spill")
 HAZARDS: Final = ("hazard-proximity", "near")

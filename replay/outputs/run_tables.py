@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any, Final
 
 from cdcore.protocol import DECIDED
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
-from replay.base.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
@@ -27,7 +27,6 @@ from replay.pipeline.ranking import Range, Share, all_unconfirmed, range_words
 from replay.pipeline.run_result import Summarised
 from sessions import Finding
 
-OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
 LATE_OR_SHORT = "late or cut short"
 FALSE_CONTACT = "false contact"
 REFERENCE = "reference"
@@ -62,24 +61,47 @@ def _ms(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else milliseconds(seconds)
 
 
-RANKING = (
-    Column("detector", str, "label of the detector", "label", whole=True),
-    Column("what", str, "what it is, in words", whole=True),
-    Column("missed", int, "the reference sees a contact, the detector never reports it", "missed_counts",
-           show=lambda counts: _count(counts, IN_RED, REFERENCE)),
-    Column(LATE_OR_SHORT, int, "the detector reports a part of the contact", "late_counts",
-           show=lambda counts: _count(counts, PARTLY, NOT_APPLICABLE)),
-    Column("undecided", int, "contacts that the detector did not decide",
-           lambda rank: None if rank.missed_counts is None else rank.undecided,
-           show=lambda count: NOT_APPLICABLE if count is None else count),
-    Column(FALSE_CONTACT, float, "share of the time in which the detector says contact and the reference does not",
-           lambda rank: (rank.false, rank.unconfirmed), show=_false_share),
-    Column("mean ms", float, "time of a frame, over all frames", "mean", "s", _ms),
-    Column("p99 ms", float, "the time within which 99 of 100 frames were decided", "p99", "s", _ms),
-    Column(OF_FRAME, float, "the mean as a share of a frame of the headset", "of_frame",
-           show=lambda share: NOT_APPLICABLE if share is None else f"{figure(100 * share)} %"),
-    Column("settings", str, "the detector with its settings", "setting"),
-)  # fmt: skip
+def _moment(row: Mapping[str, Any]) -> Cell:
+    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
+    moment = row["start"] if row["touch"] is None else row["touch"]
+    unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
+    below = f"within {1e6 * unsure:.2g} microseconds" if unsure > 1e-6 else ""
+    return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
+
+
+def _quick_ms(seconds: float | None) -> str:
+    """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
+    if seconds is None:
+        return ""
+    return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
+
+
+def _stage(longest: Mapping[str, Any] | None) -> str:
+    return f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
+
+
+COLUMNS = columns_of(
+    "outputs/run_tables.toml",
+    {
+        "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
+        "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
+        "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
+        "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
+        "false_of": lambda rank: (rank.false, rank.unconfirmed),
+        "false_share": _false_share,
+        "ms": _ms,
+        "quick_ms": _quick_ms,
+        "percent_or_dash": lambda share: NOT_APPLICABLE if share is None else f"{figure(100 * share)} %",
+        "percent": lambda share: "" if share is None else f"{figure(100 * share)} %",
+        "stage": _stage,
+        "cut_of": lambda row: int(row["lengths"].get("cut", 0)),
+        "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
+        "moment_of": _moment,
+        "as_is": lambda cell: cell,
+        "gap_of": lambda row: None if row["gap"] is None else 1e3 * row["gap"],
+    },
+)
+RANKING = COLUMNS["ranking"]
 
 
 def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
@@ -127,23 +149,6 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
-PAIRS = (
-    Column("pair", str, "both bodies", whole=True),
-    Column("contacts", int, "contacts of the reference", "lengths.count"),
-    Column("seconds", float, "how long they last together", "lengths.seconds", "s", ".3f"),
-    Column("longest s", float, "how long the longest lasts", "lengths.longest", "s", ".3f"),
-    Column("missed", int, "contacts never found", "audit.contacts_missed", mark=IN_RED),
-    Column(LATE_OR_SHORT, int, "contacts found in part", "audit.contacts_in_part", mark=PARTLY),
-    Column("frames found", int, "frames in which both say contact", "frames.both", mark=FOUND),
-    Column("frames missed", int, "frames in which the reference alone says contact", "frames.missed", mark=PARTLY),
-    Column("false frames", int, "frames in which the detector alone says contact", "frames.invented", mark=INVENTED),
-    Column(UNCONFIRMED, int, "the same, of a detector that confirms none of them", "frames.invented", mark=INVENTED),
-    Column(WITHIN, int, "frames in which they disagree about less than a tracker resolves",
-           "frames.within_tolerance", mark=FAINT),
-    Column(CUT, int, "contacts that lost poses cut", lambda row: int(row["lengths"].get("cut", 0))),
-)  # fmt: skip
-LENGTHS = PAIRS[:4]
-
 NO_CONTACTS: Final[Mapping[str, float]] = {"count": 0, "seconds": 0.0, "longest": 0.0}
 
 
@@ -168,7 +173,7 @@ def pair_table(result: Summarised, label: str) -> Table:
             apart.append({"pair": f"{pair['name']} (held)", "lengths": held_lengths, "audit": held, "frames": frames})
     rows.sort(key=lambda row: (-row["frames"]["missed"], -row["frames"]["invented"]))
     title = f"Contacts ({result.oracle}) and what {label} made of them"
-    made = Table.of(PAIRS, rows + apart, title, containment_notes(result, result.oracle))
+    made = Table.of(COLUMNS["pairs"], rows + apart, title, containment_notes(result, result.oracle))
     absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
     absent.add("false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED)
     return made.only(*(name for name in made.head if name not in absent))
@@ -182,8 +187,10 @@ def contact_table(result: Summarised, label: str) -> Table:
         for kind in ("contacts", "held_contacts")
         if label in pair.get(kind, ())
     ]
-    made = Table.of((*LENGTHS, PAIRS[-1]), rows, f"Contacts found by {label}", containment_notes(result, label))
-    return made if any(made.column(CUT)) else made.only(*(column.name for column in LENGTHS))
+    made = Table.of(
+        COLUMNS["lengths"] + COLUMNS["cut"], rows, f"Contacts found by {label}", containment_notes(result, label)
+    )
+    return made if any(made.column(CUT)) else made.only(*(column.name for column in COLUMNS["lengths"]))
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
@@ -196,75 +203,24 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
-def _pair(row: Mapping[str, Any]) -> str:
-    return f"{row['body_a']} - {row['body_b']}"
-
-
-def _moment(row: Mapping[str, Any]) -> Cell:
-    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
-    moment = row["start"] if row["touch"] is None else row["touch"]
-    unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
-    below = f"within {1e6 * unsure:.2g} microseconds" if unsure > 1e-6 else ""
-    return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
-
-
-PAIR = Column("pair", of=_pair, whole=True)
-MISS_LIST = (
-    Column("miss", int, of="number"), Column("at s", of=_moment, show=lambda cell: cell, whole=True), PAIR,
-    Column("frames", int), Column("what", of="kind"), Column("cause"), Column("in noise", of="noise"),
-)  # fmt: skip
-FALSE_LIST = (
-    Column("false", int, of="number"), Column("at s", float, of="start", show=".3f"), PAIR, Column("frames", int),
-    Column("mm apart", float, of=lambda row: None if row["gap"] is None else 1e3 * row["gap"], show=".1f"),
-    Column("why", of="cause"),
-)  # fmt: skip
-"""Columns of a list on a screen, of the rows of the tables."""
-
-
 def miss_table(misses: Table, label: str) -> Table:
     """The misses of a detector, those that were never found first."""
     rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != NEVER_FOUND)
     noisy = any(row["noise"] for row in rows)
-    return Table.of(MISS_LIST if noisy else MISS_LIST[:-1], rows, f"missed by {label}")
+    columns = COLUMNS["misses"]
+    return Table.of(columns if noisy else columns[:-1], rows, f"missed by {label}")
 
 
 def false_table(false: Table, label: str) -> Table:
     """The false contacts of a detector, the longest first."""
     rows = sorted(false.where(detector=label).plain(), key=lambda row: -row["frames"])
     thing = "unconfirmed contact" if all(row["cause"] == VOLUMES for row in rows) else "false contact"
-    return Table.of(FALSE_LIST, rows, f"{thing}s of {label}")
+    return Table.of(COLUMNS["false"], rows, f"{thing}s of {label}")
 
 
 QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
 LATE = f"over {BUDGET_MS:.1f} ms"
 """Column of the frames that took longer than one at 90 Hz."""
-
-
-def _quick_ms(seconds: float | None) -> str:
-    """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
-    if seconds is None:
-        return ""
-    return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
-
-
-def _stage(longest: Mapping[str, Any] | None) -> str:
-    return f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
-
-
-TIMES = (
-    Column("detector", whole=True),
-    Column("how", str, "reference, live or offline", whole=True),
-    Column("whole s", float, "time of the whole session", "detect", "s", ".3f"),
-    Column("mean ms", float, "time of a frame over all frames", "per_frame_mean", "s", _quick_ms),
-    *(
-        Column(name, float, "quantile over all frames; null: they were not timed one by one", f"per_frame.{key}", "s",
-               _quick_ms)
-        for key, name in QUANTILES.items()
-    ),
-    Column(LATE, float, "share of the frames", "per_frame.over_budget",
-           show=lambda share: "" if share is None else f"{figure(100 * share)} %"),
-    Column("longest stage", str, "the stage that took most, and its share", "longest_stage", show=_stage, whole=True),
-)  # fmt: skip
 
 
 def cost_table(result: Summarised) -> Table:
@@ -277,7 +233,7 @@ def cost_table(result: Summarised) -> Table:
         rows.append({"per_frame": None, **figures["seconds"], "detector": label, "how": how})
     if busy := busy_words(result.summary):
         notes.append(busy)
-    return Table.of(TIMES, rows, "Time of each detector", notes)
+    return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
 
 
 EFFECTS = (

@@ -6,103 +6,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.base.tables import Column, Table
+from replay.base.tables import Table, columns_of
 from replay.comparison.holding import within
 from replay.comparison.outcome import Episode
 from replay.effects.output import plain_value
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 
-
-def axes(name: str, meaning: str, unit: str = "") -> tuple[Column, ...]:
-    """Three columns of a vector of the world."""
-    return tuple(Column(f"{name}_{axis}", float, meaning, f"thing.{name}.{k}", unit) for k, axis in enumerate("xyz"))
-
-
-HEADS: Final = (
-    Column("detector", str, "label of the detector", "label"),
-    Column("number", int, "counts from 1 within a detector, in order of time"),
-    Column("body_a", str, "first body of the pair", "bodies.0"),
-    Column("body_b", str, "second body of the pair", "bodies.1"),
-    Column("held", bool, "a hand and what it holds, or a body and its parent"),
-    Column("first", int, "first frame", "thing.first"),
-    Column("last", int, "last frame, included", "thing.last"),
-)
-SPAN: Final = (
-    Column("start", float, "when its first frame is", "thing.start", "s"),
-    Column("end", float, "when its last frame is over", "thing.end", "s"),
-)
-NOISE: Final = (
-    Column(
-        "noise", str, "whether the contact of the reference holds in spite of tracker noise; null: not asked", "noise.0"
-    ),
-    Column("noise_share", float, "share of noisy copies that have the contact", "noise.1"),
-)
-
-WHY: Final = Column("why", str, "the sentence about it", "thing.why")
-
-EPISODES: Final = (
-    *HEADS,
-    Column("frames", int, "frames in contact", "thing.frames"),
-    Column("frames_lost", int, "frames within it without a pose", "thing.frames_lost"),
-    Column("cuts", int, "stretches of lost poses that cut it: before, within and after", "thing.cuts"),
-    *SPAN,
-    Column("missed_by", str, "detectors that never found it, with commas"),
-    Column("flag", str, "what was in doubt about a pose in it; null: nothing"),
-    Column("status", str, "of an audited one: matched, piece, invented, excused, held"),
-    Column("truth", int, "number of the contact of the reference that it matches", "match.truth"),
-    Column("overlap_frames", int, "frames in common with that one", "match.overlap"),
-    Column("onset_error", float, "how much later it begins than that one", "match.onset_error", "s"),
-    Column("duration_error", float, "how much longer it is than that one", "match.duration_error", "s"),
-    *NOISE,
-)
-
-MISSES: Final = (
-    *HEADS,
-    Column("frames", int, "frames missed", "thing.frames"),
-    *SPAN,
-    Column("kind", str, "never found, found late, lost early or interrupted", "thing.kind"),
-    Column("episode", int, "number of the contact of the reference", "thing.episode"),
-    Column("deepest", int, "frame in which the surfaces cut longest", "thing.deepest"),
-    Column("face_pairs", int, "pairs of faces that meet there", "thing.face_pairs"),
-    Column("cut_length", float, "length of the intersection curve there", "thing.cut_length", "m"),
-    Column("cause", str, "the stage that lost it", "thing.cause"),
-    *axes("point", "where, at the deepest frame or the first touch, in the world", "m"),
-    *axes("normal", "unit direction from the first body to the second there"),
-    Column("touch", float, "when a contact begins that no frame shows", "thing.touch.moment", "s"),
-    Column("face_a", int, "face of the first body that touches first", "thing.touch.faces.0"),
-    Column("face_b", int, "face of the second body that touches first", "thing.touch.faces.1"),
-    Column("touch_free", float, "nothing touches before", "thing.touch.free", "s"),
-    *NOISE,
-    WHY,
-)
-
-FALSE_CONTACTS: Final = (
-    *HEADS,
-    Column("frames", int, "frames that are false", "thing.frames"),
-    *SPAN,
-    Column("kind", str, "nothing there, starts early, ends late or joins two contacts", "thing.kind"),
-    Column("widest", int, "frame in which the surfaces are farthest apart, of those looked at", "thing.widest"),
-    Column("cause", str, "why it was reported", "thing.cause"),
-    *axes("point", "the middle between the nearest points there, in the world", "m"),
-    Column("gap", float, "between the surfaces there; null: not measured", "thing.gap", "m"),
-    Column("hollow", str, "body whose convex hull fills a hollow", lambda row: row["thing"].hollow or None),
-    WHY,
-)
-
-
-EVENTS: Final = (
-    Column("stamp_ns", int, "when it begins, on the clock of the recording", unit="ns"),
-    Column("end_stamp_ns", int, "when it ends; null: it is a moment", unit="ns"),
-    Column("source", str, "`event`, the kind of a span, or `effect/` and a kind"),
-    Column("name", str, "what happened"),
-    Column("body", str, "whom it is about"),
-    Column("level", str, "info, warning or error"),
-    Column("message", str, "the sentence about it"),
-    Column("values", str, "numbers of an effect, as JSON; empty of what was recorded"),
-    Column("time", float, "when it begins", unit="s"),
-    Column("end_time", float, "when it ends", unit="s"),
-)
+COLUMNS: Final = columns_of("pipeline/result_tables.toml")
 
 EFFECT: Final = "effect/"
 """``source`` of an event that an effect found: this and its kind."""
@@ -110,13 +21,13 @@ EFFECT: Final = "effect/"
 
 def result_tables(result: RunResult) -> dict[str, Table]:
     """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
+    misses = _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.episode)})
+    false = _entries(result, result.false, lambda _, __, contact: {"hollow": contact.hollow or None})
     return {
         "episodes": _episodes(result),
-        "misses": Table.of(
-            MISSES, _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.episode)})
-        ),
-        "false": Table.of(FALSE_CONTACTS, _entries(result, result.false, lambda *_: {})),
-        "events": Table.of(EVENTS, sorted(_events(result), key=lambda row: row["stamp_ns"])),
+        "misses": Table.of(COLUMNS["misses"], misses),
+        "false": Table.of(COLUMNS["false"], false),
+        "events": Table.of(COLUMNS["events"], sorted(_events(result), key=lambda row: row["stamp_ns"])),
     }
 
 
@@ -169,7 +80,7 @@ def _episodes(result: RunResult) -> Table:
             "match": match.get((label, number)),
         }
 
-    return Table.of(EPISODES, _entries(result, result.episodes, more))
+    return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, more))
 
 
 def _entries(

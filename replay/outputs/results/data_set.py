@@ -11,9 +11,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from replay.errors import RunFolderError
+from replay.metrics.row import MEASURED
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
-from replay.outputs.results.parquet_tables import MEASURED
 from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import READ_TABLES, SUMMARY, table_file
 from replay.prepare.session_input import require_folder

@@ -14,7 +14,7 @@ from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
 from replay.comparison.outcome import Miss, Outcome
-from replay.metrics.row import METRICS, TASK, metric_rows
+from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
@@ -74,13 +74,6 @@ def series_table(result: RunResult) -> pa.Table:
     for name, some in {"time": "times", "value": "values"}.items():
         columns[name] = pa.array(np.concatenate([np.zeros(0), *(getattr(one, some) for _, _, one in parts)]))
     return pa.table(columns)
-
-
-MEASURED: Final[dict[str, type]] = {
-    "oracle": str, "vr_type": str, "mean_ms": float, "p99_ms": float, "worst_ms": float,
-}  # fmt: skip
-"""Columns of metrics besides ``METRICS``: the reference, how the session was seen, and what a frame took, in the mean,
-at the 99th percentile and at most; null: not timed frame by frame."""
 
 
 def metrics_table(result: RunResult) -> pa.Table:

@@ -17,14 +17,14 @@ from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
-from replay.metrics.row import METRICS
+from replay.metrics.row import MEASURED, METRICS
 from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
-from replay.pipeline import result_tables
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank, ranking
+from replay.pipeline.result_tables import COLUMNS
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
 from replay.prepare.session_input import require_folder
@@ -35,14 +35,17 @@ SUMMARY: Final = "summary.json"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
-SPAN: Final = frozenset(types_of((*result_tables.HEADS, *result_tables.SPAN)))
-
+TYPES: Final = {name: types_of(columns) for name, columns in COLUMNS.items()} | {"metrics": METRICS | MEASURED}
+SPAN: Final = TYPES["heads"].keys() | TYPES["span"].keys()
+NEEDED: Final = {
+    "episodes": SPAN | {"frames"},
+    "misses": SPAN | {"kind", "cause", "deepest"},
+    "false": SPAN | {"kind", "cause"},
+    "events": {"stamp_ns", "source", "name", "message", "time"},
+    "metrics": {"session", "settings", "detector"},
+}
 READ_TABLES: Final[Mapping[str, tuple[dict[str, type], frozenset[str]]]] = {
-    "episodes": (types_of(result_tables.EPISODES), SPAN | {"frames"}),
-    "misses": (types_of(result_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
-    "false": (types_of(result_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
-    "events": (types_of(result_tables.EVENTS), frozenset(("stamp_ns", "source", "name", "message", "time"))),
-    "metrics": (METRICS | parquet_tables.MEASURED, frozenset(("session", "settings", "detector"))),
+    name: (TYPES[name], frozenset(needed)) for name, needed in NEEDED.items()
 }
 """The tables that are read again as rows: columns with their types but ``KEYS``, and those that no row may lack."""
 
