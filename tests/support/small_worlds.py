@@ -84,10 +84,11 @@ def framed(stamps, status, position=None, quaternion=None, names=None) -> Sessio
 def verdicts(rows, *, name="fake", covers="instants", step=0.01, **more) -> Detection:
     """A detection that says exactly this: rows (T, P) of verdicts, or strings with a letter per pair.
 
-    ``.`` CLEAR, ``C`` CONTACT, ``I`` CONTAINED, ``?`` CANDIDATE, ``n`` NOT_FOUND, ``u`` UNRESOLVED, ``-`` NO_POSE.
+    ``.`` CLEAR, ``C`` CONTACT, ``I`` CONTAINED, ``?`` CANDIDATE, ``n`` NOT_FOUND, ``u`` UNRESOLVED, ``-`` NO_POSE,
+    ``x`` INVALID.
     """
     letters = {".": Verdict.CLEAR, "C": Verdict.CONTACT, "I": Verdict.CONTAINED, "?": Verdict.CANDIDATE}
-    letters |= {"n": Verdict.NOT_FOUND, "u": Verdict.UNRESOLVED, "-": Verdict.NO_POSE}
+    letters |= {"n": Verdict.NOT_FOUND, "u": Verdict.UNRESOLVED, "-": Verdict.NO_POSE, "x": Verdict.INVALID}
     table = np.array([[letters[letter] for letter in row] for row in rows], dtype=np.uint8)
     pairs = np.array([(0, k + 1) for k in range(table.shape[1])], dtype=np.int64)
     bodies = tuple("abcdefgh"[: table.shape[1] + 1])

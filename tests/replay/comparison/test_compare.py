@@ -1,8 +1,10 @@
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.small_worlds import verdict_column, verdicts
 
-from cdcore import Verdict
 from replay.comparison.compare import compare
 from replay.comparison.outcome import Episode, Outcome
 from replay.errors import AuditError
@@ -13,36 +15,18 @@ LETTER = {
 }  # fmt: skip
 
 
+ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8"))["outcome"]
+
+
 def words(subject, oracle, **more):
     return "".join(LETTER[Outcome(value)] for value in compare(subject, oracle, **more).outcome[:, 0])
 
 
-def test_every_verdict_counts_as_the_glossary_says():
-    for letter, counts in {".": False, "C": True, "I": True, "?": True, "n": False}.items():
-        assert words(verdict_column(letter), verdict_column("C")) == ("B" if counts else "M")
-        assert words(verdict_column(letter), verdict_column(".")) == ("I" if counts else ".")
-    for letter in "u-":
-        for other in ".CI?nu-":
-            assert words(verdict_column(letter), verdict_column(other)) == "-"
-            assert words(verdict_column(other), verdict_column(letter)) == "-"
-    invalid = verdict_column("C")
-    invalid = type(invalid)(**{**vars(invalid), "verdict": np.array([[Verdict.INVALID]], dtype=np.uint8)})
-    assert words(invalid, verdict_column("C")) == "-"
-
-
-@pytest.mark.parametrize(
-    ("subject", "oracle", "covers", "expected"),
-    [
-        # What intervals find beyond instants is between frames, never invented.
-        ("..CCC.", "...C..", ("intervals", "instants"), "..bBb."),
-        # Against intervals a contact found at either end is found, whatever is said at its second.
-        (".CC....", ".CCC.C.", ("instants", "intervals"), ".BBB.M."),
-        (".Cu..", "..C..", ("instants", "intervals"), ".IB.."),
-    ],
-)
-def test_instants_and_intervals_are_held_to_what_they_say(subject, oracle, covers, expected):
-    sides = (verdict_column(letters, covers=one) for letters, one in zip((subject, oracle), covers, strict=True))
-    assert words(*sides) == expected
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
+def test_a_row_of_letters_has_its_outcomes(row):
+    kinds = row.get("covers", ["instants"] * 2)
+    sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
+    assert words(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]
 
 
 def test_blocks_of_frames_change_no_outcome(monkeypatch):
@@ -56,12 +40,6 @@ def test_blocks_of_frames_change_no_outcome(monkeypatch):
     assert whole.count("h") == 4
     monkeypatch.setattr("replay.comparison.compare.VERDICT_FRAMES", 3)
     assert words(subject, oracle, **more) == whole
-
-
-def test_within_tolerance_only_disagreement_is_excused():
-    subject, oracle = verdict_column("..CC"), verdict_column(".C.C")
-    assert words(subject, oracle, within=lambda frames, _: frames >= 0) == ".ttB"
-    assert words(subject, oracle, within=lambda frames, _: frames < 0) == ".MIB"
 
 
 def test_other_frames_or_pairs_are_refused():

@@ -1,5 +1,6 @@
+import re
+
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -33,14 +34,12 @@ def test_an_episode_ends_at_a_frame_without_contact_and_lasts_until_it():
     assert got == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
 
 
-@pytest.mark.parametrize(
-    ("letters", "expected"),
-    [
-        ("CC-C", [(0, 3, 3, 1)]), ("C--C-CC", [(0, 6, 4, 2)]), ("C-.C", [(0, 0, 1, 1), (3, 3, 1, 0)]),
-        ("-CC.-C-", [(1, 2, 2, 1), (5, 5, 1, 2)]), ("CuC", [(0, 0, 1, 0), (2, 2, 1, 0)]), ("--", []),
-    ],
-)  # fmt: skip
-def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters, expected):
+@given(st.text(alphabet="CC.-u", min_size=1, max_size=40))
+def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters):
+    expected = [
+        (contact.start(1), contact.end(1) - 1, contact[1].count("C"), len(re.findall("-+", contact[0])))
+        for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters)
+    ]
     assert [(e.first, e.last, e.frames, e.cuts) for e in episodes(verdict_column(letters))] == expected
 
 

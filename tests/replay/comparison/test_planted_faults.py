@@ -5,6 +5,7 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
+from support import planted_detectors
 
 from replay.base.wilson import wilson
 from replay.cli.run_tables import run_tables
@@ -13,8 +14,6 @@ from sessions.doctor.runs import runs
 from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import OPEN, PRESENT
 
-STEP = 1 / 90
-
 
 @pytest.fixture(scope="module")
 def plate():
@@ -22,77 +21,48 @@ def plate():
     session, truth = make_analytic("ball-plate", seconds=9.5)
     expected = truth.expected("ball", "plate", session.frames.stamp_ns)
     assert not (expected == OPEN).any()
-    spans = [(first, last) for first, last in runs(expected == PRESENT).tolist()]
-    assert len(spans) > 5 and min(last - first for first, last in spans) > 20
-    return session, spans
+    return session, expected == PRESENT
 
 
-def audited(session, fault):
+def spans(mask):
+    return [(first, last) for first, last in runs(mask).tolist()]
+
+
+@pytest.mark.parametrize("fault", ["Dropping", "Late", "Inventing", "Blind"])
+def test_what_was_planted_is_what_is_counted(plate, fault):
+    session, truth = plate
+    said = getattr(planted_detectors, fault).spoil(None, truth[:, None].copy())[:, 0]
     result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
-    return result, result.summary["audit"]["it"]
+    figures = result.summary["audit"]["it"]
+    lost, extra, contacts, reports = (spans(mask) for mask in (truth & ~said, said & ~truth, truth, said))
+    assert len(contacts) > 5 and lost + extra
+    for name, wrong, of in (("missed", truth & ~said, truth), ("invented", said & ~truth, said)):
+        assert (figures[name]["count"], figures[name]["of"]) == (wrong.sum(), of.sum())
+    assert [(one.first, one.last) for one in result.misses["it"]] == lost
+    assert [(one.first, one.last) for one in result.false["it"]] == extra
+    pieces = [sum(first <= end and begin <= last for begin, end in reports) for first, last in contacts]
+    alone = sum(not truth[first : last + 1].any() for first, last in reports)
+    told = figures["episodes"]
+    assert (told["found"], told["matched"], told["invented"]) == (len(reports), np.count_nonzero(pieces), alone)
+    assert told["missed"] == figures["contacts_missed"] == pieces.count(0)
+    assert (told["split"], told["pieces"]) == (sum(k > 1 for k in pieces), sum(max(0, k - 1) for k in pieces))
+    for name, count, of in (("missed", pieces.count(0), len(contacts)), ("invented", alone, len(reports))):
+        part = told[f"{name}_share"]
+        assert not of or (part["share"], part["low"], part["high"]) == (count / of, *wilson(count, of))
+    if fault == "Dropping":
+        counts = int((truth & ~said).sum()), int(truth.sum())
+        assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(*counts)
+    if fault == "Late":
+        errors = np.array([(one.onset_error, one.duration_error) for one in result.matches["it"].matched])
+        assert errors == pytest.approx(np.tile([3 / 90, 0.0], (len(contacts), 1)), abs=1e-7)
+        assert {(one.kind, one.cause) for one in result.false["it"]} == {("ends late", "late")}
 
 
-def terminal_text(result):
-    console = Console(width=200, record=True, file=StringIO())
-    console.print(run_tables(result))
-    return console.export_text()
-
-
-def test_every_seventh_frame_dropped_is_counted_and_splits_every_contact(plate):
-    session, spans = plate
-    _, figures = audited(session, "Dropping")
-    frames = [frame for first, last in spans for frame in range(first, last + 1)]
-    kept = np.isin(np.arange(len(session.frames.stamp_ns)), frames)
-    kept[frames[6::7]] = False
-    assert (figures["missed"]["count"], figures["missed"]["of"]) == (len(frames[6::7]), len(frames))
-    assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(len(frames[6::7]), len(frames))
-    told, pieces = figures["episodes"], len(runs(kept))
-    assert (told["found"], told["pieces"], told["missed"]) == (pieces, pieces - len(spans), 0)
-    assert told["matched"] == told["split"] == len(spans)
-
-
-def test_a_delay_of_three_frames_is_the_onset_error_and_no_duration_error(plate):
-    session, spans = plate
-    result, figures = audited(session, "Late")
-    assert figures["missed"]["count"] == figures["invented"]["count"] == 3 * len(spans)
-    assert [figures["episodes"][key] for key in ("matched", "missed", "invented", "split")] == [len(spans), 0, 0, 0]
-    matched = result.matches["it"].matched
-    assert [one.overlap for one in matched] == [last - first - 2 for first, last in spans]
-    errors = np.array([(one.onset_error, one.duration_error) for one in matched])
-    assert errors == pytest.approx(np.tile([3 * STEP, 0.0], (len(spans), 1)), abs=1e-7)
-
-
-def test_the_false_tail_of_a_late_detector_is_late_and_what_spheres_alone_say_is_unconfirmed(plate):
-    session, spans = plate
-    result, _ = audited(session, "Late")
-    false = result.false["it"]
-    assert len(false) == len(spans) and {(one.kind, one.cause) for one in false} == {("ends late", "late")}
-    ball = compute(session, detectors="ball=sphere")
+def test_what_spheres_alone_say_is_unconfirmed(plate):
+    ball = compute(plate[0], detectors="ball=sphere")
     assert {one.cause for one in ball.false["ball"]} == {"only bounding volumes overlap"}
-    printed = terminal_text(ball)
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(run_tables(ball))
+    printed = console.export_text()
     assert "unconfirmed frames" in printed and "unexplained" not in printed
     assert "false contacts of" not in printed and "false frames" not in printed
-
-
-def test_invented_contacts_are_counted_and_match_nothing(plate):
-    session, spans = plate
-    _, figures = audited(session, "Inventing")
-    touching = {frame for first, last in spans for frame in range(first, last + 1)}
-    total = len(session.frames.stamp_ns)
-    planted = [f for f in range(100, total - 3, 100) if not touching & set(range(f - 1, f + 3))]
-    assert planted
-    assert figures["invented"]["count"] == 2 * len(planted) and figures["missed"]["count"] == 0
-    told = figures["episodes"]
-    assert (told["matched"], told["invented"], told["found"]) == (len(spans), len(planted), len(spans) + len(planted))
-    part = told["invented_share"]
-    assert (part["low"], part["high"]) == wilson(len(planted), told["found"])
-
-
-def test_a_detector_blind_to_one_pair_misses_all_of_it_and_nothing_else(plate):
-    session, spans = plate
-    result, figures = audited(session, "Blind")
-    assert figures["episodes"]["missed"] == figures["contacts_missed"] == len(spans)
-    assert figures["episodes"]["missed_share"]["share"] == 1.0 and figures["episodes"]["matched"] == 0
-    assert figures["episodes"]["missed_share"]["low"] == wilson(len(spans), len(spans))[0]
-    assert [(m.first, m.last) for m in result.misses["it"]] == spans
-    assert figures["episodes"]["onset_error"] is None
