@@ -2,6 +2,7 @@ import pytest
 from support.small_worlds import cubes
 
 import replay
+from replay.cli.main import main
 from replay.errors import OutputError
 from sessions import write_session
 from sessions.errors import SessionFileError
@@ -32,3 +33,11 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
     with pytest.raises(SessionFileError):
         replay.run(tmp_path / "missing.mcap")
+
+
+def test_the_recording_of_a_run_is_found_by_its_content(tmp_path):
+    write_session(cubes({"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}), tmp_path / "s1.mcap")
+    replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)
+    (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")
+    (tmp_path / "s1.mcap").write_bytes(b"of another lesson")
+    assert main(["shrink", str(tmp_path / "run"), "--miss", "1", "-o", str(tmp_path / "case")]) == 0

@@ -41,7 +41,16 @@ kind = "breakage"
 between = ["tag:glass", "b"]
 speed_m_s = 1.0
 """
-THIRD = '[[body]]\nid = "c"\n[[effect]]\nkind = "contact"\nbetween = ["a", "c"]\n'
+THIRD = """
+[[body]]
+id = "c"
+[[body]]
+id = "bench"
+fixed = {}
+[[effect]]
+kind = "contact"
+between = ["a", "c"]
+"""
 GOOD = "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"
 ENGINE = "time,a,b,what\n100.04,a,b,begin\n100.04,a,b,end\n100.08,b,a,begin\n100.10,b,a,end\n100.2,a,Floor,begin\n"
 UNITY = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\npose,0,Cup,0,0,0,0,0,0,1,1,,\n"
@@ -66,6 +75,7 @@ VERBS = (
     "", "rum", "xyzzy", "run", "view here --miss 0", "run missing.mcap --out x", "info .", "tradeoff .",
     "info missing.mcap --format=json", "rum --format json",
     "info told.mcap", "info told.mcap --format json", "info text.mcap", "info text.mcap --format json",
+    *(f"info {name}.mcap --format json" for name in ("lost", "twice", "none", "three")),
     "doctor clean.mcap frozen.mcap", "doctor clean.mcap -v", "doctor clean.mcap frozen.mcap --format json",
     "doctor clean.mcap --fail-on note", "doctor clean.mcap --fail-on warning", "doctor frozen.mcap --fail-on warning",
     "doctor frozen.mcap --fail-on error",
@@ -146,7 +156,7 @@ def folder(tmp_path_factory):
     open_cube = MeshData(cube().vertices, [face for face in cube().faces if cube().vertices[face, 0].min() < 0.5])
     held = cubes(PLACES, scene=parse_scene(EFFECTS))
     held.meshes["a"] = open_cube
-    status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 1]] * 4
+    status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
         "told": replace(told, gaze={"anna": looked}, scalars=scalars, facts=facts), "s": held,
         "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(PLACES), meshes={}),

@@ -9,12 +9,13 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from rerun.chunk import RrdReader
 from support.browser import opened, serious_faults
 from support.headless import pixels
-from support.small_worlds import cubes
+from support.small_worlds import STEP_NS, STILL, cube
 
 import replay
 from replay.errors import OutputError
@@ -24,19 +25,30 @@ from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.share.folder import require_consent, write_shared_folder
-from sessions.mcap_format.writer import write_session
+from sessions import Recorder
 
-PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]}
+PLACES = [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]
 DETECTORS = ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"]
-SECRETS = {"devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/lab/anna.lind"}
+FACTS = {
+    "devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/lab/anna.lind",
+    "consent": "share", "pseudonym": "S07",
+}  # fmt: skip
+SECRET = ("5ec12e7", "anna_mueller", "matr4711", "berta schulz")
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
+    """Of a recording that says serials, paths and names of people wherever it can, its own name included."""
     folder = tmp_path_factory.mktemp("anna.lind")
-    session = cubes(PLACES)
-    write_session(replace(session, facts={**session.facts, **SECRETS, "consent": "share"}), folder / "lab.mcap")
-    return replay.run(folder / "lab.mcap", detectors=DETECTORS, oracle="exact", out=folder / "run of anna.lind").out
+    file = folder / "anna_mueller_matr4711.mcap"
+    with Recorder(file, meshes=dict.fromkeys(("a", "hand-left"), cube()), facts=FACTS) as recorder:
+        for frame, place in enumerate(PLACES):
+            stamp = frame * STEP_NS
+            recorder.poses(stamp, {"a": ((0, 0, 0), STILL), "hand-left": ((place, 0, 0), STILL)})
+            recorder.hand(stamp, "anna_mueller", "left", trigger=float(5 < frame < 9))
+            for person in ("anna_mueller", "berta schulz"):
+                recorder.gaze(stamp, person, (0, 5, 0), (0, -1, 0))
+    return replay.run(file, detectors=DETECTORS, oracle="exact", out=folder / "run of anna.lind").out
 
 
 @pytest.fixture(scope="module")
@@ -111,26 +123,28 @@ def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
 
 
 def texts_of(folder):
-    """All that can be read in a folder: scripts are unpacked, recordings are taken apart."""
+    """All that can be read in a folder: scripts are unpacked, tables and recordings taken apart."""
     for file in folder.iterdir():
-        yield file.name, file.read_bytes()
+        yield file.name, file.name + file.read_bytes().decode("latin-1")
         for packed in re.findall(rb'packed="([^"]*)"', file.read_bytes() if file.suffix == ".js" else b""):
-            yield file.name, gzip.decompress(base64.b64decode(packed))
+            yield file.name, gzip.decompress(base64.b64decode(packed)).decode("latin-1")
+        if file.suffix == ".parquet":
+            yield file.name, repr(pq.read_table(file).to_pylist())
         if file.suffix == ".rrd":
             batches = (chunk.to_record_batch() for chunk in RrdReader(file).stream().to_chunks())
-            yield (
-                file.name,
-                repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches]).encode(),
-            )
+            yield file.name, repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches])
 
 
-def test_no_serial_and_no_path_is_in_the_folder(run, shared):
-    seen = dict(texts_of(shared))
-    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen.keys()
-    own = [(name, text) for name, text in texts_of(shared) if name not in ("viewer.js", "re_viewer.js")]
+def test_no_serial_no_path_and_no_name_of_a_person_is_in_a_run_or_in_the_shared_folder(run, shared):
+    seen = {file.name for file in shared.iterdir()}
+    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
-    for word in (b"5EC12E7", b"anna.lind", str(run).encode(), str(run.parent).encode(), str(shared.parent).encode()):
-        assert not [name for name, text in own if word in text], word
+    places = ("anna.lind", str(run), str(run.parent), str(shared.parent))
+    for folder, words in ((run, SECRET), (shared, (*SECRET, *places))):
+        own = [one for one in texts_of(folder) if one[0] not in ("viewer.js", "re_viewer.js")]
+        assert [(word, name) for name, text in own for word in words if word in text.lower()] == []
+    page = (shared / "index.html").read_text(encoding="utf-8")
+    assert "S07" in page and replay.read(run)["metrics"]["session"][0].as_py() in page
 
 
 def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeypatch):
