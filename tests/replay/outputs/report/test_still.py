@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from support.report_states import state_of, steady
+from support.report_states import steady
 
 from replay.outputs.report.page import report_html
 from replay.outputs.report.rasteriser import FOCAL, Lines, Shape, View, covered, drawn
@@ -62,7 +62,7 @@ def test_what_is_behind_an_opaque_wall_is_hidden_and_behind_glass_is_seen(alpha)
 
 
 def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
-    result, _ = state_of("only false")
+    result = steady("only false")
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST)[0]
     assert f"{1e3 * fault.gap:.2g} mm" in text and "from " in text
