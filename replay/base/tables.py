@@ -150,6 +150,11 @@ class Table:
         return self.to_arrow().to_pandas()
 
 
+def data_of(file: str) -> dict[str, Any]:
+    """What a TOML file of this package holds."""
+    return tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8"))
+
+
 def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = None) -> dict[str, tuple[Column, ...]]:
     """Lists of columns, declared in a TOML file of this package; a word stands for the columns of a list above it.
 
@@ -157,7 +162,7 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
     """
     lists: dict[str, tuple[Column, ...]] = {}
     kinds = {kind.__name__: kind for kind in ARROW}
-    for name, rows in tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8")).items():
+    for name, rows in data_of(file).items():
         columns: list[Column] = []
         for row in rows:
             if isinstance(row, str):

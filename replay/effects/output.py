@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray
 from cdcore.numerics import FloatArray as FloatArray
+from replay.base.tables import data_of
 
 Vector = tuple[float, float, float]
 
@@ -22,16 +23,11 @@ def vector_of(place: FloatArray) -> Vector:
 
 Rgba = tuple[int, int, int, int]
 
-WATERY: Final[Rgba] = (120, 170, 220, 150)
-"""A liquid that no effect gives a colour."""
-
-COLOURS: Final[Mapping[str, Rgba]] = {
-    "colourless": WATERY, "white": (245, 245, 245, 235), "black": (25, 25, 25, 235), "red": (215, 40, 40, 200),
-    "orange": (240, 140, 30, 200), "yellow": (245, 215, 50, 200), "green": (50, 165, 80, 200),
-    "blue": (40, 90, 215, 200), "violet": (140, 70, 190, 200), "pink": (235, 90, 165, 200),
-    "brown": (130, 80, 40, 220),
-}  # fmt: skip
+_DRAWN: Final = data_of("effects/output.toml")
+COLOURS: Final[Mapping[str, Rgba]] = {word: tuple(colour) for word, colour in _DRAWN["colours"].items()}
 """Word -> red, green, blue, alpha; drawn, not measured."""
+WATERY: Final = COLOURS["colourless"]
+"""A liquid that no effect gives a colour."""
 
 
 def blended(first: Rgba, second: Rgba, share: FloatArray) -> NDArray[np.uint8]:
@@ -41,10 +37,7 @@ def blended(first: Rgba, second: Rgba, share: FloatArray) -> NDArray[np.uint8]:
     return np.round(mixed).astype(np.uint8)
 
 
-QUANTITIES: Final[Mapping[str, str]] = {
-    "mL": "Volume (mL)", "pH": "pH", "degC": "Temperature (degC)", "mol": "Amount (mol)", "g": "Mass (g)",
-    "mol/L": "Concentration (mol/L)", "m": "Distance (m)", "share": "Share of the indicator in its base's colour",
-}  # fmt: skip
+QUANTITIES: Final[Mapping[str, str]] = _DRAWN["quantities"]
 """Unit of a series -> quantity and unit, for an axis."""
 
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from cdcore import Verdict
+from replay.base.tables import data_of
 from replay.comparison.outcome import Outcome
 from replay.outputs.words import OUTCOME_WORDS
 from sessions.model.scene import Scene
@@ -82,24 +83,7 @@ VERDICTS: Final[Looks] = {
 }  # fmt: skip
 """States of a detector lane, in words of the glossary; CLEAR is a gap."""
 
-_BY_TAG: Final[tuple[tuple[str, Rgba], ...]] = (
-    ("headset", (120, 150, 200, 26)),
-    ("hand", (150, 175, 215, 40)),
-    ("controller", (150, 175, 215, 40)),
-    ("wand", (150, 175, 215, 40)),
-    ("stopper", (120, 116, 108, 255)),
-    ("rod", (222, 226, 232, 255)),
-    ("glass", (178, 222, 255, 70)),
-    ("bench", (62, 66, 74, 255)),
-    ("table", (62, 66, 74, 255)),
-    ("metal", (146, 150, 158, 255)),
-    ("porcelain", (226, 222, 212, 255)),
-    ("rack", (126, 106, 84, 255)),
-    ("furniture", (110, 114, 122, 255)),
-    ("plastic", (88, 110, 140, 255)),
-)
-"""First tag that fits decides. Hands and headset are faint: opaque ones stand in front of what they touch. A rod is of
-glass, but it is solid and thin: translucent it vanishes inside a beaker."""
+BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in data_of("outputs/palette.toml").items()}
 
 _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 
@@ -122,7 +106,7 @@ def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
 
 def albedo(tags: tuple[str, ...]) -> Rgba:
     """Colour and translucency of a body with these tags."""
-    return next((colour for tag, colour in _BY_TAG if tag in tags), _DEFAULT)
+    return next((colour for tag, colour in BY_TAG.items() if tag in tags), _DEFAULT)
 
 
 def see_through(tags: tuple[str, ...]) -> Rgba:

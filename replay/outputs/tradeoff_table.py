@@ -1,10 +1,9 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
-from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of, text_of
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult, Tradeoff
@@ -18,44 +17,36 @@ SHORT: Final = 12
 """Rows of a list that is cut short; those on the front are always in it."""
 
 
-def _count(heading: str, meaning: str, name: str, mark: str = "") -> Column:
+def _counted(name: str, mark: str = "") -> Callable[[Row], Cell]:
     """How often a setting is wrong in one way, over the sampling offsets."""
-    return Column(
-        heading, int, meaning, lambda row: row,
-        show=lambda row: Marked(count_words(row, name), mark if row[name] else ""),
-    )  # fmt: skip
+    return lambda row: Marked(count_words(row, name), mark if row[name] else "")
 
 
 def _false(share: float | None) -> Cell:
     return "-" if share is None else Marked(figure(100 * share), INVENTED if share else "")
 
 
-MISSED: Final = _count("missed", "contacts never found", "missed", IN_RED)
-LATE: Final = _count("late or cut short", "contacts found in part", "late", PARTLY)
-WRONG: Final = _count("wrong", "missed, late or cut short, and false contacts", "wrong")
-FALSE: Final = Column("false %", float, "share of the reported contact time that is false", "false", show=_false)
-P99: Final = Column(
-    "p99 ms", float, "time of a slow frame", "p99_ms", "ms", lambda ms: "-" if ms is None else f"{ms:.2f}"
-)
-MEAN: Final = Column("mean ms", float, "time of a frame", "ms", "ms", ".3f")
-SETTINGS_TRIED: Final = (
-    Column("setting", str, "its short name", "label", whole=True),
-    MISSED,
-    LATE,
-    _count("false contacts", "reported where the reference has none", "false_contacts", INVENTED),
-    WRONG,
-    replace(MEAN, of="mean_ms"),
-    P99,
-    Column("front", bool, "surely quicker than all with fewer wrong contacts", show=lambda on: "front" if on else ""),
-    replace(FALSE, show=lambda share: text_of(_false(share))),
-    Column("passes", int, "how often all frames were timed"),
-    Column("settings", str, "the detector with its settings", show=lambda words: words or "-", whole=True),
+COLUMNS: Final = columns_of(
+    "outputs/tradeoff_table.toml",
+    {
+        "row_of": lambda row: row,
+        "missed": _counted("missed", IN_RED),
+        "late": _counted("late", PARTLY),
+        "false_contacts": _counted("false_contacts", INVENTED),
+        "wrong": _counted("wrong"),
+        "share": _false,
+        "plain_share": lambda share: text_of(_false(share)),
+        "slow_ms": lambda ms: "-" if ms is None else f"{ms:.2f}",
+        "front": lambda on: "front" if on else "",
+        "or_dash": lambda words: words or "-",
+        "choice_of": lambda row: f"{row['number']}  {knob_words(row['knobs'])}",
+    },
 )
 
 
 def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -> Table:
     """These rows, in the order given."""
-    return Table.of(SETTINGS_TRIED, rows, title, notes)
+    return Table.of(COLUMNS["settings"], rows, title, notes)
 
 
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
@@ -66,7 +57,8 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     notes = _more(done, len(rows) - len(shown))
     if everything:
         notes += how_measured(done)
-    return Table.of(SETTINGS_TRIED if everything else SETTINGS_TRIED[:SHOWN], shown, title, notes)
+    columns = COLUMNS["settings"]
+    return Table.of(columns if everything else columns[:SHOWN], shown, title, notes)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:
@@ -103,18 +95,6 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
     )
 
 
-ENGINE_ROWS: Final = (
-    Column("setting", of=lambda row: f"{row['number']}  {knob_words(row['knobs'])}"),
-    MISSED,
-    LATE,
-    FALSE,
-    WRONG,
-    MEAN,
-    P99,
-    Column("settings", of="setting", whole=True),
-)
-
-
 def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, settings: bool = False) -> Table:
     """A row a choice: what is set in the engine and what comes of it; the ``settings`` for ``run`` on request."""
     contacts, seconds = result.ranking[-1].contacts, result.summary["session"]["duration"]
@@ -125,27 +105,17 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         *engine.notes,
         "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
     )
-    return Table.of(ENGINE_ROWS if settings else ENGINE_ROWS[:-1], rows, title, notes)
+    columns = COLUMNS["engine"]
+    return Table.of(columns if settings else columns[:-1], rows, title, notes)
 
 
 def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: RunResult, engine: Engine) -> Table:
     """A hull a body, and the pieces, as ``run`` counts them."""
-    first = Column("", of="what", whole=True)
     rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
     title = f"{result.ranking[-1].contacts} contacts, {engine.name} at {engine.step_hz:g} steps a second"
-    return Table.of((first, FALSE, MISSED, LATE, Column("pieces", int), MEAN), rows, title)
-
-
-PIECES: Final = (
-    Column("body", whole=True),
-    Column("file"),
-    Column("pieces", int),
-    Column("triangles at most", int, of="triangles"),
-    Column("mesh outside by, mm", float, of="outside_mm", show=".2f"),
-    Column("cut", of="how"),
-)
+    return Table.of(COLUMNS["before_after"], rows, title)
 
 
 def piece_table(bodies: Iterable[Row]) -> Table:
     """A row a body: its file, and how far the pieces hold its mesh."""
-    return Table.of(PIECES, bodies, "Convex pieces")
+    return Table.of(COLUMNS["pieces"], bodies, "Convex pieces")

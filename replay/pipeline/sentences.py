@@ -9,6 +9,7 @@ from typing import Any, Final
 from numpy import isnan
 
 from replay.base.shown import plural
+from replay.base.tables import data_of
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import FOUND_LATE, LOST_EARLY, NEVER_FOUND
@@ -76,27 +77,12 @@ def why_missed(miss: Miss, label: str, figures: Mapping[str, Any], contact: Epis
             return f"{step}; {lasted}, between two samples."
         if miss.kind == FOUND_LATE:
             return f"{step}: it reported the contact of {pair} {when} {long} late."
-    reason = MISS_REASONS.get(miss.cause, "")
+    reason = REASONS["misses"].get(miss.cause, "")
     return f"{became}: {reason}." if reason else f"{became}; nothing known about it explains this."
 
 
-MISS_REASONS: Final[Mapping[str, str]] = {
-    Cause.TOLERANCE: "it is too shallow to decide",
-    Cause.BETWEEN_FRAMES: "the bodies meet between two recorded frames, and it tests frames only",
-    Cause.BETWEEN_LOOKS: "it took no sample in that time",
-    Cause.BETWEEN_STEPS: "no physics step of the engine falls into that time",
-    Cause.CLOCK: "that is within what is not known of the engine's clock",
-    Cause.COLLIDER_SHAPE: "the colliders that stand for the meshes do not meet there",
-    Cause.LATE: "all that it reports of this pair comes late by the same number of frames",
-    Cause.EARLY: "all that it reports of this pair comes early by the same number of frames",
-    Cause.CONTAINMENT: "one body is inside the other, and it does not ask that",
-    Cause.SPHERE_STAGE: "its bounding volumes do not meet there, so no triangle was tested",
-    Cause.SAMPLING: "no pair of faces that meets is among those it samples",
-    Cause.BUDGET: "the search stopped at its budget without a hit; ten times the budget finds it",
-    Cause.SEARCH: "the search ended without a hit, and ten times the budget finds none either",
-    Cause.NOT_EXAMINED: "there were too many misses to examine this one",
-}
-"""Cause of a miss -> why, as the end of a sentence."""
+REASONS: Final = data_of("pipeline/reasons.toml")
+"""Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
 
 
 def why_false(false: FalseContact, label: str, figures: Mapping[str, Any], seconds: float) -> str:
@@ -119,7 +105,7 @@ def why_false(false: FalseContact, label: str, figures: Mapping[str, Any], secon
     long = duration_words(false.frames, false.end - false.start)
     if false.cause == HELD:
         return f"{label} keeps its answer until its next sample: it said contact of {pair} for {long} {when}, too long."
-    reason = FALSE_REASONS.get(false.cause, "")
+    reason = REASONS["false"].get(false.cause, "")
     said = f"{label} said contact of {pair} {when} for {long}; {gap}"
     return f"{said}: {reason}." if reason else f"{said}. Nothing known about it explains this."
 
@@ -128,15 +114,6 @@ def contact_reach(figures: Mapping[str, Any]) -> float:
     """Metres between two surfaces from which a detector already reports contact, by its ``name`` and ``settings``."""
     setting, times = OFFSETS.get(figures["name"], ("", 0.0))
     return times * float(figures["settings"].get(setting) or 0.0)
-
-
-FALSE_REASONS: Final[Mapping[str, str]] = {
-    Cause.CLOCK: "that is within what is not known of the engine's clock",
-    Cause.BETWEEN_STEPS: "no physics step of the engine came that could see them part",
-    Cause.LATE: "its reports come late",
-    Cause.EARLY: "its reports come early",
-}
-"""Cause of a false contact -> why, as the end of a sentence."""
 
 
 def length_words(metres: float) -> str:

@@ -6,7 +6,9 @@ quaternion then changes its sign, the angle and ``w`` do not.
 Source: the coordinate systems as documented by Unity, OpenVR, OpenXR, glTF 2.0 and ROS REP 103.
 """
 
+import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,15 +48,8 @@ class Convention:
 
 
 CONVENTIONS: dict[str, Convention] = {
-    row.name: row
-    for row in (
-        Convention("unity", (0, 1, 2), (1, 1, -1), "left-handed, +Y up, +Z forward"),
-        Convention("openvr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward"),
-        Convention("openxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward"),
-        Convention("gltf", (0, 1, 2), (1, 1, 1), "right-handed, +Y up"),
-        Convention("ros", (1, 2, 0), (-1, 1, -1), "right-handed, +X forward, +Y left, +Z up"),
-        Convention("z-up", (0, 2, 1), (1, 1, -1), "right-handed, +Z up"),
-    )
+    name: Convention(name, tuple(row["axes"]), tuple(row["signs"]), row["words"])
+    for name, row in tomllib.loads(Path(__file__).with_name("conventions.toml").read_text("utf-8")).items()
 }
 """Name -> convention of a source."""
 

@@ -6,6 +6,7 @@ where the list is kept.
 
 from typing import Final, NamedTuple
 
+from replay.base.tables import data_of
 from replay.errors import StudyError
 
 LEAST_STUDENTS: Final = 10
@@ -25,34 +26,10 @@ class Rule(NamedTuple):
     lift: str
 
 
-RULES: Final[dict[str, Rule]] = {
-    "one-item": Rule("one item has no internal consistency", "ask at least two items for the construct"),
-    "no-variance": Rule("answers that are all equal have neither correlation nor consistency", "collect more answers"),
-    "few-students": Rule(
-        f"a p-value from fewer than {LEAST_STUDENTS} students depends on each single one of them",
-        f"study at least {LEAST_STUDENTS} students",
-    ),
-    "singular": Rule(
-        "the items' correlation matrix has no inverse: an item repeats others, or there are fewer students than items",
-        "drop the repeated item or study more students",
-    ),
-    "collinear": Rule("the predictors determine each other; their shares are not known", "leave one of them out"),
-    "ids": Rule(
-        "rows whose student is missing or named twice cannot be joined without guessing",
-        "give every row one pseudonym, the same in both files",
-    ),
-    "small-cell": Rule(
-        f"a cell with fewer than {LEAST_IN_CELL} students could give a person away",
-        "merge groups or study more students",
-    ),
-    "undeclared-groups": Rule(
-        "a comparison chosen after the data were seen finds too much", "declare the groups in the codebook"
-    ),
-    "provenance": Rule(
-        "a figure without its n, its detector and what that detector misses cannot be judged",
-        "collect metrics from runs that were audited",
-    ),
-}  # fmt: skip
+RULES: Final = {
+    name: Rule(*(words.format(students=LEAST_STUDENTS, cell=LEAST_IN_CELL) for words in (row["reason"], row["lift"])))
+    for name, row in data_of("studies/class_study/refusals.toml").items()
+}
 """Rule -> why and what lifts it."""
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.shown import plural
-from replay.base.tables import Column, Table
+from replay.base.tables import Table, columns_of
 from replay.pipeline.gates import figure
 
 if TYPE_CHECKING:
@@ -53,16 +53,9 @@ def _change(shares: "Shares") -> str:
 
 VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}
 
-DIFFERENCES: Final = (
-    Column("detector", of="0", whole=True),
-    Column("same", int, of="1.same"),
-    *(Column(kind, int, of=f"1.{kind}", show=len) for kind in ("gained", "lost", "shifted")),
-    Column("missed", float, of="1.missed", show=_change, whole=True),
-    Column("false", float, of="1.invented", show=_change, whole=True),
-    Column("time", float, of="1.time_ratio", show=_times),
-    Column("p99", float, of="1.p99_ratio", show=_times),
-    Column("verdicts", of="1.same_verdicts", show=VERDICTS.get, whole=True),
-)
+DIFFERENCES: Final = columns_of(
+    "studies/diff/differences.toml", {"count": len, "change": _change, "times": _times, "verdicts": VERDICTS.get}
+)["differences"]
 """Columns of pairs of a label and what its detector changed."""
 
 
