@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from support.small_worlds import TWO_BUMPS, cube, cubes
 
-from cdcore import Verdict
 from cdcore.errors import CollisionCoreError
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import DetectorSpecError
@@ -76,41 +75,11 @@ def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
         chosen("hybrid=sphere", "hybrid=hybrid[containment=false]")
 
 
-def test_a_detector_that_looks_between_the_bumps_misses_them_by_number():
-    # Looks at 0, 40, 80, ... ms fall on frames 0, 4, 8; at 20 Hz on frames 0, 5, 10.
-    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
-    assert [(e.first, e.last) for e in result.episodes["hybrid"]] == [(4, 4), (8, 10)]
-    assert result.detections["hybrid"].face_sets is not None
-    first, second = result.misses["slow"]
-    assert (first.number, first.first, first.last, first.kind) == (1, 4, 4, "never found")
-    assert (second.number, second.first, second.last, second.kind) == (2, 8, 9, "found late")
-    assert [*result.summary["audit"]["slow"]["by_kind"].values()] == [1, 1, 0, 0]
-    assert second.deepest == 9 or second.cut_length > 0
-
-
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
 def test_without_an_oracle_nothing_is_compared_and_effects_only_looks_at_no_pair(detectors):
     result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
     assert not result.comparisons and not result.misses and result.oracle == ""
     assert ",".join(result.episodes) == ",".join(result.summary["detectors"]) == detectors
-
-
-def test_spheres_invent_and_their_excess_is_called_unconfirmed():
-    result = compute(cubes({"a": [0, 0, 0], "b": [3, 1.2, 0.9]}), detectors="sphere", oracle="hybrid")
-    assert result.detections["sphere"].verdict[1, 0] == Verdict.CANDIDATE
-    audit = result.summary["audit"]["sphere"]
-    assert (audit["pair_frames"]["INVENTED"], audit["unconfirmed"], audit["pair_frames"]["BOTH"]) == (1, 1, 1)
-
-
-def test_a_contact_is_as_long_in_episodes_effects_and_the_tables_of_pairs():
-    result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="hybrid", oracle="exact")
-    (one, more), step = [(e.start, e.end) for e in result.episodes["exact"]], 0.01
-    assert one == (pytest.approx(4 * step), pytest.approx(5 * step)) and more[1] == pytest.approx(11 * step)
-    assert [(e.time, e.end) for e in result.effects["contact"].events] == [one, more]
-    (told,) = (pair["contacts"]["exact"] for pair in result.summary["pairs"])
-    assert told["longest"] == pytest.approx(3 * step) and told["seconds"] == pytest.approx(4 * step)
-    slow = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]")
-    assert (slow.misses["slow"][0].start, slow.misses["slow"][0].end) == one
 
 
 def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_are_not():

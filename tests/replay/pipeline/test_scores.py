@@ -1,23 +1,11 @@
-import numpy as np
 import pytest
-from support.small_worlds import TWO_BUMPS, cubes, framed
+from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.base.wilson import wilson
 from replay.comparison.matching import EpisodeMatch, EpisodeMatches
 from replay.pipeline.engine import compute
-from replay.pipeline.scores import NOT_EXAMINED, episode_figures, pool
+from replay.pipeline.scores import episode_figures, pool
 from sessions.model.scene import Scene, SceneBody
-
-
-def test_matched_and_unmatched_counts_add_up_to_the_contacts():
-    figures = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]").summary["audit"]["slow"]
-    told = figures["episodes"]
-    assert told["truth"] == told["matched"] + told["missed"] + told["absorbed"] + told["excused_truth"] == 2
-    assert told["found"] == told["matched"] + told["invented"] + told["pieces"] + told["excused_found"]
-    assert (told["matched"], told["missed"]) == (1, 1) and told["missed_share"]["share"] == 0.5
-    frames = figures["pair_frames"]
-    assert figures["between_frames"] == NOT_EXAMINED
-    assert figures["missed"]["of"] == frames["BOTH"] + frames["MISSED"] == 4
 
 
 def test_contacts_of_a_body_and_its_parent_are_no_episodes():
@@ -26,13 +14,6 @@ def test_contacts_of_a_body_and_its_parent_are_no_episodes():
     figures = result.summary["audit"]["discrete"]
     assert [figures["episodes"][key] for key in ("truth", "found", "missed", "invented")] == [0] * 4
     assert figures["held"]["contacts"] == 2
-
-
-def test_a_pose_in_doubt_flags_the_contact_that_it_ends():
-    position = np.zeros((6, 2, 3))
-    position[:, 1, 0] = [3, 3, 0.9, 0.8, 3, 3.1]
-    session = framed(np.array([0, 10, 20, 120, 130, 140]) * 10**6, np.ones((6, 2)), position)
-    assert compute(session, detectors=("exact",)).tables["episodes"].column("flag") == ["teleport+gap"]
 
 
 def test_excused_contacts_are_no_part_of_a_share():

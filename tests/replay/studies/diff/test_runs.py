@@ -6,7 +6,6 @@ from support.small_worlds import cubes
 
 from replay import run
 from replay.cli.main import main
-from replay.studies.diff.diff_words import diff_table
 from replay.studies.diff.runs import diff_runs
 
 BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
@@ -63,30 +62,3 @@ def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, 
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
     assert diff_runs(folders / "a", tmp_path / "moved").settings["session.frames"][1] == 12
-
-
-@pytest.fixture(scope="module")
-def audited(tmp_path_factory):
-    """Two audits of one session; only the rate of ``mine`` differs."""
-    at = tmp_path_factory.mktemp("audits")
-    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    for name, rate in (("a", 20), ("b", 100)):
-        run(cubes(places), detectors=f"mine=discrete[rate_hz={rate}],hybrid", out=at / name, picture=False)
-    return at
-
-
-def test_shares_missed_and_invented_are_those_of_the_audits(audited):
-    found = diff_runs(audited / "a", audited / "b")
-    told, mine = [summary_of(audited / name)["audit"]["mine"] for name in "ab"], found.detectors["mine"]
-    assert mine.missed == tuple(one["missed"]["share"] for one in told) and mine.missed[0] > mine.missed[1] == 0
-    assert mine.invented == tuple(one["invented"]["share"] for one in told)
-    shown = {row[0]: row[5] for row in diff_table(found).cells()}
-    assert shown["mine"].endswith(" -> 0 %") and shown["hybrid"] == "0 %" and not shown["exact"]
-    assert found.detectors["exact"].missed == (None, None) and mine.changed and not found.detectors["hybrid"].changed
-
-
-def test_what_was_gained_is_told_with_the_word_of_the_reference(audited, capsys):
-    assert main(["diff", str(audited / "a"), str(audited / "b")]) == 0
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "gained a - b at 0.040 s, 1 frame, confirmed by the reference" in printed
-    assert "set differently: mine: rate_hz 20 -> 100" in printed
