@@ -98,6 +98,7 @@ VERBS = (
     "diff slow lab.toml", "study check --strict", "study check good.toml --strict",
     "stress --detector hybrid --family 1,10 --pairs 50 --seed 7", "stress --detector hybrid --case 28,32",
     "stress --detectors exact,hybrid,exact, --family 3 --pairs 5 --format json", "stress --detectors , --pairs 1",
+    "stress --detectors exact,sphere --family 1-2 --pairs 10",
     "stress --detector spoon --pairs 1", "stress --family 44", "stress --case 40",
     "share slow -o sent", "shrink slow --miss 9", "shrink slow", "view slow --miss 9", "view slow",
     f"{ONE} --detectors hybird", f"{ONE} --detectors hybrid[speed=3]", f"{ONE} --detectors discrete[rate_hz=-1]",
@@ -147,7 +148,8 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("day")
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]
-    told = cubes({"a": range(200), "b": [9] * 200}, scene=scene, events=events, intervals=spans)
+    places = {"a": range(200), "b": [9] * 200}
+    told = cubes(places, first_ns=10**7, scene=scene, events=events, intervals=spans)
     still = np.zeros((200, 3))
     looked = GazeTrack(10_000_000 * np.arange(200), still, still - (0, 0, 1), np.arange(200) > 49)
     heart = ScalarTrack([0, 10**9, 5 * 10**9, 6 * 10**9], [70, np.nan, 72.5, 68], "1/min")
