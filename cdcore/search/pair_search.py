@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.memory import address_of
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow, take_poses
 from cdcore.search.evaluation import grow_table, meeting_pairs
 from cdcore.search.features import Features
@@ -113,7 +113,8 @@ class PairSearch:
         near_a, near_b, links = self.first.near, self.second.near, (self.first.links, self.second.links)
         while True:
             faces = self._faces._replace(near_a=near_a, near_b=near_b)
-            outcome = flood(seeds, self._found, links, faces, self._states)
+            # read-only whoever gave them: else the kernel would be compiled for both kinds
+            outcome = flood(readonly(seeds[:]), self._found, links, faces, self._states)
             if outcome == DONE:
                 break
             if outcome == FULL:
