@@ -31,8 +31,8 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
 
 def test_misses_for_want_of_a_pair_and_misses_of_the_search_are_counted_apart_and_drawn():
     meeting = {size: [0, 1, 0, 2, 1] for size in SIZES}
-    spent = {key: [9, None, BUDGET + 1] for key in product(SEARCHERS, SIZES)}
+    spent = {key: [9, 10, BUDGET + 1] for key in product(SEARCHERS, SIZES)}
     coverage, search = feature_sample_tables([Drawn("torus-sphere", meeting, spent)])
     assert {row[2:5] for row in coverage.rows} == {(5, 2, 0.4)}
-    assert {(*row[3:6], row[8]) for row in search.rows} == {(3, 2, 2 / 3, 0.2)}
+    assert {(*row[3:6], row[8]) for row in search.rows} == {(3, 1, 1 / 3, 0.4)}
     assert figure_8({table.key: table for table in (coverage, search)}).startswith(b"\x89PNG")
