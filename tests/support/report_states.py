@@ -32,7 +32,10 @@ TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
 MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
 STATES = {
     "several": lambda: compute(cubes(PLACES), detectors=TWO, oracle="exact"),
-    "nothing wrong": lambda: compute(cubes({"a": [0.0] * 3, "b": [0.9, 2.0, 3.0]}), detectors="exact", oracle="hybrid"),
+    "nothing wrong": lambda: compute(
+        cubes({"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}),
+        detectors="exact", oracle="hybrid",
+    ),
     "no contact": lambda: run("none"),
     "one missed": lambda: run("one"),
     "undecided": lambda: run("undecided"),

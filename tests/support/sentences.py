@@ -2,14 +2,6 @@
 
 from rerun.chunk import RrdReader
 
-from replay.outputs.rerun_log.recording import write_recording
-
-
-def picture_text(result, path):
-    """Every text of the recording of a run, of its layout too, read back from the file."""
-    write_recording(result, path)
-    return recording_text(path)
-
 
 def recording_text(path):
     """Every text of a recording, of its layout too."""

@@ -159,16 +159,10 @@ def recording(read):
 @pytest.fixture(scope="session")
 def searching():
     """A run with a search that misses."""
-    return demo_run(135, label="paper", name="hybrid-qaco", variant="corrected", budget=300)
+    return demo_run(135, "paper", "hybrid-qaco", variant="corrected", budget=300)
 
 
 @pytest.fixture(scope="session")
 def passed():
     """A cube jumps through another between the frames 1 and 2, and is met at the frames 5 and 6."""
     return compute(jumping(), detectors="exact", oracle="continuous")
-
-
-@pytest.fixture(scope="session")
-def passed_read(passed, drawn):
-    """The picture of the jump, read back."""
-    return drawn(passed)

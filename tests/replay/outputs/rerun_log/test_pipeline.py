@@ -14,28 +14,25 @@ ROOT = f"pipeline/{LABEL}"
 
 
 @pytest.fixture(scope="module")
-def run(taps):
-    return taps(135, label=LABEL, name="hybrid-qaco", variant="corrected", budget=300)
-
-
-@pytest.fixture(scope="module")
-def watched(run):
-    (one,) = search_runs(run)
+def watched(searching):
+    (one,) = search_runs(searching)
     return one
 
 
 @pytest.fixture(scope="module")
-def read(run, drawn):
-    return drawn(run)
+def read(searching, drawn):
+    return drawn(searching)
 
 
-def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(run, watched, read):
+def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(
+    searching, watched, read
+):
     lost = [moment for moment in watched.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
         *_, stop, meets = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
         assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == packed([MISSED])[0]
-        section = run.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
+        section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
         words = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert words.startswith("missed") and f"{1e3 * np.linalg.norm(np.subtract(stop, meets)):.0f} mm" in words
@@ -43,16 +40,16 @@ def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_se
     assert read.at(f"{ROOT}/search/dots", "Points3D:colors", found.frame)[-1] == packed([SERIES[2]])[0]
 
 
-def test_the_view_of_the_volumes_holds_both_spheres_whole(run, watched, read):
+def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, read):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
     for moment in watched.searches:
         (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
         (turn,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
         axes = rotation_from_quaternion(np.array(turn))
-        for body in run.assembly.pairs[moment.pair].tolist():
-            ball = sphere_best(run.assembly.bodies[body].mesh)
+        for body in searching.assembly.pairs[moment.pair].tolist():
+            ball = sphere_best(searching.assembly.bodies[body].mesh)
             if ball.radius < 0.5:
-                turned = run.assembly.motion.rotations[moment.frame, body] @ ball.centre
-                middle = (turned + run.assembly.motion.translations[moment.frame, body] - eye) @ axes
+                turned = searching.assembly.motion.rotations[moment.frame, body] @ ball.centre
+                middle = (turned + searching.assembly.motion.translations[moment.frame, body] - eye) @ axes
                 assert -middle[2] * np.sin(half) - abs(middle[0]) * np.cos(half) >= ball.radius

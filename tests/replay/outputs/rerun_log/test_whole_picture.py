@@ -50,7 +50,7 @@ def with_tasks(result):
 
 STATES = (
     "several", "only false", "between frames", "undecided", "no contact", "no reference", "effects", "a tradeoff",
-    "too few prices", "millimetres",
+    "too few prices", "millimetres", "nothing wrong",
 )  # fmt: skip
 PICTURES = {
     **{state: lambda _, name=state: steady(name) for state in STATES},
@@ -73,6 +73,7 @@ def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
     (first,) = parts["/viewport"].pop("ViewportBlueprint:root_container")
     lines = [*layout(parts, f"container/{uuid(first)}")]
     lines += [f"{path} {name}: {plain(value)}" for path in sorted(parts) for name, value in sorted(parts[path].items())]
+    lines += map(str, read_moments(read.path))
     shown = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
     lines += [
         f"{path} {component}: {in_time(read.column(path[1:], component))}"
