@@ -31,13 +31,13 @@ def file_text(name: str) -> str:
 
 @cache
 def environment() -> "Environment":
-    """How templates are read: all values are escaped, and a value that is not there is an error."""
+    """How templates are read: values are escaped but in Markdown, and a value that is not there is an error."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 
     made = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=_readable,
-        loader=FunctionLoader(file_text),
+        loader=FunctionLoader(file_text), undefined=StrictUndefined, finalize=_readable, trim_blocks=True,
+        lstrip_blocks=True, autoescape=lambda name: not (name or "").endswith(".md"),
     )  # fmt: skip
     made.globals["allowed"] = Markup(ALLOWED)
     made.filters |= {"address": address_of, "figure": parts_of, "path": path_of, "plural": plural}

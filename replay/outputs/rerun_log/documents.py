@@ -1,4 +1,4 @@
-"""Texts of the picture: the answer, what accuracy costs, and what was replayed. The figures are those of the run."""
+"""Texts of the picture, from templates: the answer, what accuracy costs, and what was replayed."""
 
 from __future__ import annotations
 
@@ -12,14 +12,18 @@ from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.palette import Rgba
 from replay.outputs.plots import Dot
+from replay.outputs.report.markup import filled
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS
-from replay.pipeline.answer import Answer, milliseconds
+from replay.pipeline.answer import milliseconds
 from replay.pipeline.headline import doubts, price, undecided
 from replay.pipeline.ranking import part_of
 from replay.pipeline.run_result import RunResult
+
+FOLDER: Final = "outputs/rerun_log"
+"""Of the templates."""
 
 ANSWER: Final = "answer"
 ACCURACY: Final = "accuracy/text"
@@ -39,24 +43,11 @@ def details_path(label: str) -> str:
 
 def answer_text(result: RunResult) -> str:
     """What is wrong, why, what mends it, what being right costs, and the ranking, the worst first."""
-    answer = result.answers[0]
-    parts = [*doubts(result), _heading(answer.sentence), *_reasons(answer), f"**Cost** {' '.join(price(result))}"]
-    if len(result.ranking) > 2:
-        parts.append(ranking_text(result))
-    if answer.moment is not None:
-        parts.append(_moment_words(result, answer))
-    parts += [*undecided(result), *sampling_notes(result), f"*{replayed(result)} {CAVEAT}*"]
-    return "\n\n".join(parts)
-
-
-def _heading(sentence: str) -> str:
-    return f"# {sentence.removesuffix('.').replace(' %', NO_BREAK + '%')}"
-
-
-def _reasons(answer: Answer) -> list[str]:
-    """Why, and what mends it."""
-    rows = [(f"**{name}** {words}", command) for name, words, command in answer.reasons]
-    return [f"{words} `{command}`" if command else words for words, command in rows]
+    return filled(
+        f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result), price=price(result),
+        ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
+        notes=[*undecided(result), *sampling_notes(result)],
+    )  # fmt: skip
 
 
 def ranking_text(result: RunResult) -> str:
@@ -70,26 +61,10 @@ def ranking_text(result: RunResult) -> str:
     return markdown(Table.of([named, *columns], result.ranking))
 
 
-def _moment_words(result: RunResult, answer: Answer) -> str:
-    """When the close-up is, what it shows, and the command that leads there."""
-    moment, label = answer.moment, answer.label
-    assert moment is not None
-    what, faults = ("miss", result.misses) if moment.kind == "miss" else ("false contact", result.false)
-    which = f"{what} {moment.number} of {len(faults[label])} of {label}: {' and '.join(moment.pair)}"
-    return f"**Close-up** at {moment.seconds:.3f} s, {which}. `replay view RUN {moment.option} --by {label}`"
-
-
 def accuracy_text(result: RunResult) -> str:
     """What missing nothing costs, and what each detector does for its price."""
     cost, *notes = price(result)
-    if result.tradeoff is None:
-        lines = [_heading(f"To miss nothing: {cost}")]
-    else:
-        lines = [_heading(result.tradeoff.answer), *(f"- {sentence}" for sentence in result.tradeoff.advice[1:])]
-        if result.tradeoff.cut:
-            lines.append(f"Not tried, for want of time: {', '.join(result.tradeoff.cut)}.")
-    lines += [f"- {answer.sentence}" for answer in result.answers]
-    return "\n\n".join([*lines, f"*{' '.join(notes)}*"])
+    return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
 
 
 def dots_of(result: RunResult) -> list[tuple[Dot, float, Rgba]]:
@@ -128,31 +103,22 @@ def replayed(result: RunResult) -> str:
 
 def detector_text(result: RunResult, label: str) -> str:
     """What is wrong with a detector, its settings, its pair-frames, and milliseconds by stage."""
-    figures = result.summary["detectors"][label]
-    parts = []
-    for answer in result.answers:
-        if answer.label == label:
-            parts += [f"**{answer.sentence}**", *_reasons(answer)]
-    parts.append(f"`{figures.get('asked', figures['name'])}`")
+    figures, counts = result.summary["detectors"][label], None
     if label in result.comparisons:
         head = (f"against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
-        counts = [result.summary["audit"][label]["pair_frames"][kind.name] for kind in FRAME_ROWS]
-        parts.append(markdown(table("", head, [("pair-frames", *counts)])))
+        frames = result.summary["audit"][label]["pair_frames"]
+        counts = markdown(table("", head, [("pair-frames", *(frames[kind.name] for kind in FRAME_ROWS))]))
     rows = [(stage, f"{ms.mean():.4f}") for stage, ms in stage_ms(result.detections[label]).items()]
-    return "\n\n".join([*parts, markdown(table("", ("stage", "ms a frame"), rows))])
+    return filled(
+        f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
+        setting=figures.get("asked", figures["name"]), counts=counts,
+        stages=markdown(table("", ("stage", "ms a frame"), rows)),
+    )  # fmt: skip
 
 
 def session_text(result: RunResult) -> str:
     """What was replayed, and what happened, of a run that compares nothing."""
-    assembly = result.assembly
-    parts = [f"# {result.session.scene.name or 'Session'}", replayed(result), *doubts(result)]
-    if result.detections:
-        parts.append(f"Detectors: {', '.join(result.detections)}.")
-    else:
-        parts += [f"- {line}" for line in happened_words(result.effects, MANY)] or [f"{NOT_LOOKED_FOR}."]
-    if assembly.proxies:
-        parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
-    if assembly.left_out:
-        parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
-    parts += [f"- {note}" for note in assembly.notes]
-    return "\n\n".join([*parts, f"*{CAVEAT}*"])
+    return filled(
+        f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result), caveat=CAVEAT,
+        happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,
+    )  # fmt: skip
