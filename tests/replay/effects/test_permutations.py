@@ -91,21 +91,23 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
         kind: {key: told[key] for key in ("about", "because", "events", "frames", "frames_run", "sources")}
         for kind, told in result.summary["effects"].items()
     }
-    rows = {}
+    rows, spans = {}, []
     for kind, run in result.effects.items():
+        lanes = ((name, span) for name, lane in run.output.lanes.items() for span in lane)
+        spans += [f"{kind} {name} {span.start:.2f} to {span.end:.2f} s: {span.word}" for name, span in lanes]
         for name, series in run.series.items():
             scale = np.nanmax(np.abs(series.values), initial=1e-12)
             digits = [f"{value:.8f}" for value in np.round(series.values / scale, 8) + 0.0]
             rows[kind, back(name)] = (np.round(series.times, 9).tolist(), f"{scale:.9g}", digits)
         for name, liquid in run.output.liquids.items():
             rows[kind, back(name), "drawn"] = (np.round(liquid.level, 12).tolist(), liquid.rgba.tolist())
-    return [back(line) for line in happened_words(result.effects, 999)], figures, rows
+    return [back(line) for line in (*happened_words(result.effects, 999), *sorted(spans))], figures, rows
 
 
 @pytest.mark.parametrize("make", [titration, pours, chain])
-def test_what_is_printed_is_the_same_whatever_the_order_of_tables_and_the_names_of_bodies(make):
+def test_what_is_printed_is_the_same_whatever_the_order_of_tables_and_the_names_of_bodies(make, snapshot):
     whole = lines, figures, rows = printed(make)
-    assert len(lines) >= 4 and len(rows) >= 6
+    assert len(rows) >= 6 and lines == snapshot
     assert printed(make, lambda rows: rows[::-1]) == whole
     old = sorted(make()[0])
     names = {name: f"z{len(old) - k}" for k, name in enumerate(old)}
