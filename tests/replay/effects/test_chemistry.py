@@ -146,13 +146,13 @@ def test_gas_that_leaves_is_what_stays_dissolved_less_and_without_a_gas_none_is_
 COUNT = 200
 
 
-def collected(heights, grams):
+def collected(heights, grams, turn=(1.0, 0.0, 0.0, 0.0)):
     """Acid is poured on zinc at 0.11 s; the tube ends 0.5 m above the flask's floor, the jar's mouth at heights."""
     jar = np.zeros((COUNT, 3))
     jar[:, 1] = np.asarray(heights) + 0.06
     bodies = glass("a", 60.0, solute="HCl", molar=5.0), on_zinc(grams, cavity={"radius": 0.05}), SceneBody("tube")
     poses = {"a": tilted([*([0.0] * 10), *([80.0] * (COUNT - 10))]), "b": still(COUNT), "tube": still(COUNT)}
-    poses["jar"] = jar, np.tile((1.0, 0.0, 0.0, 0.0), (COUNT, 1))
+    poses["jar"] = jar, np.tile(turn, (COUNT, 1))
     gas = {"gas": "H2", "from": "b", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar", "temperature_c": 20.0,
            "pressure_pa": 101325.0}  # fmt: skip
     told = (("pour", {"from": ["a"], "into": ["b"]}), MIXED, reaction(ZINC, rate_per_s=2.0), ("gas", gas))
@@ -176,3 +176,7 @@ def test_only_while_the_outlet_is_inside_is_anything_collected():
     assert event.values["moles"] == pytest.approx(moles, rel=1e-9) and event.end == pytest.approx(1.0)
     assert event.values["leaked_before_mol"] == pytest.approx(0.05 / 65.38 * -math.expm1(-2.0 * 0.38), rel=1e-6)
     assert [span.word for span in run.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
+
+
+def test_a_jar_that_stands_upright_collects_nothing():
+    assert not collected([0.42] * COUNT, 0.05, turn=(0.0, 0.0, 0.0, 1.0)).events

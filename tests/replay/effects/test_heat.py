@@ -34,7 +34,7 @@ def test_over_the_flame_it_warms_and_beside_it_it_cools():
     (event,) = run_.events
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
     assert event.name == "heated" and (event.time, event.end) == pytest.approx((0.5, 10.5))
-    assert event.values["to_c"] == pytest.approx(peak, rel=1e-9)
+    assert event.values["to_c"] == pytest.approx(peak, rel=1e-9) and event.text.endswith(" in 10.0 s")
     told = run_.series["dish/temperature"]
     assert told.values.max() == pytest.approx(peak, rel=1e-9) and told.values[0] == 20.0
     assert told.times[:3].tolist() == pytest.approx([0.0, 0.4, 0.5])
