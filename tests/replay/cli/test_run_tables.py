@@ -1,8 +1,13 @@
 """What a terminal says of a run."""
 
+import pytest
+from support.report_states import STATES
 from support.small_worlds import cubes
 
 from cdcore.detectors import settings_of
+from replay.base.tables import GOOD, IN_RED, INVENTED
+from replay.cli.run_tables import answer_lines
+from replay.cli.terminal import STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
 from replay.pipeline.engine import compute
 
@@ -27,3 +32,18 @@ def test_a_fix_that_nobody_measured_says_so_and_its_command_runs():
     assert not answer.fix.measured and "not measured" in answer.fix.words
     (spec,) = parse_detectors(answer.fix.command.split('"')[1])
     assert settings_of(spec.name, spec.settings).pieces == 16
+
+
+@pytest.mark.parametrize(
+    ("state", "mark"),
+    [
+        ("one missed", IN_RED),
+        ("only false", INVENTED),
+        ("undecided", INVENTED),
+        ("nothing wrong", GOOD),
+        ("no contact", ""),
+    ],
+)
+def test_the_first_sentence_has_the_colour_of_what_it_says(state, mark):
+    sentence = next(line for line in answer_lines(STATES[state](), "run.rrd") if isinstance(line, Paragraph))
+    assert sentence.style == STYLES[mark]

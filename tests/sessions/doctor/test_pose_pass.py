@@ -88,6 +88,14 @@ def test_a_body_that_starts_at_once_or_is_struck_is_not_teleported(place):
     assert "teleport" not in {code for code, *_ in spans(draft)}
 
 
+def test_two_stamps_nearer_to_each_other_than_the_rate_are_no_jump():
+    times, place = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
+    place[:, 0] = 0.011 * np.arange(200)
+    times[100] = times[99] + 100_000
+    session = Session.from_arrays(times, {"a": (place, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))})
+    assert not (look_through([session.frames]).marks & Mark.TELEPORT).any()
+
+
 def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_its_jump_on():
     draft = clean()
     rng = np.random.default_rng(3)

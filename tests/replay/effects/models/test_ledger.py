@@ -112,9 +112,10 @@ def check(seed, warm):
             given = -ZINC.joule * (book.extents.sum() - before) if len(book.processes) else 0.0
             exchanged = np.abs(book.amounts[:, book.column[HEAT]]).sum() + abs(given)
             assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
+    assert all((np.diff(book.history(name).times) > 0.0).all() for name in book.vessels), seed
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
 def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed):
     check(seed, warm=True)
 
