@@ -1,9 +1,9 @@
 import sys
 import time
-from contextlib import contextmanager
 
 import pytest
 from support.small_worlds import cubes
+from support.watched import Watched
 
 from replay import run
 from replay.cli.console import People, TerminalProgress, counting, pace
@@ -52,19 +52,6 @@ def test_on_a_terminal_a_stage_shows_its_time_once_it_is_long(long, capsys, monk
         advance(1)
     said = capsys.readouterr().err
     assert "Waiting" in said and ("100 %  0 s" in said) == (long < 1.0)
-
-
-class Watched:
-    """Keeps what each stage of a run was said to be, and how much of it was reported done."""
-
-    def __init__(self):
-        self.stages = {}
-
-    @contextmanager
-    def stage(self, name, total=None, unit="frames"):
-        done = []
-        yield done.append
-        self.stages[name] = (total, sum(done))
 
 
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])

@@ -1,14 +1,18 @@
 """What a terminal says of a run."""
 
+import json
+
 import pytest
 from support.report_states import STATES
 from support.small_worlds import cubes
 
 from cdcore.detectors import settings_of
 from replay.base.tables import GOOD, IN_RED, INVENTED
+from replay.cli.run_report import answer_cited
 from replay.cli.run_tables import answer_lines
 from replay.cli.terminal import STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
+from replay.pipeline.citations import sources_behind
 from replay.pipeline.engine import compute
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -47,3 +51,14 @@ def test_a_fix_that_nobody_measured_says_so_and_its_command_runs():
 def test_the_first_sentence_has_the_colour_of_what_it_says(state, mark):
     sentence = next(line for line in answer_lines(STATES[state](), "run.rrd") if isinstance(line, Paragraph))
     assert sentence.style == STYLES[mark]
+
+
+def test_sources_stand_in_what_is_parsed_and_after_what_is_read(capsys):
+    sources = sources_behind(["exact"], {}.items())
+    answer_cited(True, {"answer": 42}, list, sources)
+    assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()
+    answer_cited(False, {}, lambda: "the answer", sources)
+    said = capsys.readouterr().out
+    assert said.startswith("the answer") and "Shewchuk" in said
+    answer_cited(False, {}, lambda: "the answer", {})
+    assert capsys.readouterr().out == "the answer\n"
