@@ -42,6 +42,7 @@ def test_the_feature_is_at_the_share_of_the_angle_between_amplitude_and_axis(dra
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     share = np.arccos(amplitudes(angle)[chain]) / np.pi
     assert abs(ask(15, angle, chain, features, 0.0) - min(share * features, features - 1)) <= 1.0
+    assert ask(15, np.pi + 0.5 * np.pi * chain, chain, features, 0.0) == features - 1  # no feature follows the last
 
 
 def test_the_weight_is_the_product_of_powers(draws):
