@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import STEP_NS, cubes
+from support.small_worlds import STEP_NS, TWO_BUMPS, cubes
 
 from cdcore import join
 from replay.detection.recorded import physics_steps, recorded_detector, reported_spans
@@ -12,12 +12,10 @@ from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT, assemble
 from sessions.model.event import LiveContact
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-
 
 def reported(*reports, facts=None):
     """A session in which the engine reported (frame, phase) of the cubes; frames may be fractions."""
-    session = cubes(PLACES, facts=facts or {})
+    session = cubes(TWO_BUMPS, facts=facts or {})
     contacts = tuple(LiveContact(round(frame * STEP_NS), "b", "a", phase) for frame, phase in reports)
     return replace(session, live_contacts=contacts)
 
