@@ -232,6 +232,7 @@ class Window:
 
 
 MASKED = {
+    r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
     r"(?<=byte )\d+": "",
     r"\S*/(?=planted_detectors)|\S*/replay-view-\w+": "",
     r"(?<=false; )[\d.]+(?= ms a f)": "#",
