@@ -111,7 +111,8 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     """
     ranks = result.ranking
     contacts = ranks[-1].contacts if ranks else 0
-    title = f"{happened(contacts) if ranks else ''} What each detector made of {'it' if contacts == 1 else 'them'}:"
+    made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
+    title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
     notes = [OVER_CONTACTS] if intervals else []
     if busy := busy_words(result.summary):
         notes.append(busy)
