@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from replay.outputs.plots import HIGH, LETTER, Axis, Dot, curve, scatter
-from replay.outputs.report.charts import path_of
+from replay.outputs.report.charts import lane, path_of
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -26,3 +26,10 @@ def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     path = path_of(dict(plot.lines)["curve"])
     heights = [float(corner.split()[1]) for corner in path.split("L")]
     assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
+
+
+def test_a_lane_has_its_stretches_where_they_are_in_its_window_and_a_short_one_as_a_line_too():
+    drawn = lane({"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", mark=15.0)
+    boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
+    assert drawn.length == 10.0
+    assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]
