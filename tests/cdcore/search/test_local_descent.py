@@ -37,11 +37,14 @@ def distances(search, firsts, seconds):
 
 def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neighbours_are_closer():
     search, starts = ways_beside_each_other()
-    ends, overlapping = set(), 0
+    ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
         search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
-        end, distance, _ = walked(search, i, j)
+        end, distance, spent = walked(search, i, j)
         ends.add(end)
+        *_, again = walked(search, i, j)
+        assert again <= 2 * NEIGHBOURS + 1, "an earlier way is followed to its end"
+        longest = max(longest, spent)
         both = (search.first, end[0]), (search.second, end[1])
         around = [np.append(features.near[at, :NEIGHBOURS], at) for features, at in both]
         gaps = distances(search, *(places[places >= 0] for places in around))
@@ -49,7 +52,7 @@ def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neigh
         if distance < search.first.rows[end[0], RADIUS] + search.second.rows[end[1], RADIUS]:
             overlapping += 1
             assert gaps.min() >= distance * (1 - 1e-12)
-    assert overlapping > 100 and len(ends) > 5
+    assert overlapping > 100 and len(ends) > 5 and longest > 10 * NEIGHBOURS
 
 
 BALL = ball_of(1200)
