@@ -112,7 +112,8 @@ def check(seed, warm):
             given = -ZINC.joule * (book.extents.sum() - before) if len(book.processes) else 0.0
             exchanged = np.abs(book.amounts[:, book.column[HEAT]]).sum() + abs(given)
             assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
-    assert all((np.diff(book.history(name).times) > 0.0).all() for name in book.vessels), seed
+    for history in map(book.history, book.vessels):
+        assert (np.diff(history.times)[np.diff(history.frames) == 0] > 0.0).all(), seed
 
 
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
