@@ -113,7 +113,7 @@ def check(seed, warm):
             exchanged = np.abs(book.amounts[:, book.column[HEAT]]).sum() + abs(given)
             assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
     for history in map(book.history, book.vessels):
-        assert (np.diff(history.times)[np.diff(history.frames) == 0] > 0.0).all(), seed
+        assert (np.diff(history.times)[np.diff(history.frames) >= 0] > 0.0).all(), seed
 
 
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
