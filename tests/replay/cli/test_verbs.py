@@ -233,6 +233,8 @@ class Window:
 
 MASKED = {
     r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
+    # the path before a name says where a line is folded
+    r"text: Session(.|\n +)*?csv`": lambda found: re.sub(r"\n +", " ", found[0]),
     r"(?<=byte )\d+": "",
     r"\S*/(?=planted_detectors)|\S*/replay-view-\w+": "",
     r"(?<=false; )[\d.]+(?= ms a f)": "#",
