@@ -30,6 +30,9 @@ ATTEMPTS: Final = 3
 LOST: Final = object()
 """In place of the answer of a worker that ended without one."""
 
+CLOSING_S: Final = 20.0
+"""Seconds in which workers of this machine have to end."""
+
 UNWATCHED: Final = {"distributed.worker.profile.enabled": False}
 """Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it."""
 
@@ -127,7 +130,9 @@ class Workers(AbstractContextManager["Workers"]):
     def __exit__(self, *error: object) -> None:
         self._client.close()
         if self._cluster is not None:
-            self._cluster.close()
+            # Of a worker that was killed while it started Dask may wait for ever for the word that it has closed.
+            with suppress(TimeoutError):
+                self._cluster.close(timeout=CLOSING_S)
 
     def places(self) -> Iterable[str]:
         """Addresses of the workers that are there and have our versions."""
