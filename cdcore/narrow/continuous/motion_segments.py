@@ -22,11 +22,9 @@ from cdcore.kernels.compiling import kernel, stay_one_function
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
-LEG_WIDTH: Final = 28
-"""Doubles of a leg: rotation 9 and place 3 at the start, the same at the end, axis (body frame) 3, angle 1."""
-
 ANGLE: Final = 27
-"""Where the angle stands, radians."""
+"""Where the angle stands in a leg, radians: rotation 9 and place 3 at the start, the same at the end, axis (body frame)
+3, angle."""
 
 LEG_ULPS: Final = 512.0
 """Twice what a pose between the ends may be off, in 2^-53 of the size: the axis and the angle from two rotations 24
