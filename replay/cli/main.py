@@ -7,12 +7,14 @@ import json
 import os
 import sys
 import warnings
-from collections.abc import Sequence
-from contextlib import suppress
+from _thread import interrupt_main
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from errno import EBADF, EDQUOT, EFBIG, EIO, ENOMEM, ENOSPC
 from importlib import import_module
 from itertools import pairwise
 from math import inf
+from threading import Timer
 from typing import Final
 
 import click
@@ -25,6 +27,10 @@ FULL: Final = (EBADF, EDQUOT, EFBIG, EIO, ENOSPC)
 """What a system says of a stream that takes no more; it names no file where that is standard output."""
 LEAST_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
 """Address space in which the libraries can be loaded; with less OpenBLAS hangs, or ends the process (2026-11)."""
+
+
+RETRY_S: Final = 0.05
+"""Until a lost Ctrl-C is asked again: the callback that lost it has returned by then."""
 
 
 class LazyGroup(click.Group):
@@ -87,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if memory_allowed() < LEAST_BYTES:
         return _failure(MemoryError(), debug=False)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _interrupts_kept():
             # What NumPy remarks on a calculation, or a plot on a letter, is for its programmer.
             warnings.simplefilter("ignore")
             code = cli.main(args=given, prog_name="replay", standalone_mode=False)
@@ -105,6 +111,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell_programs(given, str(error), FAILURE)
         return _failure(error, debug=DEBUG in given)
     return code if isinstance(code, int) else OK
+
+
+@contextmanager
+def _interrupts_kept() -> Iterator[None]:
+    """Ctrl-C while a library calls back into Python (numba's compiler does) would be printed and lost."""
+    hook = sys.unraisablehook
+
+    def interrupt_again(lost: "sys.UnraisableHookArgs") -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            again = Timer(RETRY_S, interrupt_main)
+            again.daemon = True
+            again.start()
+        else:
+            hook(lost)
+
+    sys.unraisablehook = interrupt_again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
 
 
 def _tell_programs(given: Sequence[str], message: str, code: int) -> None:

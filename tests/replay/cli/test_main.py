@@ -111,6 +111,29 @@ def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path)
     assert b"Traceback" not in words and list(tmp_path.iterdir()) == []
 
 
+CALLED_BACK = """
+import ctypes, signal, sys, time
+import click
+from replay.cli import info
+from replay.cli.main import main
+
+@click.command()
+def verb():
+    ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
+    for _ in range(2000):
+        time.sleep(0.01)
+
+info.command = verb
+sys.exit(main(["info"]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
+def test_ctrl_c_while_a_library_calls_back_is_not_lost():
+    done = subprocess.run([sys.executable, "-c", CALLED_BACK], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.split()[0]) == (130, "interrupted;")
+
+
 def test_the_shell_completes_verbs_as_the_guide_says():
     asked = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX)
