@@ -17,7 +17,7 @@ def integer_points(pair: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 def minus(a, b):
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def outer(a, b):
@@ -25,7 +25,7 @@ def outer(a, b):
 
 
 def inner(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def separates(axis, first, second) -> bool:
