@@ -10,10 +10,8 @@ import tempfile
 import time
 from collections import Counter
 from contextlib import suppress
-from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 from support.sampled import SAMPLED
@@ -159,29 +157,6 @@ def pytest_collection():
         gc.freeze()
         gc.set_threshold(20_000, 20, 20)
         gc.enable()
-
-
-def pytest_collection_finish(session):
-    """A process builds the tree of a mesh once: tests make the same bodies over and over, and trees took 24 s of 180.
-
-    The key is all that a tree depends on, and every caller gets its own arrays.
-    """
-    module = sys.modules.get("cdcore.narrow.tree_builder")
-    if not module:
-        return
-    build_tree = module.build_tree
-
-    @lru_cache(maxsize=1024)
-    def built(data, dtype, shape, rule, leaf_faces):
-        return build_tree(np.frombuffer(data, dtype).reshape(shape), rule, leaf_faces)
-
-    def kept(corners, rule, leaf_faces):
-        nodes, depth = built(corners.tobytes(), corners.dtype.str, corners.shape, rule, leaf_faces)
-        return type(nodes)._make(part.copy() for part in nodes), depth
-
-    for other in list(sys.modules.values()):
-        if getattr(other, "__dict__", {}).get("build_tree") is build_tree:
-            other.build_tree = kept
 
 
 @pytest.hookimpl(optionalhook=True)
