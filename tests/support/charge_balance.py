@@ -4,6 +4,8 @@ Ions are told by their charges, solids by their solubility products as handbooks
 ions that share a solid is solved by itself, and the pH is where the charges cancel.
 """
 
+from functools import cache
+
 from mpmath import mp, mpf
 
 mp.dps = 40
@@ -25,17 +27,25 @@ HALIDES = {"AgCl": ("Cl", "1.77e-10"), "AgBr": ("Br", "5.35e-13"), "AgI": ("I", 
 BUBBLE = mpf("3.3e-4") * mpf("101325") / 1000
 
 
+@cache
 def ten(power):
     return mpf(10) ** mpf(power)
 
 
-def halved(function, low, high):
-    """The root of a falling function of a logarithm."""
-    low, high = mpf(low), mpf(high)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if function(middle) > 0 else (low, middle)
-    return (low + high) / 2
+def free_ion(total, whole, partners):
+    """Concentration of an ion: each free mole dissolves ``whole``, and a partner is moles beside its product.
+
+    What is dissolved and solid together rises with the free ion. So a solid forms only where those that need less of
+    the ion leave more than it needs, and with the solids that form the balance is a quadratic equation.
+    """
+    free, missing, products = total / whole, total, mpf(0)
+    for amount, product in sorted(partners, key=lambda partner: partner[1] / partner[0]):
+        if free * amount <= product:
+            break
+        missing, products = missing - amount, products + product
+        root = (missing**2 + 4 * whole * products) ** mpf("0.5")
+        free = (missing + root) / (2 * whole) if missing > 0 else 2 * products / (root - missing)
+    return free
 
 
 class Solution:
@@ -45,25 +55,26 @@ class Solution:
         self.acids, self.metals, self.halides = acids, metals, halides
         self.strong, self.solids, self.gas = strong, solids, gas
 
-    def ph(self):
-        return halved(lambda ph: self.charge(ten(-ph))[0], -2, 16)
-
     def result(self):
-        ph = self.ph()
-        return ph, self.charge(ten(-ph))[1]
+        """pH, where the falling sum of the charges is zero, and the phases there."""
+        low, high = mpf(-2), mpf(16)
+        for _ in range(HALVINGS):
+            ph = (low + high) / 2
+            low, high = (ph, high) if self.charge(mpf(10) ** -ph)[0] > 0 else (low, ph)
+        return ph, self.charge(mpf(10) ** -ph)[1] | self.silver()
 
     def charge(self, h):
         """Sum of the charges at a proton concentration, and the phases there."""
         phases = {}
-        total = h - KW / h + self.strong
+        # A mole of solid silver takes a positive and a negative charge.
+        total = h - KW / h + self.strong + self.metals.get("Ag", 0) - sum(self.halides.values(), mpf(0))
         for name, amount in self.acids.items():
             if name != "carbonate":
                 total += amount * self.mean(name, h)
         for name, amount in self.metals.items():
             if name not in ("Ca", "Ba", "Ag"):
                 total += self.metal(name, amount, h, phases)
-        total += self.carbonates(h, phases)
-        return total + self.silver(phases), phases
+        return total + self.carbonates(h, phases), phases
 
     @staticmethod
     def weights(name, h):
@@ -100,43 +111,29 @@ class Solution:
     def carbonates(self, h, phases):
         """Charge of carbonates and of the metals that they bind, with the gas that bubbles."""
         amount = self.acids.get("carbonate", mpf(0))
-        bound = {METAL: mpf(CARBONATES[s][1]) for s in self.solids if s in CARBONATES for METAL in [CARBONATES[s][0]]}
         metals = {name: self.metals[name] for name in ("Ca", "Ba") if name in self.metals}
+        bound = {s: (metals[CARBONATES[s][0]], mpf(CARBONATES[s][1])) for s in self.solids if s in CARBONATES}
         charge = sum((2 * one for one in metals.values()), mpf(0))
         if not amount:
             return charge
         weights = self.weights("carbonate", h)
         whole = sum(weights)
 
-        def solids(free):
-            return {name: max(mpf(0), metals[name] - ksp / free) for name, ksp in bound.items() if name in metals}
+        def formed(free):
+            return {name: max(mpf(0), metal - product / free) for name, (metal, product) in bound.items()}
 
-        def missing(log):
-            return amount - ten(log) * whole - sum(solids(ten(log)).values(), mpf(0))
-
-        free = ten(halved(missing, -40, 2)) if bound else amount / whole
-        if self.gas and free * weights[2] > BUBBLE:
-            free = BUBBLE / weights[2]
-            phases["CO2"] = amount - free * whole - sum(solids(free).values(), mpf(0))
-        elif self.gas:
-            phases["CO2"] = mpf(0)
-        for solid in self.solids:
-            if solid in CARBONATES and CARBONATES[solid][0] in metals:
-                phases[solid] = solids(free)[CARBONATES[solid][0]]
-                charge -= 2 * phases[solid]
+        free = free_ion(amount, whole, bound.values())
+        if self.gas:
+            free, before = min(free, BUBBLE / weights[2]), free
+            phases["CO2"] = amount - free * whole - sum(formed(free).values(), mpf(0)) if free < before else mpf(0)
+        phases |= formed(free)
+        charge -= 2 * sum(formed(free).values(), mpf(0))
         return charge + free * sum((k - 2) * one for k, one in enumerate(weights))
 
-    def silver(self, phases):
-        """Charge of silver and halides; a mole of solid takes one of each."""
-        amount = self.metals.get("Ag", mpf(0))
-        charge = amount - sum(self.halides.values(), mpf(0))
-        if not amount:
-            return charge
-        products = {s: HALIDES[s] for s in self.solids if s in HALIDES and HALIDES[s][0] in self.halides}
-
-        def formed(free):
-            return {s: max(mpf(0), self.halides[x] - mpf(ksp) / free) for s, (x, ksp) in products.items()}
-
-        log = halved(lambda log: amount - ten(log) - sum(formed(ten(log)).values(), mpf(0)), -40, 2)
-        phases.update(formed(ten(log)))
-        return charge
+    def silver(self):
+        """Solids of silver, which no pH changes."""
+        if "Ag" not in self.metals:
+            return {}
+        bound = {s: (self.halides[HALIDES[s][0]], mpf(HALIDES[s][1])) for s in self.solids if s in HALIDES}
+        free = free_ion(self.metals["Ag"], mpf(1), bound.values())
+        return {name: max(mpf(0), halide - product / free) for name, (halide, product) in bound.items()}
