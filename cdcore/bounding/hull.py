@@ -2,13 +2,19 @@
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray
 
 
 def hull_collider(mesh: TriangleMesh) -> TriangleMesh:
     """The convex hull, closed; of a flat mesh the mesh itself, which has no inside."""
-    return hull_of(mesh.referenced_vertices) or mesh
+    return _hull_of_mesh(mesh) or mesh
+
+
+@once_a_mesh
+def _hull_of_mesh(mesh: TriangleMesh) -> TriangleMesh | None:
+    """As ``hull_of``; an audit asks hulls at the detector's rate and at every frame, and each has a tree of its own."""
+    return hull_of(mesh.referenced_vertices)
 
 
 def hull_of(points: FloatArray) -> TriangleMesh | None:
