@@ -16,7 +16,7 @@ from cdcore.narrow.bvh.box_tree import box_tree_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.numerics import ByteArray, IntArray
+from cdcore.numerics import ByteArray, IntArray, true_places
 from cdcore.protocol import (
     Body,
     Detection,
@@ -136,7 +136,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
                 self._offset.near(motion, frames, columns), Verdict.CONTACT, Verdict.CLEAR
             )
         clock.append(perf_counter())
-        columns, frames = np.nonzero(verdict.T == Verdict.CLEAR)
+        frames, columns = true_places(verdict == Verdict.CLEAR)
         asked = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
         return verdict, answer.work | {"containment_tests": asked}, self._seconds(clock)

@@ -15,7 +15,7 @@ from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import ImpactSettings
-from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
 from cdcore.protocol.settings import flag
 
@@ -126,7 +126,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         """Decide the intervals that do not start in contact, (T, P); write down what they came to, return counters."""
         poses = motion.rotations, motion.translations
         asked &= motion.changed[:, self.pairs].any(axis=2)
-        columns, frames = np.nonzero(self._spheres.may_meet(*poses, motion.valid, self.pairs, asked).T)
+        frames, columns = true_places(self._spheres.may_meet(*poses, motion.valid, self.pairs, asked))
         answer = self._segments.decide(motion.times, *poses, frames, columns)
         for row in np.flatnonzero(answer.states != FREE).tolist():
             place, state = (int(frames[row]), int(columns[row])), int(answer.states[row])

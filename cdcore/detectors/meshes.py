@@ -16,7 +16,7 @@ from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray
+from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, true_places
 from cdcore.protocol import (
     NO_FACES,
     Body,
@@ -80,7 +80,7 @@ class MeshDetector(PairDetector[Any]):
         """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
         if self._rate_hz is not None or self._epsilon:
             return None
-        columns, frames = np.nonzero(hits.T)
+        frames, columns = true_places(hits)
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
     def _fresh_memory(self) -> _HeldMeshes:

@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cdcore import Detection
-from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import counts_as_contact, is_one_of, is_undecided
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.outcome import Comparison, Episode, Outcome
@@ -50,7 +50,7 @@ def compare(
 
 def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
     """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
-    frames, columns = np.nonzero(is_one_of(outcome, (Outcome.MISSED, Outcome.INVENTED)))
+    frames, columns = true_places(is_one_of(outcome, (Outcome.MISSED, Outcome.INVENTED)))
     if len(frames):
         ill = within(frames + start, columns)
         outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
