@@ -19,12 +19,12 @@ def scene(**limits):
     return Scene(bodies=bodies, effects=(SceneEffect("breakage", {"between": ["cup", "top"], **given}),))
 
 
-def world(heights, times=None, valid=None, **limits):
-    """The cube's underside at these heights over the top."""
+def world(heights, times=None, valid=None, aside=0.0, **limits):
+    """The cube's underside at these heights over the top, its middle so far aside of it."""
     count = len(heights)
     stamps = np.round(np.arange(count) / RATE * 1e9 if times is None else times * 1e9).astype(np.int64)
     place = np.zeros((count, 3))
-    place[:, 1] = FLOOR + 0.1 + np.asarray(heights)
+    place[:, 0], place[:, 1] = aside, FLOOR + 0.1 + np.asarray(heights)
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     tracks = {"cup": Track(stamps, place, turn, valid), "top": Track(stamps, np.zeros((count, 3)), turn)}
     return Session.from_tracks(tracks, {"cup": cube(0.2), "top": cube()}, scene(**limits))
@@ -48,8 +48,17 @@ def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(heig
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
     assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
-    assert crash.level == "error" and crash.point is not None
+    assert crash.level == "error"
+    assert crash.point == pytest.approx((0.0, FLOOR, 0.0), abs=0.001)
     assert run.frames_run == 3 and not run.counters
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_fall_that_noise_puts_a_gap_beside_what_it_meets_ends_there(side):
+    fallen = np.arange(60) / RATE >= 0.1 + np.sqrt(2 * 0.1 / GRAVITY)
+    (crash,), (impact,), _ = broken(falling(0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
+    assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * 0.1), rel=0.01)
+    assert crash.point == pytest.approx((side * 0.5, FLOOR, 0.0), abs=0.002)
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():
