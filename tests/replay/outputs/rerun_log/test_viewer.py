@@ -1,7 +1,10 @@
 """A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
 
+import io
 import socket
 import time
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import psutil
 import pytest
@@ -9,7 +12,7 @@ from support.headless import pixels, viewer_or_skip
 
 from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.moments import read_moments
-from replay.outputs.rerun_log.viewer import ViewerError, open_viewer, start_viewer
+from replay.outputs.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
 
 
 def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
@@ -23,6 +26,15 @@ def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
         start_viewer(headless=True)
+
+
+def test_a_recording_counts_as_open_when_all_of_it_has_arrived(tmp_path):
+    empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
+    arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
+    states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]
+    client = Mock(get_state=Mock(side_effect=states))
+    OpenViewer(Mock(), 0, client, io.BytesIO()).open(tmp_path / "run.rrd")
+    assert client.get_state.call_count == len(states)
 
 
 @pytest.fixture(scope="module")
