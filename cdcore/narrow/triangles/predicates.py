@@ -49,9 +49,23 @@ def triangles_intersect(triangles: ArrayLike) -> BoolArray:
     pairs = checked_triangles(triangles)
     answers = np.empty(len(pairs), dtype=np.uint8)
     answer_pairs(readonly(pairs[:]), answers, new_digits())
+    left = np.flatnonzero(answers == UNDECIDED)
+    if len(left):
+        answers[left] = _answers_near_one(pairs[left])
     for index in np.flatnonzero(answers == UNDECIDED).tolist():
         answers[index] = pair_intersects_integers(pairs[index])
     return answers.astype(np.bool_)
+
+
+def _answers_near_one(pairs: FloatArray) -> ByteArray:
+    """The same of pairs so large or small that products leave the range of sums, scaled by powers of two."""
+    exponents = np.frexp(np.abs(pairs).max(axis=(1, 2, 3), keepdims=True))[1]
+    scaled = np.ldexp(pairs, -exponents)
+    answers = np.empty(len(pairs), dtype=np.uint8)
+    answer_pairs(readonly(scaled), answers, new_digits())
+    # Of coordinates that lie too far apart the smallest lose bits.
+    answers[(np.ldexp(scaled, exponents) != pairs).any(axis=(1, 2, 3))] = UNDECIDED
+    return answers
 
 
 @kernel
