@@ -155,7 +155,7 @@ def _normal(segments: FloatArray, toward: FloatArray) -> FloatArray:
     _, size, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     # A curve narrower than a millionth of its length counts as a line.
     if size[1] > 1e-6 * max(size[0], 1e-12):
-        normal = axes[2] if len(axes) > 2 else np.cross(axes[0], axes[1])
+        normal = np.cross(axes[0], axes[1])
     else:
         normal = toward - (toward @ axes[0]) * axes[0] if size[0] > 0.0 else toward
         length = float(np.sqrt((normal * normal).sum()))

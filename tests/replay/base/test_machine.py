@@ -1,11 +1,13 @@
+import ctypes
 import json
 import platform
 import subprocess
+from unittest.mock import Mock
 
 import pytest
 
 from replay.base import machine as module
-from replay.base.machine import machine, processor, versions
+from replay.base.machine import give_back_memory, machine, processor, versions
 
 
 def test_versions_name_python_and_what_decides_verdicts():
@@ -45,3 +47,12 @@ def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architectur
     monkeypatch.setattr(platform, "system", lambda: "Darwin")
     monkeypatch.setattr(subprocess, "run", asked)
     assert processor() == named
+
+
+@pytest.mark.parametrize(("library", "calls"), [("glibc", 1), ("", 0)])
+def test_memory_is_given_back_where_the_c_library_keeps_it(library, calls, monkeypatch):
+    c_library = Mock()
+    monkeypatch.setattr(platform, "libc_ver", lambda: (library, ""))
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: c_library)
+    give_back_memory()
+    assert c_library.malloc_trim.call_count == calls

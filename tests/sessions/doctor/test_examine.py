@@ -34,6 +34,12 @@ def test_whatever_is_in_a_file_becomes_findings(tmp_path):
     assert codes(tmp_path / "points.obj") == codes(tmp_path / "nothing.stl") == ["mesh-empty"]
 
 
+def test_a_torn_file_counts_the_bytes_behind_its_tear(tmp_path):
+    (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\xff" * 100)
+    torn = next(finding for finding in examine(tmp_path / "torn.mcap") if finding.code == "torn")
+    assert torn.count == 100
+
+
 def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
     (tmp_path / "cube.glb").write_bytes(mesh_to_glb(cube(0.1), "cube"))
     (tmp_path / "scene.toml").write_text('[[body]]\nid = "cube"\nmesh = "cube.glb"\n')
