@@ -1,11 +1,14 @@
 """The equations as printed break, their gate is no rotation and their gain no gain."""
 
+from itertools import count, islice
+
 import numpy as np
 import pytest
 from support.search_scenes import I3, ball_of, search_of
 from support.shapes import box_mesh
 
-from cdcore.search.printed import printed_16, printed_17
+from cdcore.search.printed import iterations_as_printed, printed_16, printed_17
+from cdcore.search.search_settings import SearchSettings
 
 
 def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():
@@ -27,6 +30,16 @@ def test_probabilities_of_a_negative_pheromone_are_none():
     assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
     assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
     assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
+
+
+def test_iterations_as_printed_go_on_while_distances_stay_and_end_when_they_fall():
+    def iterations(distances):
+        stream, settings = np.random.default_rng(0), SearchSettings(variant="printed")
+        asked = iterations_as_printed(lambda i, j: next(distances), (50, 70), settings, stream)
+        return list(islice(asked, 100))
+
+    assert iterations(1.0 for _ in count()) == [*range(1, 101)]
+    assert len(iterations(10.0 - 0.1 * k for k in count())) < 10
 
 
 @pytest.mark.parametrize("alpha", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])
