@@ -96,8 +96,7 @@ def test_an_audit_with_all_its_outputs_takes_at_most_so_many_times_the_loop(name
     assert found["peak"] < MOST_BYTES
 
 
-def test_the_default_detectors_take_at_most_five_halves_of_the_time_of_the_papers_alone(tmp_path):
-    """The aim is twice; 2.2 was measured on an idle machine (2026-11-23)."""
+def test_the_default_detectors_take_at_most_twice_the_time_of_the_papers_alone(tmp_path):
     recording = tmp_path / "session.mcap"
     write_session(ten_minutes(), recording)
 
@@ -111,4 +110,4 @@ def test_the_default_detectors_take_at_most_five_halves_of_the_time_of_the_paper
     spent = np.array([[seconds(None), seconds("hybrid-qaco")] for _ in range(3)])
     usual, paper = spent.min(axis=0)
     print(f"\nten minutes: {usual:.1f} s by default, {paper:.1f} s with hybrid-qaco alone, {usual / paper:.2f} times")
-    assert usual <= 2.5 * paper
+    assert usual <= 2.0 * paper
