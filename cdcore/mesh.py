@@ -1,7 +1,7 @@
 """A triangle mesh that is valid by construction: finite vertices, faces that exist, nothing that can be changed."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, wraps
 from typing import TypeVar
@@ -170,12 +170,25 @@ def once_a_mesh(make: Callable[[TriangleMesh], Made]) -> Callable[[TriangleMesh]
 
     Several detectors of a run ask the same meshes, and a worker replays one session after another.
     """
-    kept: WeakKeyDictionary[TriangleMesh, Made] = WeakKeyDictionary()
+    of_each = once_for_meshes(lambda meshes: [make(mesh) for mesh in meshes])
 
     @wraps(make)
     def of(mesh: TriangleMesh) -> Made:
-        if mesh not in kept:
-            kept[mesh] = make(mesh)
-        return kept[mesh]
+        return of_each([mesh])[0]
+
+    return of
+
+
+def once_for_meshes(
+    make: Callable[[Sequence[TriangleMesh]], Sequence[Made]],
+) -> Callable[[Sequence[TriangleMesh]], list[Made]]:
+    """``once_a_mesh`` for a function that makes things of several meshes together."""
+    kept: WeakKeyDictionary[TriangleMesh, Made] = WeakKeyDictionary()
+
+    @wraps(make)
+    def of(meshes: Sequence[TriangleMesh]) -> list[Made]:
+        if new := list(dict.fromkeys(mesh for mesh in meshes if mesh not in kept)):
+            kept.update(zip(new, make(new), strict=True))
+        return [kept[mesh] for mesh in meshes]
 
     return of

@@ -12,7 +12,7 @@ from cdcore.bounding.hull import hull_collider
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.bvh.box_tree import box_tree_of
+from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -85,7 +85,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         self.parts = {name: those.parts for name, those in solids.items()}
         """Name of a body -> the solids that stand in its place, in its frame: what a picture draws."""
         self.colliders = tuple(Body(name, those.surface) for name, those in solids.items())
-        self._trees = [box_tree_of(body.mesh) for body in self.colliders]
+        self._trees = box_trees_of([body.mesh for body in self.colliders])
         self._containment = ContainmentStage(self.colliders, pairs)
         skin, grown = settings.skin_m, self.colliders
         if skin:

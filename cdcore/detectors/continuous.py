@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import sphere_best
-from cdcore.narrow.bvh.box_tree import box_tree_of
+from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
@@ -66,7 +66,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContinuousSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self._trees = [box_tree_of(body.mesh) for body in bodies]
+        self._trees = box_trees_of([body.mesh for body in bodies])
         self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
         ordered, _ = ordered_by_name(bodies, pairs)
         self._segments = SegmentStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)

@@ -6,7 +6,7 @@ from time import perf_counter
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.detectors import OBB_TREE
-from cdcore.narrow.bvh.box_tree import box_tree_of
+from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
@@ -41,7 +41,7 @@ class ExactDetector(PairDetector[ContainmentSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContainmentSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self._trees = [box_tree_of(body.mesh) for body in bodies]
+        self._trees = box_trees_of([body.mesh for body in bodies])
         self._surfaces = MotionSearch(self._trees, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import near_faces
-from cdcore.narrow.bvh.box_tree import box_tree_of
+from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.continuous.clearance import certainly_apart
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
@@ -35,7 +35,7 @@ class MarginStage:
         self._triangles = [mesh.triangles for mesh in meshes]
         self._faces = [mesh.faces for mesh in meshes]
         self._shell = cache(lambda body: shell_vectors(self._triangles[body], self._faces[body]))
-        self._tree = cache(lambda body: box_tree_of(meshes[body]))
+        self._tree = cache(lambda body: box_trees_of([meshes[body]])[0])
         self._tau = tau
 
     def shallow(

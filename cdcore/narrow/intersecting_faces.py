@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.bvh.box_tree import box_tree_of
+from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Motion
@@ -41,5 +41,5 @@ def intersecting_faces(
     """
     poses = [np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64) for pose in (pose_a, pose_b)]
     motion = Motion.from_matrices([0.0], np.array([poses]), names=("A", "B"))
-    trees = [box_tree_of(mesh) for mesh in (mesh_a, mesh_b)]
+    trees = box_trees_of([mesh_a, mesh_b])
     return decide_motion(trees, np.array([[0, 1]]), motion, faces=True).sets.faces.astype(np.int64)

@@ -9,7 +9,8 @@ SAH-based bounding volume hierarchies (2007), for binned splits by surface area.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ BINS: Final = 16
 """Places along an axis at which a split by surface area may cut."""
 SHORTEST_SPLIT: Final = 0.25
 """Axes along which a box is shorter than this share of its longest side are not tried."""
+FACES_TOGETHER: Final = 4096
+"""So many faces of small bodies go through the builder together: what a step makes of them, a cache still holds."""
 
 Boxes = tuple[FloatArray, FloatArray, FloatArray]
 """Of the n nodes of a level: axes (3, 3, n), one a row, and the least and largest coordinates along them (3, n)."""
@@ -52,13 +55,23 @@ class BoxNodes(NamedTuple):
     size: FloatArray
 
 
-def build_tree(corners: FloatArray, rule: Rule, leaf_faces: int) -> tuple[BoxNodes, int]:
-    """A tree over faces (f, 3, 3) with at most ``leaf_faces`` a leaf, and its depth."""
+def build_trees(bodies: Sequence[FloatArray], rule: Rule, leaf_faces: int) -> list[tuple[BoxNodes, int]]:
+    """Over the faces (f, 3, 3) of each body a tree with at most ``leaf_faces`` a leaf, and its depth."""
+    place = np.cumsum([len(corners) for corners in bodies]) // FACES_TOGETHER
+    groups = groupby(range(len(bodies)), lambda k: place[k])
+    return [tree for _, some in groups for tree in _build_group([bodies[k] for k in some], rule, leaf_faces)]
+
+
+def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Iterator[tuple[BoxNodes, int]]:
+    """Trees that grow by the same steps: each step costs as many calls as for one; no tree changes another."""
+    corners, faces = np.concatenate(bodies), np.array([len(corners) for corners in bodies])
+    begin = np.cumsum(faces) - faces
     # Scaled by a power of two, so that no product over- or underflows and no coordinate rounds.
-    exponent = np.frexp(np.abs(corners).max())[1]
+    exponent = np.frexp([np.abs(corners).max() for corners in bodies])[1]
+    scaled = np.ldexp(corners, -np.repeat(exponent, faces)[:, None, None])
     # Faces stand side by side, so that a step is one pass over all of them.
-    scaled, order = np.ascontiguousarray(np.ldexp(corners, -exponent).transpose(1, 2, 0)), np.arange(len(corners))
-    start, stop = np.array([0]), np.array([len(corners)])
+    scaled, order = np.ascontiguousarray(scaled.transpose(1, 2, 0)), np.arange(len(corners))
+    tree, start, stop = np.arange(len(bodies)), begin, begin + faces
     levels: list[tuple[FloatArray | IntArray, ...]] = []
     count = 0
     while len(start):
@@ -66,9 +79,9 @@ def build_tree(corners: FloatArray, rule: Rule, leaf_faces: int) -> tuple[BoxNod
         first = np.cumsum(sizes) - sizes
         node = np.repeat(np.arange(len(start)), sizes)
         place = np.arange(len(node)) + np.repeat(start - first, sizes)
-        faces = order[place]
-        boxes, key = rule(scaled.take(faces, axis=2), node, first)
-        order[place] = faces[np.lexsort((faces, key, node))]
+        taken = order[place]
+        boxes, key = rule(scaled.take(taken, axis=2), node, first)
+        order[place] = taken[np.lexsort((taken, key, node))]
         opened, cut = sizes > leaf_faces, sizes // 2
         if key.dtype == np.bool_:
             before = sizes - np.add.reduceat(key.astype(np.int64), first)
@@ -76,14 +89,27 @@ def build_tree(corners: FloatArray, rule: Rule, leaf_faces: int) -> tuple[BoxNod
         count += len(start)
         child = np.full(len(start), -1, dtype=np.int64)
         child[opened] = count + 2 * np.arange(opened.sum())
-        levels.append((child, start, stop, *boxes))
+        levels.append((np.full(len(start), len(levels) + 1), tree, child, start, stop, *boxes))
         low, middle, high = start[opened], start[opened] + cut[opened], stop[opened]
         start, stop = np.column_stack([low, middle]).ravel(), np.column_stack([middle, high]).ravel()
-    child, start, stop, axes, low, high = (np.concatenate(part, axis=-1) for part in zip(*levels, strict=True))
-    centre = np.ldexp((axes * (low / 2 + high / 2)[:, None]).sum(axis=0), exponent)
-    half = np.ldexp(high / 2 - low / 2, exponent)
-    centre, axes, half = (np.ascontiguousarray(part) for part in (centre.T, axes.transpose(2, 0, 1), half.T))
-    return BoxNodes(corners[order], order, child, start, stop, centre, axes, half, half.max(axis=1)), len(levels)
+        tree = tree[opened].repeat(2)
+    depth, tree, child, start, stop, axes, low, high = (
+        np.concatenate(part, axis=-1) for part in zip(*levels, strict=True)
+    )
+    centre = np.ldexp((axes * (low / 2 + high / 2)[:, None]).sum(axis=0), exponent[tree])
+    half = np.ldexp(high / 2 - low / 2, exponent[tree])
+    number = np.empty_like(tree)  # of a node within its tree
+    for k, nodes in enumerate(np.split(np.argsort(tree, kind="stable"), np.bincount(tree).cumsum()[:-1])):
+        number[nodes] = np.arange(len(nodes))
+        own, sides = order[begin[k] : begin[k] + faces[k]], half.T[nodes]
+        yield (
+            BoxNodes(
+                corners[own], own - begin[k], np.where(child[nodes] < 0, -1, number[child[nodes]]),
+                start[nodes] - begin[k], stop[nodes] - begin[k], centre.T[nodes], axes.transpose(2, 0, 1)[nodes],
+                sides, sides.max(axis=1),
+            ),
+            int(depth[nodes[-1]]),
+        )  # fmt: skip
 
 
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -122,7 +148,10 @@ def tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple
 
 def principal_axes(matrices: FloatArray) -> FloatArray:
     """Orthonormal eigenvectors, one a row, of symmetric matrices (3, 3, n); that of the largest eigenvalue first."""
-    m, axes = matrices.copy(), body_axes(matrices.shape[2]).copy()
+    count = matrices.shape[2]
+    # Rows of the matrices go on in rows of the axes: both turn in one step. Few nodes cost as many calls as thousands.
+    both = np.concatenate([matrices, body_axes(count)], axis=1)
+    m, sines = both[:, :3], np.empty((2, 1, count))
     for turn in range(3 * SWEEPS):
         p, q = ((0, 1), (0, 2), (1, 2))[turn % 3]
         # The smaller of the angles that make the entry 0.
@@ -130,16 +159,19 @@ def principal_axes(matrices: FloatArray) -> FloatArray:
         length = np.sqrt(off * off + apart * apart)
         tangent = off / np.where(length > 0, apart + np.copysign(length, apart), np.inf)
         cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
-        sine = tangent * cosine
-        for rows in (m, m.swapaxes(0, 1), axes):
-            first, second = rows[p].copy(), rows[q].copy()
-            rows[p], rows[q] = cosine * first - sine * second, sine * first + cosine * second
+        np.multiply(tangent, cosine, out=sines[1, 0])
+        np.negative(sines[1], out=sines[0])
+        for rows in (both, m.swapaxes(0, 1)):
+            pair = rows[p : q + 1 : q - p]
+            crossed = sines * pair[::-1]
+            pair *= cosine
+            pair += crossed
     order = np.argsort(-np.einsum("iin->in", m), axis=0, kind="stable")
-    axes = np.take_along_axis(axes, order[:, None], axis=0)
+    axes = both[:, 3:][order, :, np.arange(count)].transpose(0, 2, 1)
     x = axes[0] / np.sqrt((axes[0] * axes[0]).sum(axis=0))
     y = axes[1] - (x * axes[1]).sum(axis=0) * x
     y = y / np.sqrt((y * y).sum(axis=0))
-    return np.stack([x, y, np.cross(x, y, axis=0)])
+    return np.stack([x, y, x[[1, 2, 0]] * y[[2, 0, 1]] - x[[2, 0, 1]] * y[[1, 2, 0]]])
 
 
 def half_surface(size: FloatArray) -> FloatArray:
@@ -153,35 +185,33 @@ def by_surface_area(corners: FloatArray, node: IntArray, first: IntArray) -> tup
     boxes, along = tighter_boxes(corners, node, first)
     side, centroids = boxes[2] - boxes[1], along.mean(axis=0)
     spans = np.concatenate([along.min(axis=0), -along.max(axis=0)])
-    least, second = np.full(len(first), np.inf), np.zeros(len(node), dtype=np.bool_)
-    for k in range(3):
-        cost, place = cheapest_cuts(spans, centroids[k], node, first)
-        better = (cost < least) & (side[k] >= SHORTEST_SPLIT * side.max(axis=0))
-        least[better] = cost[better]
-        second = np.where(better[node], centroids[k] >= place[node], second)
-    return boxes, second
+    cost, place = cheapest_cuts(spans, centroids, node, first)
+    cost[side < SHORTEST_SPLIT * side.max(axis=0)] = np.inf
+    best, nodes = cost.argmin(axis=0), np.arange(len(first))
+    place = np.where(cost[best, nodes] < np.inf, place[best, nodes], np.inf)
+    return boxes, centroids[best[node], np.arange(len(node))] >= place[node]
 
 
 def cheapest_cuts(
     spans: FloatArray, along: FloatArray, node: IntArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Costs and places (n,) of the cheapest cuts along one axis; an infinite cost where nothing can be cut.
+    """Costs and places (3, n) of the cheapest cuts along three axes; an infinite cost where nothing can be cut.
 
-    ``spans`` (6, E): least coordinates of a face and its largest, negative; ``along`` (E,) its centroid's.
+    ``spans`` (6, E): least coordinates of a face and its largest, negative; ``along`` (3, E) its centroid's.
     """
-    low = np.minimum.reduceat(along, first)
-    width = (np.maximum.reduceat(along, first) - low) / BINS
-    share = (along - low[node]) / np.where(width > 0, width, 1.0)[node]
-    slot = BINS * node + np.minimum(BINS - 1, share.astype(np.int64))
-    counts = np.bincount(slot, minlength=BINS * len(first)).reshape(-1, BINS).cumsum(axis=1)
-    boxes = np.full((6, len(first), BINS), np.inf)
+    low = np.minimum.reduceat(along, first, axis=1)
+    width = (np.maximum.reduceat(along, first, axis=1) - low) / BINS
+    share = (along - low[:, node]) / np.where(width > 0, width, 1.0)[:, node]
+    rows = node + len(first) * np.arange(3)[:, None]
+    slot = (BINS * rows + np.minimum(BINS - 1, share.astype(np.int64))).ravel()
+    counts = np.bincount(slot, minlength=BINS * low.size).reshape(*low.shape, BINS).cumsum(axis=-1)
+    boxes = np.full((6, *counts.shape), np.inf)
     for bound, coordinate in zip(boxes.reshape(6, -1), spans, strict=True):
-        np.minimum.at(bound, slot, coordinate)
-    left, right = (np.minimum.accumulate(some, axis=2) for some in (boxes, boxes[..., ::-1]))
+        np.minimum.at(bound, slot, np.tile(coordinate, 3))
+    left, right = (np.minimum.accumulate(some, axis=-1) for some in (boxes, boxes[..., ::-1]))
     before, after = (half_surface(-some[:3] - some[3:]) for some in (left[..., :-1], right[..., -2::-1]))
-    number, total = counts[:, :-1], counts[:, -1:]
+    number, total = counts[..., :-1], counts[..., -1:]
     with np.errstate(invalid="ignore"):
         cost = number * before + (total - number) * after
     cost[(number == 0) | (number == total)] = np.inf
-    at = cost.argmin(axis=1)
-    return cost[np.arange(len(at)), at], low + (at + 1) * width
+    return cost.min(axis=-1), low + (cost.argmin(axis=-1) + 1) * width

@@ -93,12 +93,12 @@ def in_noise(
     if oracle.detection.covers != "instants":
         raise NoiseError(f"noise is asked of a reference of instants, which {oracle.spec.name} is not; trust exact")
     # Here, since a run without noise and contacts loads no compiler.
-    from cdcore.narrow.bvh.box_tree import box_tree_of
+    from cdcore.narrow.bvh.box_tree import box_trees_of
     from cdcore.narrow.contact_offset import ContactOffset
 
     motion, noise = assembly.motion, noise_of(spec, assembly, scene)
     drawn = NoisyCopies(noise, spec.copies, seed)
-    trees = [box_tree_of(body.mesh) for body in assembly.bodies]
+    trees = box_trees_of([body.mesh for body in assembly.bodies])
     levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
     pairs = []
     for column, ends in enumerate(assembly.pairs.tolist()):

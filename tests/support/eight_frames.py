@@ -6,7 +6,7 @@ from support.motions import motion_of, placed, soup
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import words_of
 from cdcore.narrow.bvh.bounds import position_pad
-from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
 from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, layout, pair_at
@@ -46,7 +46,7 @@ class EightFrames:
             self.meshes = [soup(rng, 4, 2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
         self.turn, self.move = motion_of("soup", rng, 24, 2)
         self.move[:, 0, 0] += apart
-        self.trees = [build_box_tree(mesh) for mesh in self.meshes]
+        self.trees = build_box_trees(self.meshes)
         self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
         doubles, words = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)

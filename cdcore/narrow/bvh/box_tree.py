@@ -7,14 +7,15 @@ Source: Gottschalk, Lin and Manocha (1996) for oriented boxes; Wald (2007) for b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.mesh import TriangleMesh, once_for_meshes
 from cdcore.narrow.bvh.tree_memory import TreeMemory, row_of, words_of_rows
-from cdcore.narrow.tree_builder import build_tree, by_surface_area, coordinates_along
+from cdcore.narrow.tree_builder import BoxNodes, build_trees, by_surface_area, coordinates_along
 from cdcore.numerics import FloatArray, IntArray
 
 LEAF_FACES = 8
@@ -45,15 +46,19 @@ class BoxTree(NamedTuple):
     words: IntArray
 
 
-@once_a_mesh
-def box_tree_of(mesh: TriangleMesh) -> BoxTree:
-    """The tree of a mesh; to build one of 3,000 faces takes 40 ms."""
-    return build_box_tree(mesh.triangles)
+@once_for_meshes
+def box_trees_of(meshes: Sequence[TriangleMesh]) -> list[BoxTree]:
+    """The trees of meshes; to build one of 3,000 faces takes 40 ms."""
+    return build_box_trees([mesh.triangles for mesh in meshes])
 
 
-def build_box_tree(triangles: FloatArray) -> BoxTree:
-    """The tree of a mesh from its corners (f, 3, 3), body frame."""
-    nodes, _ = build_tree(triangles, by_surface_area, LEAF_FACES)
+def build_box_trees(bodies: Sequence[FloatArray]) -> list[BoxTree]:
+    """The trees of meshes from their corners (f, 3, 3), body frame."""
+    built = build_trees(bodies, by_surface_area, LEAF_FACES)
+    return [_box_tree(nodes, triangles) for (nodes, _), triangles in zip(built, bodies, strict=True)]
+
+
+def _box_tree(nodes: BoxNodes, triangles: FloatArray) -> BoxTree:
     leaf_nodes = np.flatnonzero(nodes.child < 0)
     leaf_nodes = leaf_nodes[np.argsort(nodes.start[leaf_nodes])]
     counts = nodes.stop[leaf_nodes] - nodes.start[leaf_nodes]

@@ -37,13 +37,13 @@ def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
 
 def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     # Here, since most meshes have one part: whoever asks only for parity compiles no more than that.
-    from cdcore.narrow.bvh.box_tree import build_box_tree
+    from cdcore.narrow.bvh.box_tree import build_box_trees
     from cdcore.narrow.bvh.whole_motion import decide_motion
 
     used, renumbered = np.unique(pairs, return_inverse=True)
     count = len(used)
     as_they_lie = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
-    trees = [build_box_tree(np.ascontiguousarray(parts[k])) for k in used]
+    trees = build_box_trees([np.ascontiguousarray(parts[k]) for k in used])
     return bool(decide_motion(trees, renumbered.reshape(-1, 2), as_they_lie).hits.any())
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.bvh.box_tree import BoxTree, box_tree_of
+from cdcore.narrow.bvh.box_tree import BoxTree, box_trees_of
 from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
@@ -110,7 +110,7 @@ def time_of_impact(
     ImpactSettings(tolerance=tolerance, effort=effort)
     stacked = np.stack([_two(poses_a, "poses_a"), _two(poses_b, "poses_b")], axis=1)
     motion = Motion.from_matrices(times, stacked, names=("A", "B"))
-    trees = [box_tree_of(mesh) for mesh in (mesh_a, mesh_b)]
+    trees = box_trees_of([mesh_a, mesh_b])
     touching = _touching(trees, motion)
     if touching is not None:
         start = float(motion.times[0])

@@ -3,7 +3,7 @@ import pytest
 from support.shapes import beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import Motion
-from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.fcl_meshes import FclMeshes
 
@@ -25,7 +25,7 @@ def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_
         if not things.touch(0, 1):
             apart[frame] = things.gap(0, 1)[0]
     frames = np.flatnonzero(apart > 0)
-    trees, columns = [build_box_tree(mesh.triangles) for mesh in meshes], np.zeros(len(frames), dtype=np.int64)
+    trees, columns = build_box_trees([mesh.triangles for mesh in meshes]), np.zeros(len(frames), dtype=np.int64)
     for pairs in ([[0, 1]], [[1, 0]]):
         near = ContactOffset(trees, np.array(pairs), reach).near(motion, frames, columns)
         assert near.tolist() == (apart[frames] <= reach).tolist()
@@ -35,7 +35,7 @@ def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_
 def test_two_faces_of_one_plane_are_apart_where_only_the_way_between_them_tells():
     """Halves of a square a little apart: the normals of both planes lead out of it, and the boxes overlap."""
     half = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
-    trees = [build_box_tree(half), build_box_tree(np.array([1.1, 1.1, 0]) - half)]
+    trees = build_box_trees([half, np.array([1.1, 1.1, 0]) - half])
     motion, frame = Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1))), np.zeros(1, dtype=np.int64)
     for reach, near in ((0.14, False), (0.15, True)):
         assert ContactOffset(trees, np.array([[0, 1]]), reach).near(motion, frame, frame).tolist() == [near]

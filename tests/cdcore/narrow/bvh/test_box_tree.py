@@ -6,7 +6,7 @@ from support.motions import KINDS, grid_plate
 from support.shapes import random_rotations
 from support.slow_trees import faces_below
 
-from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_tree
+from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_trees
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
 MESHES["plate"] = grid_plate(8)
@@ -20,7 +20,7 @@ by_mesh = pytest.mark.parametrize("name", MESHES)
 
 @by_mesh
 def test_leaves_hold_every_face_once(name):
-    tree = build_box_tree(MESHES[name])
+    tree = build_box_trees([MESHES[name]])[0]
     assert sorted(tree.faces.tolist()) == list(range(len(MESHES[name])))
     assert tree.leaves[:, 1].sum() == len(MESHES[name])
     assert tree.leaves[:, 1].min() >= 1
@@ -31,7 +31,7 @@ def test_leaves_hold_every_face_once(name):
 @by_mesh
 def test_every_box_covers_the_corners_below_it_to_a_few_roundings(name):
     triangles = MESHES[name]
-    tree = build_box_tree(triangles)
+    tree = build_box_trees([triangles])[0]
     for node in range(len(tree.boxes)):
         centre, axes, half = tree.boxes[node, :3], tree.boxes[node, 3:12].reshape(3, 3).T, tree.boxes[node, 12:15]
         assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
@@ -43,7 +43,7 @@ def test_every_box_covers_the_corners_below_it_to_a_few_roundings(name):
 @by_mesh
 def test_leaf_data_repeat_the_faces_in_their_frames(name):
     triangles = MESHES[name]
-    tree = build_box_tree(triangles)
+    tree = build_box_trees([triangles])[0]
     leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
     for node in leaf_nodes:
         first, count = tree.leaves[tree.links[node, 1]]
@@ -57,8 +57,14 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
             assert np.array_equal(tree.spans[row].reshape(3, 2), np.stack([boxed.min(0), boxed.max(0)], axis=1))
 
 
+def test_trees_that_grow_together_are_those_that_grow_alone():
+    for triangles, tree in zip(MESHES.values(), build_box_trees([*MESHES.values()]), strict=True):
+        alone = build_box_trees([triangles])[0]
+        assert all(np.array_equal(*both) for both in zip(tree[:-1], alone[:-1], strict=True))
+
+
 def fitted(triangles):
-    box = build_box_tree(triangles).boxes[0]
+    box = build_box_trees([triangles])[0].boxes[0]
     axes, middle, half = box[3:12].reshape(3, 3).T, box[:3], box[12:15]
     return axes, np.stack([axes @ middle - half, axes @ middle + half], axis=1)
 

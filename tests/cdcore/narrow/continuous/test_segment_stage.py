@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from support.motions import KINDS
 from support.shapes import ball_mesh, box_mesh
 
-from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.continuous import interval_search as search
 from cdcore.narrow.continuous.interval_search import (
     FREE,
@@ -34,7 +34,7 @@ PAIR = np.array([[0, 1]])
 
 def stage_of(a, b, **options):
     asked = {"tolerance": DEFAULT_TOLERANCE, "effort": DEFAULT_EFFORT} | options
-    return SegmentStage([build_box_tree(a), build_box_tree(b)], PAIR, **asked)
+    return SegmentStage(build_box_trees([a, b]), PAIR, **asked)
 
 
 def decide(stage, ways, times=(0.0, 1.0), turned=None):
@@ -91,7 +91,7 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind, start):
     assert grazed < met
 
 
-TREES = [build_box_tree(box_mesh((0.1, 0.1, 0.1)).triangles), build_box_tree(box_mesh((0.4, 0.02, 0.02)).triangles)]
+TREES = build_box_trees([box_mesh((0.1, 0.1, 0.1)).triangles, box_mesh((0.4, 0.02, 0.02)).triangles])
 
 
 def state_of(turn, move):
@@ -113,8 +113,7 @@ def test_half_a_turn_and_coordinates_beyond_the_bounds_are_told_and_a_little_les
     assert state_of(*poses(offset=(1e80, 0, 0))) == TOO_LARGE
 
 
-PLATE = build_box_tree(box_mesh((1.0, 1.0, 0.002)).triangles)
-BALL = build_box_tree(ball_mesh(0.01).triangles)
+PLATE, BALL = build_box_trees([box_mesh((1.0, 1.0, 0.002)).triangles, ball_mesh(0.01).triangles])
 
 
 def straight(before, after):

@@ -10,7 +10,7 @@ from support.random_worlds import bodies_of
 from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
-from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.continuous.clearance import certainly_apart
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
@@ -87,7 +87,7 @@ def test_the_exact_margin_lies_within_the_bounds(family):
 
 def keep_apart(first, second, reach):
     """Whether two triangles that stand unmoved certainly keep each of some distances."""
-    trees = [build_box_tree(np.array([corners], dtype=float)) for corners in (first, second)]
+    trees = build_box_trees([np.array([corners], dtype=float) for corners in (first, second)])
     pose = np.tile(np.eye(3), (len(reach), 1, 1)), np.zeros((len(reach), 3))
     return certainly_apart(trees, pose, pose, reach).tolist()
 

@@ -9,18 +9,27 @@ from support.slow_trees import SlowSearch
 
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
 from cdcore.narrow.published_trees.tree_descent import PairPoses
-from cdcore.narrow.tree_builder import build_tree
+from cdcore.narrow.tree_builder import build_trees
 from cdcore.narrow.tree_stage import UNLIMITED, TreeSettings, TreeStage
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
 
 
 def tree_of(corners, kind):
-    return build_tree(corners, TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)
+    return build_trees([corners], TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)[0]
 
 
 each_kind = pytest.mark.parametrize("kind", TREE_KINDS)
 each_mesh = pytest.mark.parametrize("name", MESHES)
+
+
+@each_kind
+def test_trees_that_grow_together_are_those_that_grow_alone(kind):
+    row, meshes = TREE_KINDS[kind], [*MESHES.values(), np.zeros((20, 3, 3)), grid_plate(1)[:1] * 1e70]
+    for corners, (tree, depth) in zip(meshes, build_trees(meshes, row.rule, row.leaf_faces), strict=True):
+        alone, its_depth = tree_of(corners, kind)
+        assert depth == its_depth
+        assert all(np.array_equal(*both) for both in zip(tree, alone, strict=True))
 
 
 SCENES = {
