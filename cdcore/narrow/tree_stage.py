@@ -16,9 +16,8 @@ from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import place_face, placed_pair_meets
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
-from cdcore.narrow.published_trees.box_trees import TREE_KINDS
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS, trees_of
 from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
-from cdcore.narrow.tree_builder import build_trees
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
@@ -75,7 +74,7 @@ class TreeStage:
         self._kind = TREE_KINDS[kind]
         self._counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         self._corners = [body.mesh.triangles for body in bodies]
-        built = build_trees(self._corners, self._kind.rule, self._kind.leaf_faces)
+        built = trees_of([body.mesh for body in bodies], kind)
         self.trees = [tree for tree, _ in built]
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]

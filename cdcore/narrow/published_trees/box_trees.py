@@ -1,15 +1,19 @@
 """The box trees of four published searches: rows say where boxes lie and how faces are cut in two."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.published_trees.tree_descent import OBB, RAPID, SOLID, WORLD
 from cdcore.narrow.tree_builder import (
     Boxes,
+    BoxNodes,
     Rule,
     body_axes,
+    build_trees,
     coordinates_along,
     extents,
     principal_axes,
@@ -87,6 +91,22 @@ TREE_KINDS: Final = {
     "obb": TreeKind(oriented_boxes, OBB, leaf_faces=4),
 }
 """Detector -> its hierarchy."""
+
+
+def trees_of(meshes: Sequence[TriangleMesh], kind: str) -> list[tuple[BoxNodes, int]]:
+    """The trees of meshes, and their depths; each is kept with its mesh until another kind is asked for."""
+    found = {mesh: tree for mesh in meshes if (tree := _latest_tree(mesh).get(kind))}
+    missing = [mesh for mesh in dict.fromkeys(meshes) if mesh not in found]
+    built = build_trees([mesh.triangles for mesh in missing], TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)
+    for mesh, tree in zip(missing, built, strict=True):
+        _latest_tree(mesh).clear()
+        _latest_tree(mesh)[kind] = found[mesh] = tree
+    return [found[mesh] for mesh in meshes]
+
+
+@once_a_mesh
+def _latest_tree(_mesh: TriangleMesh) -> dict[str, tuple[BoxNodes, int]]:
+    return {}
 
 
 def _straight(corners: FloatArray, first: IntArray) -> Boxes:
