@@ -78,6 +78,7 @@ def test_a_flag_is_no_number_and_a_number_no_flag(name):
         ("qaco", {"beta": 1001}, "from 0 to 1000"), ("qaco", {"samples": "many"}, "or None"),
         ("qaco", {"pheromone_least": 11.0}, "up to pheromone_most"), ("hybrid-qaco", {"rest": -0.1}, "from 0 to 1000"),
         ("hybrid-qaco", {"decide": "luck"}, "search, mesh"), ("obb", {"mode": "some"}, "all, first"),
+        ("qaco", {"seed": 2**63}, "at most 9223372036854775807"),
         ("obb", {"budget": 0}, "1 or more"), ("collider", {"shape": "blob"}, "hull, box, sphere, capsule, mesh"),
         ("collider", {"pieces": 0}, "1 or more"), ("collider", {"skin_m": -0.001}, "metres from 0"),
         ("continuous", {"tolerance": 0.0}, "metres above 0"), ("continuous", {"effort": -5}, "0 or more"),

@@ -30,6 +30,13 @@ def test_what_was_done_is_told_per_span():
     assert json.loads(json.dumps(treatment.as_json(), allow_nan=False))["policy"]["identity-while-lost"] == "hold:0.1"
 
 
+def test_the_frame_after_a_gap_is_flagged():
+    draft = clean()
+    FAULTS["1 s gap"](draft, 1, 400)
+    (span,) = (one for one in repair_session(draft.session(), parse_policy()).spans if one.kind == "gap")
+    assert (span.start_ns, span.end_ns) == (draft.arrays["stamp_ns"][400],) * 2
+
+
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
 def test_what_the_policy_refuses_stops_the_run_with_one_sentence(name):
     draft = clean()

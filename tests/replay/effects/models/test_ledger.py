@@ -13,6 +13,7 @@ from replay.effects.models.species import KSP, Chemistry
 
 CHEMISTRY = Chemistry()
 ZINC = Process("Zn + 2 H+", {"Zn(s)": -1.0, "H+": -2.0, "Zn^2+": 1.0, "H2(g)": 1.0}, 0.3, -153.89e3)
+MAGNESIUM = Process("Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, 0.9, -466.9e3)
 SOLIDS = ("AgCl", "AgI", "CaCO3", "BaSO4", "Mg(OH)2", "Fe(OH)3", "Cu(OH)2")
 SALTS = (
     "HCl", "NaOH", "AgNO3", "KI", "Na2CO3", "NaHCO3", "CaCl2", "BaCl2", "MgCl2", "FeCl3", "CuSO4", "NH3", "NH4Cl",
@@ -136,3 +137,14 @@ def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in
     book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
     held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.21))
     assert book.pending(book.amounts[0])[0] == pytest.approx((2.0 - held) / 2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
+def test_a_slow_reaction_beside_another_goes_on_just_as_long_as_time_does(seconds):
+    parts = CHEMISTRY.parts("HCl")
+    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes, *MAGNESIUM.changes], {}, ())
+    book = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], speciation)
+    book.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 10.0 * amount for part, amount in parts.items()}})
+    book.advance(0, 1, seconds)
+    left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
+    assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
