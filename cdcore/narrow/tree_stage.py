@@ -16,7 +16,7 @@ from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import place_face, placed_pair_meets
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
-from cdcore.narrow.published_trees.box_trees import TREE_KINDS, trees_of
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.sums import new_digits
@@ -74,8 +74,7 @@ class TreeStage:
         self._kind = TREE_KINDS[kind]
         self._counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         self._corners = [body.mesh.triangles for body in bodies]
-        built = trees_of([body.mesh for body in bodies], kind)
-        self.trees = [tree for tree, _ in built]
+        self.trees, depths = zip(*TREES_OF[kind]([body.mesh for body in bodies]), strict=True)
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._budget = UNLIMITED if settings.budget is None else settings.budget
@@ -83,7 +82,7 @@ class TreeStage:
         self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
         self._reach = [_reach(corners) for corners in self._corners]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
-        self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)
+        self._stack = np.empty((3 * max(depths) + 4, 2), dtype=np.int64)
         self._pair, self._digits = np.empty(18), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:

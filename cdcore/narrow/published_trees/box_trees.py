@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.mesh import TriangleMesh, once_for_meshes
 from cdcore.narrow.published_trees.tree_descent import OBB, RAPID, SOLID, WORLD
 from cdcore.narrow.tree_builder import (
     Boxes,
@@ -34,6 +34,10 @@ class TreeKind:
     leaf_faces: int = 1
     more_counters: tuple[str, ...] = ()
     undismissed: int = 1
+
+    def trees(self, meshes: Sequence[TriangleMesh]) -> list[tuple[BoxNodes, int]]:
+        """The trees of meshes, and their depths."""
+        return build_trees([mesh.triangles for mesh in meshes], self.rule, self.leaf_faces)
 
 
 def along_body_axes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
@@ -92,21 +96,8 @@ TREE_KINDS: Final = {
 }
 """Detector -> its hierarchy."""
 
-
-def trees_of(meshes: Sequence[TriangleMesh], kind: str) -> list[tuple[BoxNodes, int]]:
-    """The trees of meshes, and their depths; each is kept with its mesh until another kind is asked for."""
-    found = {mesh: tree for mesh in meshes if (tree := _latest_tree(mesh).get(kind))}
-    missing = [mesh for mesh in dict.fromkeys(meshes) if mesh not in found]
-    built = build_trees([mesh.triangles for mesh in missing], TREE_KINDS[kind].rule, TREE_KINDS[kind].leaf_faces)
-    for mesh, tree in zip(missing, built, strict=True):
-        _latest_tree(mesh).clear()
-        _latest_tree(mesh)[kind] = found[mesh] = tree
-    return [found[mesh] for mesh in meshes]
-
-
-@once_a_mesh
-def _latest_tree(_mesh: TriangleMesh) -> dict[str, tuple[BoxNodes, int]]:
-    return {}
+TREES_OF: Final = {name: once_for_meshes(kind.trees) for name, kind in TREE_KINDS.items()}
+"""Detector -> the trees of meshes, and their depths; kept as long as the meshes, for all settings of a detector."""
 
 
 def _straight(corners: FloatArray, first: IntArray) -> Boxes:

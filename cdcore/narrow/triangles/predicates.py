@@ -50,7 +50,7 @@ def triangles_intersect(triangles: ArrayLike) -> BoolArray:
     answers = np.empty(len(pairs), dtype=np.uint8)
     answer_pairs(readonly(pairs[:]), answers, new_digits())
     left = np.flatnonzero(answers == UNDECIDED)
-    if len(left):
+    if left.size:
         answers[left] = _answers_near_one(pairs[left])
     for index in np.flatnonzero(answers == UNDECIDED).tolist():
         answers[index] = pair_intersects_integers(pairs[index])

@@ -83,21 +83,22 @@ def checked_summary(path: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
 def _schema() -> Draft202012Validator:
     from jsonschema import Draft202012Validator
 
+    references = []
+
+    def opened(part: dict[str, Any]) -> dict[str, Any]:
+        """What another version wrote besides does a reader no harm."""
+        if part.get("additionalProperties") is False:
+            del part["additionalProperties"]
+        if "$ref" in part:
+            references.append(part)
+        return part
+
     text = files("replay.outputs.results").joinpath("summary.schema.json").read_text(encoding="utf-8")
-    schema = json.loads(text)
-    return Draft202012Validator(_open(schema, schema.pop("$defs")))
-
-
-def _open(schema: Any, parts: Mapping[str, Any]) -> Any:
-    """The schema for readers: what another version wrote besides does no harm, and what it refers to stands there."""
-    if isinstance(schema, list):
-        return [_open(part, parts) for part in schema]
-    if not isinstance(schema, dict):
-        return schema
+    schema = json.loads(text, object_hook=opened)
     # jsonschema looks every reference up anew for every value, which took two thirds of the time.
-    schema = parts[schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
-    kept = (item for item in schema.items() if item != ("additionalProperties", False))
-    return {key: _open(part, parts) for key, part in kept}
+    for part in references:
+        part |= schema["$defs"][part.pop("$ref").rpartition("/")[2]]
+    return Draft202012Validator(schema)
 
 
 def checked_table(path: Path, table: pa.Table, kinds: Mapping[str, type], needed: frozenset[str]) -> pa.Table:
