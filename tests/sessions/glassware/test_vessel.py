@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import trimesh
 from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument as make_instrument
@@ -51,3 +52,10 @@ def test_the_glass_itself_encloses_the_capacity(name):
     assert np.pi * mean_square * (cavity.mark_height - cavity.floor_height) == pytest.approx(
         cavity.capacity_m3, rel=0.01
     )
+
+
+@pytest.mark.parametrize("name", VESSELS)
+def test_glass_is_bent_by_little_more_than_a_right_angle_anywhere(name):
+    """A wall or a rim that folds back turns by more."""
+    mesh = make_instrument(name, 5000).mesh
+    assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).face_adjacency_angles.max() < 1.7
