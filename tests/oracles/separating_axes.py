@@ -29,10 +29,9 @@ def inner(a, b):
 
 
 def separates(axis, first, second) -> bool:
-    if not any(axis):
-        return False
-    p = [inner(axis, point) for point in first]
-    q = [inner(axis, point) for point in second]
+    x, y, z = axis
+    p = [x * a + y * b + z * c for a, b, c in first]
+    q = [x * a + y * b + z * c for a, b, c in second]
     return max(p) < min(q) or max(q) < min(p)
 
 
@@ -46,6 +45,8 @@ def candidate_axes(first, second):
     yield from (outer(e, f) for e in edges_first for f in edges_second)
     edges = edges_first + edges_second
     yield from (outer(n, e) for n in normals for e in edges)
+    if any(normals[0]) and any(normals[1]):
+        return  # the difference is a solid or a flat polygon: these are the normals of all its sides
     yield from edges
     between = [minus(q, p) for p in first for q in second]
     for apart in between:
