@@ -7,11 +7,11 @@ times run from 0 to 1, both ends included. A time is told as a pair of fractions
 
 from fractions import Fraction
 from functools import reduce
-from itertools import pairwise, product
-from math import gcd, lcm
+from itertools import pairwise, product, zip_longest
+from math import gcd
 
 import numpy as np
-from numpy.polynomial.polynomial import polyadd, polyder, polydiv, polymul, polysub
+from numpy.polynomial.polynomial import polyder
 
 WIDTH = Fraction(1, 2**60)
 """Width to which a time of contact is narrowed."""
@@ -25,23 +25,50 @@ def polynomial(*coefficients):
     return np.array(coefficients, dtype=object)
 
 
+def trimmed(numbers):
+    while numbers and numbers[-1] == 0:
+        numbers.pop()
+    return polynomial(*numbers) if numbers else polynomial(0)
+
+
+# Those of numpy look for a common type and trim both arguments each time.
+
+
+def polyadd(p, q):
+    return trimmed([a + b for a, b in zip_longest(p.tolist(), q.tolist(), fillvalue=0)])
+
+
+def polysub(p, q):
+    return trimmed([a - b for a, b in zip_longest(p.tolist(), q.tolist(), fillvalue=0)])
+
+
+def polymul(p, q):
+    return trimmed(np.convolve(p, q).tolist())
+
+
 def divided(p, q):
-    """Quotient and remainder."""
-    return [whole(part) for part in polydiv(Fraction(1) * p, Fraction(1) * q)]
+    """Quotient and remainder, each times some positive number, by which all is multiplied so that nothing is broken."""
+    rest, below, quotient = p.tolist(), q[:-1].tolist(), []
+    size, turn = abs(q[-1]), 1 if q[-1] > 0 else -1
+    while len(rest) > len(below):
+        top = turn * rest.pop()
+        rest, quotient = [size * c for c in rest], [top, *(size * c for c in quotient)]
+        for k, c in enumerate(below, len(rest) - len(below)):
+            rest[k] -= top * c
+    return shortest(quotient), shortest(rest)
 
 
-def whole(p):
-    bottom = lcm(*(c.denominator for c in p))
-    numbers = [int(c * bottom) for c in p]
-    return polynomial(*(c // (gcd(*numbers) or 1) for c in numbers))
+def shortest(numbers):
+    shared = gcd(*numbers) or 1
+    return trimmed([c // shared for c in numbers])
 
 
 def value(p, at):
     """A positive multiple of the value at a fraction."""
-    total, scale = 0, 1
+    total, scale, top, bottom = 0, 1, at.numerator, at.denominator
     for c in p[::-1].tolist():
-        total = total * at.numerator + c * scale
-        scale *= at.denominator
+        total = total * top + c * scale
+        scale *= bottom
     return total
 
 
