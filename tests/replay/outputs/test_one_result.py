@@ -101,11 +101,14 @@ def entered(doing):
     found = {}
 
     def tell(frame, event, _):
+        if event != "call":
+            return
         file, name = frame.f_code.co_filename, frame.f_code.co_name
-        caller = frame.f_back.f_code.co_filename if frame.f_back else ""
-        # A picture is framed in still.py, and nothing counted.
-        quantile = name in ("quantile", "percentile") and not caller.endswith("still.py")
-        if event == "call" and (quantile or ("/replay/" in file and "/tests/" not in file)):
+        counts = "/replay/" in file and "/tests/" not in file
+        if not counts and name in ("quantile", "percentile"):
+            # A picture is framed in still.py, and nothing counted.
+            counts = not (frame.f_back and frame.f_back.f_code.co_filename.endswith("still.py"))
+        if counts:
             found.setdefault(file, Counter())[name] += 1
 
     sys.setprofile(tell)
