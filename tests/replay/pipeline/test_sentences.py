@@ -35,6 +35,14 @@ def test_every_sentence_holds_in_every_state(state):
     assert said == told["sentences"]
 
 
+def test_the_moment_of_a_false_contact_says_how_far_apart_the_surfaces_are():
+    scripted = "support.planted_detectors:Scripted[says={}]".format
+    session = framed(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
+    run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
+    (false,), (answer, *_) = run.false["it"], run.answers
+    assert answer.moment.metres == false.gap > 0.0
+
+
 @pytest.mark.parametrize(
     ("severities", "words"),
     [

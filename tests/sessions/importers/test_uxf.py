@@ -46,6 +46,12 @@ def test_trials_that_ended_are_intervals_with_their_results(folder):
     assert "2 trials left out that did not end" in import_session("uxf", folder).facts["conversions"]
 
 
+def test_trials_without_numbers_are_counted_in_their_order(folder):
+    path = folder / "trial_results.csv"
+    path.write_text(path.read_text().replace("trial_num", "attempt"))
+    assert [interval.name for interval in import_session("uxf", folder).intervals] == ["trial 1", "trial 2"]
+
+
 def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
     for trial in (1, 2):
         path = folder / "trackers" / f"head_movement_T00{trial}.csv"

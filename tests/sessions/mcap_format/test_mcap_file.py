@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from mcap.writer import Writer
 from support.mcap_samples import (
     assert_same_frames,
     random_frames,
@@ -24,6 +25,18 @@ def test_blocks_are_full_but_the_last(tmp_path, length):
     blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
     assert all(len(block) == length for block in blocks[:-1])
     assert_same_frames(Frames.join(blocks), frames)
+
+
+def test_channels_are_known_that_only_the_chunks_declare(tmp_path):
+    with (tmp_path / "s.mcap").open("wb") as stream:
+        writer = Writer(stream, chunk_size=1, repeat_channels=False)
+        writer.start()
+        for number, topic in enumerate(["/speech", "/heart", "/noise"]):
+            writer.add_message(writer.register_channel(topic, "json", 0), number, b"{}", number)
+        writer.finish()
+    file = McapFile(tmp_path / "s.mcap")
+    assert len(file.catalogue.regions) == 3
+    assert {channel.topic for channel in file.catalogue.channels.values()} == {"/speech", "/heart", "/noise"}
 
 
 TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live", "/hands/anna/left", "/tracks/wand"]

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -206,6 +207,8 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
     page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
+    few_students = study_html(runs, places(runs, runs.top), replace(found, bartlett=None), "Class of 2026")
+    assert "All items together" in page and "All items together" not in few_students
 
 
 def test_a_folder_is_replaced_only_if_forced_and_a_study_and_no_file_of_it_holds_a_pseudonym(runs, tmp_path):
