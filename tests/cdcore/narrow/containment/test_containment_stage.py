@@ -69,6 +69,7 @@ def shapes():
         ),
         "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.5)), False),
         "ball in the core of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)), True),
+        "box in a box that is larger by rounding": (box_mesh([np.nextafter(1.0, 0.0)] * 3), box_mesh(), True),
         "bead in the glass of a beaker": (moved(ball_mesh(0.0005), [0.039, 0, 0.05]), beaker_mesh(), True),
     }
 
