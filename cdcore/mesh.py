@@ -171,12 +171,7 @@ def once_a_mesh(make: Callable[[TriangleMesh], Made]) -> Callable[[TriangleMesh]
     Several detectors of a run ask the same meshes, and a worker replays one session after another.
     """
     of_each = once_for_meshes(lambda meshes: [make(mesh) for mesh in meshes])
-
-    @wraps(make)
-    def of(mesh: TriangleMesh) -> Made:
-        return of_each([mesh])[0]
-
-    return of
+    return wraps(make)(lambda mesh: of_each([mesh])[0])
 
 
 def once_for_meshes(

@@ -149,7 +149,7 @@ def tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple
 def principal_axes(matrices: FloatArray) -> FloatArray:
     """Orthonormal eigenvectors, one a row, of symmetric matrices (3, 3, n); that of the largest eigenvalue first."""
     count = matrices.shape[2]
-    # Rows of the matrices go on in rows of the axes: both turn in one step. Few nodes cost as many calls as thousands.
+    # Rows of the matrices go on in rows of the axes: both turn in one step.
     both = np.concatenate([matrices, body_axes(count)], axis=1)
     m, sines = both[:, :3], np.empty((2, 1, count))
     for turn in range(3 * SWEEPS):
@@ -187,9 +187,9 @@ def by_surface_area(corners: FloatArray, node: IntArray, first: IntArray) -> tup
     spans = np.concatenate([along.min(axis=0), -along.max(axis=0)])
     cost, place = cheapest_cuts(spans, centroids, node, first)
     cost[side < SHORTEST_SPLIT * side.max(axis=0)] = np.inf
-    best, nodes = cost.argmin(axis=0), np.arange(len(first))
-    place = np.where(cost[best, nodes] < np.inf, place[best, nodes], np.inf)
-    return boxes, centroids[best[node], np.arange(len(node))] >= place[node]
+    place[cost == np.inf] = np.inf
+    best = cost.argmin(axis=0)[node]
+    return boxes, centroids[best, np.arange(len(node))] >= place[best, node]
 
 
 def cheapest_cuts(
