@@ -162,26 +162,27 @@ def _faces(faces: ArrayLike, vertex_count: int) -> Int32Array:
     return readonly(array)
 
 
+Mesh = TypeVar("Mesh")
 Made = TypeVar("Made")
 
 
-def once_a_mesh(make: Callable[[TriangleMesh], Made]) -> Callable[[TriangleMesh], Made]:
+def once_a_mesh(make: Callable[[Mesh], Made]) -> Callable[[Mesh], Made]:
     """Keep what a function makes of a mesh as long as the mesh, which nothing made of it may hold.
 
     Several detectors of a run ask the same meshes, and a worker replays one session after another.
     """
-    of_each = once_for_meshes(lambda meshes: [make(mesh) for mesh in meshes])
+    of_each: Callable[[Sequence[Mesh]], list[Made]] = once_for_meshes(lambda meshes: [make(mesh) for mesh in meshes])
     return wraps(make)(lambda mesh: of_each([mesh])[0])
 
 
 def once_for_meshes(
-    make: Callable[[Sequence[TriangleMesh]], Sequence[Made]],
-) -> Callable[[Sequence[TriangleMesh]], list[Made]]:
+    make: Callable[[Sequence[Mesh]], Sequence[Made]],
+) -> Callable[[Sequence[Mesh]], list[Made]]:
     """``once_a_mesh`` for a function that makes things of several meshes together."""
-    kept: WeakKeyDictionary[TriangleMesh, Made] = WeakKeyDictionary()
+    kept: WeakKeyDictionary[Mesh, Made] = WeakKeyDictionary()
 
     @wraps(make)
-    def of(meshes: Sequence[TriangleMesh]) -> list[Made]:
+    def of(meshes: Sequence[Mesh]) -> list[Made]:
         if new := list(dict.fromkeys(mesh for mesh in meshes if mesh not in kept)):
             kept.update(zip(new, make(new), strict=True))
         return [kept[mesh] for mesh in meshes]

@@ -12,6 +12,7 @@ import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
+from cdcore.mesh import once_a_mesh
 from cdcore.numerics import IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import shown
@@ -23,7 +24,7 @@ from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
-from sessions import Session
+from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
 from sessions.importers.pose_table import LARGEST_SECONDS
 from sessions.model.scene import absent_bodies
@@ -162,10 +163,16 @@ def _breaks(seen: SessionScan, chain: Sequence[str]) -> IntArray:
 def _body(session: Session, name: str) -> Body:
     mesh = session.meshes[name]
     try:
-        parts = [TriangleMesh(one.vertices, one.faces) for one in session.colliders.get(name, ())]
-        return Body(name, TriangleMesh(mesh.vertices, mesh.faces), solids_of(parts) if parts else None)
+        parts = [_solid(one) for one in session.colliders.get(name, ())]
+        return Body(name, _solid(mesh), solids_of(parts) if parts else None)
     except InvalidMeshError as error:
         raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
+
+
+@once_a_mesh
+def _solid(mesh: MeshData) -> TriangleMesh:
+    """What detectors ask, with its trees, for every run of a session."""
+    return TriangleMesh(mesh.vertices, mesh.faces)
 
 
 def _residual(session: Session) -> float:

@@ -36,7 +36,7 @@ from cdcore.narrow.bvh.tree_memory import (
     words_of_rows,
 )
 from cdcore.narrow.bvh.undecided import settled
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, true_places
 from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
 STAGES: Final = ("poses", "search", "faces")
@@ -116,14 +116,13 @@ class MotionSearch:
         meetings = [meeting for stretch in stretches for meeting in stretch.meetings]
         sets = _face_sets(marks, meetings + beyond, known, faces)
         hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
-        column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
         laid_out = sum(stretch.laid_out for stretch in stretches)
         seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
         work = np.sum([np.zeros(len(COUNTERS), np.int64), *(stretch.work for stretch in stretches)], axis=0)
         return MotionAnswer(
             hits=np.ascontiguousarray(hits.T),
             sets=sets,
-            near=(frame, column),
+            near=true_places(near.T),
             work=dict(zip(COUNTERS, work.tolist(), strict=True)),
             seconds=dict(zip(STAGES, seconds, strict=True)),
         )
