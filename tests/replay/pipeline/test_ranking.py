@@ -44,6 +44,12 @@ def test_the_worst_comes_first_by_its_larger_fault_and_the_oracle_last():
     assert ranking({**run(), "oracle": ""}) == ()
 
 
+@pytest.mark.parametrize(("missed", "in_part"), [(1, 0), (0, 1), (1, 1), (0, 0)])
+def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, in_part):
+    first, _ = ranking(run(mesh50=audited(missed, in_part, 0)))
+    assert first.lost == (missed + in_part > 0)
+
+
 @pytest.mark.parametrize(
     ("figures", "words"),
     [
