@@ -42,3 +42,8 @@ def test_what_no_ions_make_stays_whole(formula):
 def test_a_base_of_a_scene_takes_protons_as_its_anion_or_itself(base, part):
     chemistry = Chemistry(bases={base: 5.25})
     assert chemistry.pka[part] == (5.25,) and chemistry.is_base(base)
+
+
+def test_what_stands_on_both_sides_changes_by_the_difference():
+    changes = equation_of("3 H2O2 + MnO2 -> 2 H2O + O2 + H2O2 + MnO2").changes
+    assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}
