@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 from support.sentences import recording_text
+from support.small_worlds import cubes
 
 from replay.outputs.rerun_log import recording as module
 from replay.outputs.rerun_log import recording_file
 from replay.outputs.rerun_log.lanes import pair_lanes
 from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
@@ -43,6 +46,14 @@ def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_
     seen = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
     assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(seen.entities)
     assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
+
+
+def test_a_body_that_no_effect_names_is_drawn_where_detectors_ask_it(drawn):
+    effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
+    scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
+    places = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
+    read = drawn(compute(cubes(places, scene=scene), detectors="hybrid"))
+    assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(read.entities)
 
 
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, drawn, monkeypatch):
