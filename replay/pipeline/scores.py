@@ -208,7 +208,7 @@ def _sum(values: list[Any]) -> Any:
     if not there:
         return None
     if isinstance(there[0], Mapping):
-        if "low" in there[0] and "of" in there[0]:
+        if "low" in there[0]:
             return pooled(there)
         keys = dict.fromkeys(key for value in there for key in value if key not in SPREADS)
         return {key: _sum([value.get(key) for value in there]) for key in keys}
