@@ -35,6 +35,7 @@ def test_a_hand_on_a_hot_part_for_long_enough_is_a_burn(frames, surface_c, names
     assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
     last = effect.events[-1]
     assert last.time == pytest.approx(0.2) and last.values["seconds"] == pytest.approx(frames / 100)
+    assert last.message.endswith(f" for {frames / 100:.2f} s")
     assert (last.level == "error") == (len(names) == 2) and effect.frames_run == frames
 
 

@@ -34,7 +34,8 @@ def test_a_sample_is_known_by_its_first_bytes_and_mutants_end_in_a_session_or_on
 )
 def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known):
     (tmp_path / file).write_bytes(data)
-    assert recognised(tmp_path / file)[0] == known
+    name, why = recognised(tmp_path / file)
+    assert name == known and ("3 cells" in why or known != "csv")
 
 
 def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
