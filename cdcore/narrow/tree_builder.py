@@ -63,7 +63,7 @@ def build_trees(bodies: Sequence[FloatArray], rule: Rule, leaf_faces: int) -> li
 
 
 def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Iterator[tuple[BoxNodes, int]]:
-    """Trees that grow by the same steps: each step costs as many calls as for one; no tree changes another."""
+    """Trees that grow by the same steps: a step of all takes as many calls as of one, and no tree changes another."""
     corners, faces = np.concatenate(bodies), np.array([len(corners) for corners in bodies])
     begin = np.cumsum(faces) - faces
     # Scaled by a power of two, so that no product over- or underflows and no coordinate rounds.
@@ -101,15 +101,19 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
     number = np.empty_like(tree)  # of a node within its tree
     for k, nodes in enumerate(np.split(np.argsort(tree, kind="stable"), np.bincount(tree).cumsum()[:-1])):
         number[nodes] = np.arange(len(nodes))
-        own, sides = order[begin[k] : begin[k] + faces[k]], half.T[nodes]
-        yield (
-            BoxNodes(
-                corners[own], own - begin[k], np.where(child[nodes] < 0, -1, number[child[nodes]]),
-                start[nodes] - begin[k], stop[nodes] - begin[k], centre.T[nodes], axes.transpose(2, 0, 1)[nodes],
-                sides, sides.max(axis=1),
-            ),
-            int(depth[nodes[-1]]),
-        )  # fmt: skip
+        members, sides = order[begin[k] : begin[k] + faces[k]], half.T[nodes]
+        boxes = BoxNodes(
+            corners=corners[members],
+            number=members - begin[k],
+            child=np.where(child[nodes] < 0, -1, number[child[nodes]]),
+            start=start[nodes] - begin[k],
+            stop=stop[nodes] - begin[k],
+            centre=centre.T[nodes],
+            axes=axes.transpose(2, 0, 1)[nodes],
+            half=sides,
+            size=sides.max(axis=1),
+        )
+        yield boxes, int(depth[nodes[-1]])
 
 
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,6 @@
 import dataclasses
+import gc
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -150,3 +152,13 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
     for name in ("times", "translations", "rotations", "valid", "linked"):
         assert getattr(cut.motion, name).tobytes() == getattr(whole.motion, name).tobytes(), name
     assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
+
+
+def test_runs_of_a_session_share_its_meshes_which_end_with_it():
+    session = cubes({"a": [0.0, 0.1], "b": [3.0, 3.1]})
+    first, again = (assemble(session).bodies for _ in range(2))
+    assert all(one.mesh is other.mesh for one, other in zip(first, again, strict=True))
+    kept = ref(first[0].mesh)
+    del session, first, again
+    gc.collect()
+    assert kept() is None
