@@ -102,7 +102,7 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
     for k, nodes in enumerate(np.split(np.argsort(tree, kind="stable"), np.bincount(tree).cumsum()[:-1])):
         number[nodes] = np.arange(len(nodes))
         members, sides = order[begin[k] : begin[k] + faces[k]], half.T[nodes]
-        boxes = BoxNodes(
+        grown = BoxNodes(
             corners=corners[members],
             number=members - begin[k],
             child=np.where(child[nodes] < 0, -1, number[child[nodes]]),
@@ -113,7 +113,7 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
             half=sides,
             size=sides.max(axis=1),
         )
-        yield boxes, int(depth[nodes[-1]])
+        yield grown, int(depth[nodes[-1]])
 
 
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
