@@ -119,6 +119,7 @@ from replay.cli.main import main
 
 @click.command()
 def verb():
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it for what runs in the background
     ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
     for _ in range(2000):
         time.sleep(0.01)
