@@ -8,13 +8,17 @@ from cdcore.search.search_settings import EQUATIONS
 from replay.studies.paper import colony
 from replay.studies.paper.colony import NearPoses, detected, near_poses
 
+COARSE = 50
+"""Meshes of a hundred faces, which are made in a tenth of a second."""
+
 
 @pytest.fixture(scope="module")
 def poses():
-    return near_poses("torus-sphere", 40)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(colony, "TARGET", COARSE)
+        yield near_poses("torus-sphere", 40)
 
 
-@pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     detector = create_detector("obb", poses.bodies)
     assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()
@@ -22,10 +26,9 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
 
 
-@pytest.mark.slow
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
-    for name in ("DEEPER", "FARTHER"):
-        monkeypatch.setattr(colony, name, 0.0)
+    for name, value in (("TARGET", COARSE), ("DEEPER", 0.0), ("FARTHER", 0.0)):
+        monkeypatch.setattr(colony, name, value)
     assert len(near_poses("torus-sphere", 20).free) == 0
     # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
     monkeypatch.setattr(colony, "DEEPER", -1e-5)
