@@ -1,10 +1,11 @@
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
-from sessions.whole_files import whole_file, whole_folder
+from sessions.whole_files import abandoned, whole_file, whole_folder
 
 
 class RefusalError(Exception):
@@ -61,6 +62,21 @@ def test_a_file_that_appears_meanwhile_is_not_replaced_unless_asked(tmp_path):
             stream.write(b"mine")
             out.write_bytes(b"theirs")
     assert out.read_bytes() == b"theirs" and names(tmp_path) == ["out"]
+
+
+class Watched(type(Path())):
+    """A place that is written only by who holds it to the end."""
+
+    def replace(self, target):
+        assert not abandoned(Path(self)), "another writer may remove it"
+        return super().replace(target)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there an open file takes no other name")
+def test_a_file_is_held_until_it_has_its_name(tmp_path):
+    with whole_file(Watched(tmp_path / "out"), RefusalError) as stream:
+        stream.write(b"all of it")
+    assert (tmp_path / "out").read_bytes() == b"all of it"
 
 
 def test_no_link_is_followed(tmp_path):

@@ -5,11 +5,22 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from sessions.geometry import rotations
-from sessions.geometry.profile import solved
+from sessions.geometry.profile import clipped, level_holding, offset, solved, volume_below
 
 
 def test_a_root_is_found_to_the_last_bits():
     assert solved(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
+
+
+def test_what_a_cup_of_cylinder_and_cone_holds_is_its_closed_form_at_every_level():
+    cup = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [2.0, 3.0], [2.0, 4.0]])
+    for level, volume in ((0.5, 0.5), (2.0, 2.0), (2.5, 2.0 + (1.5**3 - 1.0) / 3.0), (3.5, 2.0 + 7.0 / 3.0 + 2.0)):
+        assert volume_below(cup, level) == pytest.approx(np.pi * volume, rel=1e-14)
+        assert level_holding(cup, np.pi * volume) == pytest.approx(level, rel=1e-14)
+    assert clipped(cup, 2.5).tolist() == [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.5, 2.5]]
+    assert clipped(cup, 2.0 + 1e-7)[-2:, 1].tolist() == pytest.approx([0.0, 2.0 + 1e-7])
+    wall = np.array([[0.0, -0.1], [1.1, -0.1], [1.1, 2.0]])
+    assert offset(cup[:3], 0.1) == pytest.approx(wall)
 
 
 seeds = st.integers(0, 2**32 - 1)

@@ -18,14 +18,14 @@ DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
 PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 
 
-def unpacked(given, compression, size=None, crc=None):
+def unpacked(given, compression, size=None, crc=None, before=0):
     size = len(DATA) if size is None else size
     crc = zlib.crc32(DATA) if crc is None else crc
     builder = RecordBuilder()
     Chunk(compression, given, 0, 0, crc, size).write(builder)
     record = builder.end()
     region = Region(Place(Opcode.CHUNK, 0, len(record)), size, None)
-    return read_region(io.BytesIO(record), region, Catalogue("file"))
+    return read_region(io.BytesIO(record), region, Catalogue("file", messages=before))
 
 
 @pytest.mark.parametrize("compression", PACK)
@@ -68,3 +68,9 @@ def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_dama
     late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
     with pytest.raises(SessionFileError, match="2262"):
         unpacked(late, "", len(late), 0)
+
+
+def test_messages_of_all_chunks_together_are_no_more_than_a_file_of_its_size_may_hold():
+    assert unpacked(DATA, "", before=99_998).channel.tolist() == [1, 2]
+    with pytest.raises(SessionFileError, match="more than 100,000 messages"):
+        unpacked(DATA, "", before=99_999)

@@ -141,6 +141,15 @@ def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
     assert result.frames == 199 and not result.whole
 
 
+def test_a_mesh_without_a_checksum_is_kept_where_it_is_what_its_hash_says(whole, tmp_path):
+    data = bytearray(whole.read_bytes())
+    end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
+    data[end - 4 : end] = bytes(4)
+    assert recover(damaged(tmp_path, data), tmp_path / "out.mcap").whole
+    data[end - 5] ^= 1
+    assert len(recover(damaged(tmp_path, data), tmp_path / "out.mcap", overwrite=True).lost) == 1
+
+
 def test_the_damaged_file_is_not_overwritten(whole, tmp_path):
     digest = hashlib.sha256(whole.read_bytes()).hexdigest()
     with pytest.raises(SessionFileError, match="the damaged file itself"):

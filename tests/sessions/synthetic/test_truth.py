@@ -9,6 +9,7 @@ from sessions.synthetic.truth import (
     Fact,
     PlantedEpisode,
     Truth,
+    levelled,
     truth_path,
     write_truth,
 )  # fmt: skip
@@ -37,3 +38,18 @@ def test_expected_knows_sure_open_and_clear_frames():
     lost = truth(Fact("loss", 1.2, 1.7, ("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
     assert lost == [CLEAR, OPEN, OPEN, OPEN, CLEAR, OPEN]
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
+
+
+def apart(height):
+    """When surfaces that approach and part by 1 m/s are at most ``height`` apart: 1 m deep at 3 s, 0 at 8 s."""
+    return [(2.0 - height, 4.0 + height)] + [(8.0 - height, 8.0 + height)] * (height > 0.0)
+
+
+def test_an_episode_is_as_long_as_noise_and_tessellation_allow_at_most_and_at_least():
+    for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
+        found, passing = levelled(("a", "b"), kind, apart, 0.125, 0.25, (0.5, 8.5))
+        assert found.nominal == (2.5, 4.5) and found.pair == ("a", "b") and found.kind == kind
+        assert found.surely == (2.5 + deep, 4.5 - deep) and found.possibly == (2.5 - near, 4.5 + near)
+        assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)
+    (begun,) = levelled(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], 0.125, 0.25, (0.5, 8.5))
+    assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))
