@@ -72,6 +72,12 @@ def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
     assert (features_of(fan).near[:, 0] >= 0).all()
 
 
+def test_in_a_crowd_at_a_corner_every_face_has_all_its_neighbours_though_each_is_there_three_times():
+    crowd = [[0, 0, 0]] * 20 + [[0, 1, 2]]
+    _, every = neighbours(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], crowd))
+    assert [len(every[face]) for face in range(len(crowd))] == [NEIGHBOURS] * len(crowd)
+
+
 @pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
 def test_extreme_sizes_neither_overflow_nor_vanish(scale):
     features = features_of(TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale, [[0, 1, 2]]))

@@ -93,6 +93,8 @@ def test_the_budget_is_whole_for_news_short_for_little_and_none_where_nothing_ha
     assert budget_at_rest(after(0.24 * face), before, after(0.24 * face), lengths, 2000) == 2000
     assert budget_at_rest(after(0.24 * face), before, before, lengths, 50) == 50
     assert budget_at_rest(after(1e-14), before, before, lengths, 2000) == 0
+    inside = np.array([*np.eye(3).ravel(), 0.0, 0.0, 0.0, 0.0])  # two poses at 1 m are rounded there all the same
+    assert budget_at_rest(inside + 1e-13 * np.eye(13)[9], inside, inside, lengths, 2000) == 0
     assert budget_at_rest(after(np.nan), before, before, lengths, 2000) == 2000
 
 

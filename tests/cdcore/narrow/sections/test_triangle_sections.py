@@ -38,6 +38,12 @@ def test_triangles_clearly_apart_have_none():
     assert np.array_equal(found, triangles_intersect(pairs))
 
 
+def test_how_far_from_the_origin_a_pair_lies_makes_none_of_what_is_apart():
+    # A slack in proportion to the place, and not to the pair, would close a gap of 32 ulps of the place.
+    above = np.array(FLOOR) + np.array([0.0, 0.0, 2.0**-34])
+    assert np.isnan(triangle_pair_sections(np.array([[FLOOR, above]]) + 2.0**13)).all()
+
+
 def test_a_coplanar_overlap_gives_its_longest_chord():
     section = triangle_pair_sections([[FLOOR, FLOOR]])[0]
     assert sorted(section.tolist()) == [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
