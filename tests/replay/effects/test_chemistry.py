@@ -75,6 +75,7 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
     assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-4)
     assert event.values["mass_g"] == pytest.approx(moles * 143.32, rel=1e-4)
     assert effects["precipitation"].series["b/AgCl"].values[0] == 0.0
+    assert "b/pH" not in effects["reaction"].series
     drawn = effects["precipitation"].output.liquids["b"].rgba
     assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
 
@@ -163,6 +164,7 @@ def test_under_the_jar_all_of_it_is_collected_up_to_what_the_jar_holds():
     run = collected([0.45] * COUNT, 0.5)
     (event,) = run.events
     brim, series = math.pi * 0.02**2 * 0.06 * 1e6, run.series["jar/H2 collected"].values
+    assert series[0] == 0.0 < series[1]
     assert event.values["volume_ml"] == pytest.approx(brim) and series[-1] == pytest.approx(brim)
     moles = 0.5 / 65.38 * -math.expm1(-2.0 * 1.88)
     whole = series[-1] + run.series["jar/H2 leaked"].values[-1]

@@ -43,13 +43,15 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
         (HAND, HAND * 0.98 + 0.5, PRESSED, {}, []),
         (HAND, np.where(TIMES < 0.815, 0.8 + HAND, 0.815), PRESSED, {}, []),
         (np.zeros(200), np.full(200, 0.15), PRESSED, {}, [("failed", "cup", 0.5)]),
+        (np.zeros(200), np.where((TIMES < 0.3) | (TIMES > 1.8), 0.15, 0.9), PRESSED, {}, []),
         (HAND, np.full(200, 0.3), PRESSED, {"jar": HAND - 0.4}, [("grasp", "jar", 0.5), ("release", "jar", 1.6)]),
         (HAND, HAND + 0.5, PRESSED, {"lost": slice(100, 115)}, TAKEN),
         (HAND, HAND + 0.5, np.where(TIMES >= 0.5, 1.0, 0.0), {}, TAKEN[:1]),
         (HAND, HAND + 0.5, None, {}, []),
     ],
     ids=["wavers between two levels", "too low", "stays", "slides", "falls out soon", "touched and stays",
-         "of two the one that rides", "lost for a moment", "the recording does not end it", "no buttons recorded"],
+         "touched before and after", "of two the one that rides",
+         "lost for a moment", "the recording does not end it", "no buttons recorded"],
 )  # fmt: skip
 def test_what_rides_on_a_hand_with_a_pressed_trigger_is_taken_until_the_release(hand, cup, trigger, more, wanted):
     effect = run(hand, cup, trigger, **more)

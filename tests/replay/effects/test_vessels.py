@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
-from replay.effects.vessels import Vessel
+from replay.effects.vessels import Cylinder, Vessel
 from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import SceneBody
 
@@ -24,3 +24,15 @@ def test_an_instrument_brings_its_cavity_and_its_level(name):
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
     level = vessel.drawn(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
     assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
+
+
+def test_a_stream_leaves_at_the_lowest_of_the_lip_and_all_points_of_the_rim():
+    cylinder = Cylinder(1.0, 2.0, np.array([1.1, 2.05, 0.0]), np.array([0.0, 2.0, 0.0]), 1.0)
+    around = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
+    rim = np.column_stack([np.cos(around), np.full(3600, 2.0), np.sin(around)])
+    points = np.concatenate([rim, [cylinder.lip]])
+    down = np.random.default_rng(5).normal(size=(50, 3))
+    down = np.concatenate([down / np.linalg.norm(down, axis=1)[:, None], [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
+    depths = (cylinder.exit(down) * down).sum(axis=1)
+    assert depths[:50] == pytest.approx((points @ down.T).max(axis=0)[:50], abs=1e-6)
+    assert np.isfinite(depths).all()

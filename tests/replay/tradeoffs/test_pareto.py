@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.price_rows import front, price_row
 
-from replay.tradeoffs.pareto import advice_of, front_of, sorted_rows
+from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 
 rows = st.lists(
     st.builds(
@@ -19,6 +19,12 @@ def test_the_front_is_that_of_a_second_way(found):
     assert front_of(found) == front(found)
     order = [row["wrong"] for row in sorted_rows(found) if not row["contact_frames_undecided"]]
     assert order == sorted(order)
+
+
+def test_what_gets_more_wrong_contends_only_where_it_is_quicker():
+    undecided = price_row("undecided", 0.1, 9, contact_frames_undecided=1)
+    found = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
+    assert contenders_of(found) == ["right", "quicker"]
 
 
 def test_one_pass_ties_with_nothing_and_is_advised_never():

@@ -44,6 +44,12 @@ def test_a_base_of_a_scene_takes_protons_as_its_anion_or_itself(base, part):
     assert chemistry.pka[part] == (5.25,) and chemistry.is_base(base)
 
 
+def test_only_the_atoms_that_are_not_balanced_are_named_with_their_counts():
+    for text, named in (("H2 + O2 -> H2O", "O 2 and 1"), ("Cu2+ + Zn -> Cu + Zn", "charge 2 and 0")):
+        with pytest.raises(ValueError, match=f"balanced: {named};"):
+            equation_of(text)
+
+
 def test_what_stands_on_both_sides_changes_by_the_difference():
     changes = equation_of("3 H2O2 + MnO2 -> 2 H2O + O2 + H2O2 + MnO2").changes
     assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}
