@@ -103,6 +103,14 @@ class Blamed(Planted):
         return self.STAGES.get(self.settings.stage, Explanation()) if len(faces) else Explanation()
 
 
+class Distracted(Planted):
+    """Never looks at the first pair where there are others."""
+
+    def spoil(self, contact):
+        contact[:, 0] &= contact.shape[1] == 1
+        return contact
+
+
 class Swept(Planted):
     """An oracle of intervals for two bodies that only move along X by steps too long for instants."""
 

@@ -3,9 +3,11 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,6 +61,9 @@ def test_the_repr_of_a_run_its_session_and_its_detections_is_at_most_fifteen_lin
     for thing in shown:
         lines = repr(thing).split("\n")
         assert len(lines) <= 15 and max(map(len, lines)) <= 200, repr(thing)
+    shown, ranked = repr(crowd), [rank.label for rank in crowd.ranking]
+    assert f"... and {len(ranked) - 6} more in .ranking" in shown and len(ranked) > 6
+    assert [line.split()[0] for line in shown.split("\n")[1:8]] == ["detector", *ranked[:6]]
 
 
 def test_a_run_shows_its_ranking_and_its_answer_in_text_and_in_html(result, tmp_path):
@@ -70,6 +75,8 @@ def test_a_run_shows_its_ranking_and_its_answer_in_text_and_in_html(result, tmp_
     written = result.write(tmp_path / "run", picture=False)
     links = Tags(written._repr_html_()).links
     assert [link.rpartition("/")[2] for link in links] == ["report.html"]
+    *_, answer, place = repr(replace(result, out=Path("f" * 150))).split("\n")
+    assert place == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result)
     assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result)
 
 

@@ -101,6 +101,14 @@ def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightl
         of_run(opened, false=2)
 
 
+def test_a_pair_that_is_answered_rightly_alone_is_asked_about_before_every_other_pair(tmp_path):
+    write_session(cubes({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap")
+    name = "support.planted_detectors:Distracted"
+    run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
+    fault = of_run(read_run_folder(tmp_path / "run"), miss=1, label=name)
+    assert fault.pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
+
+
 def test_what_is_inside_needs_a_solid_around_it_and_becomes_a_tetrahedron():
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
     turned = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
