@@ -3,8 +3,10 @@
 import pytest
 
 from replay.studies.stress import bodies
-from replay.studies.stress.bodies import CASES
+from replay.studies.stress.bodies import CASES, ask_case
 from replay.studies.stress.runner import stress
+from replay.studies.stress.scenes import at, of_instants
+from replay.studies.stress.solids import box_mesh
 from replay.studies.stress.tally import StressResult
 
 
@@ -31,6 +33,17 @@ def test_python_fcl_on_resting_glass_and_a_lattice_is_within_tolerance_and_witho
     assert all(one.missed == one.invented == one.refused == 0 for one in told) and told[1].within > 0
     (strict,) = run_cases(["hybrid"], [42], tau=0.0)
     assert strict.within == 0 and strict.missed + strict.invented > 0
+
+
+def test_a_missed_contact_is_within_tolerance_only_where_it_is_no_deeper():
+    slab = box_mesh((8.0, 8.0, 1.0))
+    # Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
+    for other, place, within in (
+        (slab, [0.1, 0.2, 0.995], 1), (slab, [0.1, 0.2, 0.985], 0), (box_mesh(), [0.5, 0.0, 0.0], 0),
+    ):  # fmt: skip
+        scene = of_instants("", (box_mesh(), other), at([place]))
+        one = ask_case("support.planted_detectors:Blamed", 41, [scene], seed=0, tau=0.01)
+        assert (one.within, one.missed) == (within, 1 - within)
 
 
 def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
