@@ -101,7 +101,7 @@ def fitted(build: Callable[[float], MeshData], faces: int, start: float) -> tupl
         low, high = (max(low, spacing), high) if ratio > 1.0 else (low, min(high, spacing))
         spacing *= float(np.sqrt(ratio))
         if not low < spacing < high:
-            spacing = float(np.sqrt(low * high)) if low > 0.0 and high < np.inf else spacing
+            spacing = float(np.sqrt(low * high))
     return min(tried, key=lambda trial: abs(np.log(len(trial[0].faces) / faces)))
 
 
