@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore import Detection, Verdict
+from cdcore.errors import NotRecordedError
 from cdcore.numerics import IntArray
 from cdcore.protocol import is_one_of, is_undecided
 from replay.effects.declaring import Declaration, Pair
@@ -91,9 +92,10 @@ class PairContact:
 
     def section(self, frame: int) -> FloatArray:
         """Segments (k, 2, 3), world metres, in which the surfaces meet; none where the detector keeps no faces."""
-        if self.detection.face_sets is None or self.detection.section_source is None:
+        try:
+            return self.detection.section(frame, self.column)
+        except NotRecordedError:
             return np.zeros((0, 2, 3))
-        return self.detection.section(frame, self.column)
 
 
 @dataclass(frozen=True, eq=False)
