@@ -1,0 +1,46 @@
+"""The equations as printed: what is certain of ants that do not turn, although the equations break."""
+
+from itertools import chain, islice, repeat
+
+import numpy as np
+import pytest
+
+from cdcore.search.printed import iterations_as_printed, printed_15, printed_17
+from cdcore.search.search_settings import SearchSettings
+
+ANTS, ITERATIONS, FEATURES = 5, 3, 1000
+
+
+@pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
+def test_a_first_amplitude_stays_and_by_mutation_it_becomes_the_second(mutation, then):
+    asked = []
+    settings = SearchSettings(ants=ANTS, turn=0.0, mutation=mutation)
+    stream = np.random.default_rng(3)
+    for iteration in iterations_as_printed(
+        lambda *places: asked.append(places) or 1.0, (FEATURES, FEATURES), settings, stream
+    ):
+        if iteration > ITERATIONS:
+            break
+    amplitudes = (2 * np.reshape(asked, (ITERATIONS, ANTS, 2, 2)) + 1) / FEATURES - 1
+    assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES)
+    assert np.allclose(amplitudes[1:, :, then], amplitudes[:-1, :, 0])
+
+
+@pytest.mark.parametrize(("beta", "begun"), [(2.0, [1, 2]), (1.0, [1, 2, 3])])
+def test_the_search_ends_where_a_probability_is_negative_and_goes_on_where_signs_cancel(beta, begun):
+    # The pheromone of the second ant, 1 + 10, evaporates to 9.9 and falls to -0.1 with its distance. Its heuristic,
+    # 1 + 10^beta, falls below 0 too, by 20^beta, so that only an even power of it leaves a product below 0.
+    distances = chain([10.0] * 6, [0.0] * 2, repeat(10.0))
+    settings = SearchSettings(ants=2, alpha=1.0, beta=beta, evaporation=0.1)
+    search = iterations_as_printed(lambda *_: next(distances), (9, 9), settings, np.random.default_rng(3))
+    assert list(islice(search, 3)) == begun
+
+
+def test_the_amplitudes_run_from_the_first_feature_to_the_last():
+    assert [printed_15(amplitude, 9) for amplitude in (-1.0, 0.0, 1.0)] == [0, 4, 8]
+
+
+def test_the_gate_is_a_rotation_but_for_the_sign_of_its_last_entry():
+    turn, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
+    turned = (a + 1j * b) * np.exp(1j * turn)
+    assert np.allclose(printed_17(turn, np.stack([a, b], axis=1)).T, [turned.real, turned.imag - 2 * np.cos(turn) * b])
