@@ -15,7 +15,7 @@ from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, 
 )  # fmt: skip
 def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
     turn = random_rotations(np.random.default_rng(1), 1)[0]
-    for vertices in (mesh.vertices, mesh.vertices @ turn.T + 5, mesh.vertices.astype(np.float32)):
+    for vertices in (mesh.vertices, mesh.vertices @ turn.T + 1e4, mesh.vertices.astype(np.float32)):
         assert is_convex(TriangleMesh(vertices, mesh.faces)) == convex
 
 
