@@ -5,8 +5,9 @@ import pytest
 from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument
-from sessions.glassware.devices import GRIPS
+from sessions.glassware.devices import FOLDER, GRIPS
 from sessions.glassware.glass import delivery_tube
+from sessions.meshes.mesh_files import load_mesh
 from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.scenes import SCENES
 
@@ -75,3 +76,9 @@ def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
     grips = {grip for scene in scenes for grip in scene.grips}
     grips |= {item.options["grip_radius"] for scene in scenes for item in scene.bodies.values() if item.options}
     assert 0.01 in grips and grips <= {*GRIPS}
+
+
+@pytest.mark.parametrize("detail", ["", "_coarse"])
+def test_a_device_of_as_many_faces_as_one_that_is_shipped_is_that_one(detail):
+    shipped = load_mesh(FOLDER / f"wand{detail}.glb")
+    assert np.array_equal(placed("proxy_wand", len(shipped.faces)).triangles, shipped.triangles)

@@ -67,3 +67,12 @@ def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row,
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")
     assert any(words in one for one in refusal.value.unknown), refusal.value.unknown
+
+
+def test_a_whole_draft_says_also_what_is_left_out_and_what_lies_before_0(tmp_path, snapshot):
+    columns = "t_ms cup.x cup.y cup.z cup.qx cup.qy cup.qz cup.qw gaze.x gaze.y gaze.z hand.qx hand.qy hand.qz hand.qw"
+    rows = (f"{20 * k - 40},{k},2,-3,0,0,0,1,{k},9,9,0,0,0,1" for k in range(6))
+    (tmp_path / "log.csv").write_text("\n".join([columns.replace(" ", ","), *rows]))
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", tmp_path / "log.csv")
+    assert refusal.value.draft == snapshot
