@@ -37,6 +37,14 @@ def test_a_given_offset_is_taken_as_it_is(csv):
     assert session.live_contacts[0].time_ns == 50_000_000
 
 
+def test_what_began_before_the_session_or_outlasts_it_has_no_begin_or_end_to_fit(tmp_path):
+    (tmp_path / "x.csv").write_text("0,a,b,begin\n0.1,a,b,end\n0.3,a,b,begin\n0.4,a,b,end\n")
+    world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
+    session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
+    assert (fit.matched, fit.residual) == (2, pytest.approx(0.0, abs=1e-9))
+    assert session.live_contacts[1].time_ns == 5_100_000_000
+
+
 def test_without_a_partner_the_residual_is_unknown(csv):
     session, fit = import_contacts(csv, cubes(PLACES), offset=50.0)
     assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")

@@ -47,6 +47,15 @@ def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatc
     assert not seen
 
 
+def test_address_space_too_small_for_what_each_processor_takes_is_refused(monkeypatch, capsys):
+    resource = pytest.importorskip("resource")
+    room = (200 << 20) + (os.cpu_count() or 1) * (64 << 20)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (room, room))
+    assert main(["--version"]) == 1 and "the memory ran out" in capsys.readouterr().err
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (2 * room, 2 * room))
+    assert main(["--version"]) == 0
+
+
 def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
     said = capsys.readouterr().err

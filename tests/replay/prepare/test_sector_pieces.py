@@ -86,3 +86,11 @@ def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outs
     assert len(few.faces) <= 255 < len(piece.faces) and few.is_closed
     assert 0.0 < outside_by(piece, [few]) < 0.04 * 0.05
     assert within_triangles(few) is few
+
+
+def test_a_spool_of_two_grooves_is_cut_at_every_flange():
+    radii = np.repeat([0.03, 0.01, 0.03, 0.01, 0.03], 2)
+    heights = np.repeat(np.arange(6), 2)[1:-1] * 0.02
+    spool = revolved_mesh([(0, 0), *zip(radii, heights, strict=True), (0, 0.1)], 24)
+    full = sum(judged(piece).volume for piece in sector_pieces(spool)[-1])
+    assert full < 1.2 * judged(spool).volume < 0.9 * judged(convex_pieces(spool, 1)[0]).volume
