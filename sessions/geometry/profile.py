@@ -165,7 +165,7 @@ def _fillet(
     before: NDArray[np.float64], corner: NDArray[np.float64], after: NDArray[np.float64], radius: float, least: int
 ) -> Arc:
     into = (corner - before) / np.linalg.norm(corner - before)
-    out = (after - corner) / np.linalg.norm(after - corner)
+    out = after - corner
     turn = float(np.arctan2(into[0] * out[1] - into[1] * out[0], into @ out))
     side = np.sign(turn) * np.array([-into[1], into[0]])
     centre = corner - into * radius * np.tan(abs(turn) / 2.0) + side * radius

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from sessions.geometry import rotations
-from sessions.geometry.profile import clipped, level_holding, offset, solved, volume_below
+from sessions.geometry.profile import Arc, clipped, level_holding, offset, rounded, solved, volume_below
 
 
 def test_a_root_is_found_to_the_last_bits():
@@ -21,6 +21,13 @@ def test_what_a_cup_of_cylinder_and_cone_holds_is_its_closed_form_at_every_level
     assert clipped(cup, 2.0 + 1e-7)[-2:, 1].tolist() == pytest.approx([0.0, 2.0 + 1e-7])
     wall = np.array([[0.0, -0.1], [1.1, -0.1], [1.1, 2.0]])
     assert offset(cup[:3], 0.1) == pytest.approx(wall)
+
+
+def test_a_rounded_corner_is_a_quarter_circle_that_touches_both_lines():
+    first, arc, last = rounded([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
+    assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
+    assert arc.share == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)
+    assert Arc((0.0, 0.0), 2.0, 1.0, 3.0).share == pytest.approx(4.0)
 
 
 seeds = st.integers(0, 2**32 - 1)
