@@ -235,7 +235,7 @@ MASKED = {
     r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
     # the path before a name says where a line is folded
     r"text: Session(.|\n +)*?csv`": lambda found: re.sub(r"\n +", " ", found[0]),
-    r"(?<=byte )\d+": "",
+    r"(?<=byte )\d+|(?<=\.py, line )\d+": "",
     r"\S*/(?=planted_detectors)|\S*/replay-view-\w+": "",
     r"(?<=false; )[\d.]+(?= ms a f)": "#",
     r'\n( *)"(seconds|versions|machine|recording)": {\n(?:\1 .*\n)*\1}': r'\n\1"\2": {}',
