@@ -16,7 +16,7 @@ from replay.comparison.delay import at_frame
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.misses import kind_within
-from replay.comparison.outcome import Comparison, Outcome
+from replay.comparison.outcome import Comparison, Outcome, Stretch
 from replay.detection.recorded import RecordedDetector
 from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
@@ -51,15 +51,11 @@ MOST_VERTICES: Final = 500
 
 
 @dataclass(frozen=True, slots=True)
-class FalseContact:
+class FalseContact(Stretch):
     """One numbered false positive: a stretch of reported contact in which the oracle sees none.
 
     Parameters
     ----------
-    number : 1, 2, ... in order of time, of one detector.
-    pair : column of the pair; ``body_a`` and ``body_b`` are its names.
-    first, last : first and last false frame (both included).
-    start, end : seconds of the stretch.
     kind : one of ``FALSE_KINDS``.
     widest : of the frames looked at, the one in which the meshes are farthest apart.
     gap : metres between the meshes there; nan: not measured.
@@ -69,15 +65,6 @@ class FalseContact:
     hollow : name of the body whose convex hull fills a hollow, where that is the cause; else ``""``.
     """
 
-    number: int
-    pair: int
-    body_a: str
-    body_b: str
-    first: int
-    last: int
-    start: float
-    end: float
-    kind: str
     widest: int
     gap: float
     point: Vector
@@ -85,11 +72,6 @@ class FalseContact:
     hollow: str = ""
     ends: tuple[Vector, Vector] | None = None
     why: str = ""
-
-    @property
-    def frames(self) -> int:
-        """How many frames are false."""
-        return self.last - self.first + 1
 
 
 class _Hulls:

@@ -121,26 +121,16 @@ class FirstTouch:
 
 
 @dataclass(frozen=True, slots=True)
-class Miss:
-    """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
-
-    The number is the same in the lane, the list, the flag in 3D, the tables and the report.
+class Stretch:
+    """Frames of one pair in which a detector and the oracle differ, numbered in order of time.
 
     Parameters
     ----------
-    number : 1, 2, ... in order of time.
+    number : 1, 2, ... in order of time, of one detector.
     pair : column of the pair; ``body_a`` and ``body_b`` are its names.
-    first, last : first and last missed frame (both included).
+    first, last : first and last frame (both included).
     start, end : seconds of its first frame, and when its last one is over.
-    kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
-    episode : number of the oracle's episode it belongs to, from 1 in order of time.
-    deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
-    face_pairs : number of face pairs there.
-    cut_length : length of the intersection curve there, metres.
-    cause : the stage that lost it, in the words of ``replay.comparison.causes``; ``why``: the sentence about it.
-    touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
-        ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
-    faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
+    kind : how it lies to what the oracle sees.
     """
 
     number: int
@@ -152,6 +142,32 @@ class Miss:
     start: float
     end: float
     kind: str
+
+    @property
+    def frames(self) -> int:
+        """How many frames it has."""
+        return self.last - self.first + 1
+
+
+@dataclass(frozen=True, slots=True)
+class Miss(Stretch):
+    """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
+
+    The number is the same in the lane, the list, the flag in 3D, the tables and the report.
+
+    Parameters
+    ----------
+    kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
+    episode : number of the oracle's episode it belongs to, from 1 in order of time.
+    deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
+    face_pairs : number of face pairs there.
+    cut_length : length of the intersection curve there, metres.
+    cause : the stage that lost it, in the words of ``replay.comparison.causes``; ``why``: the sentence about it.
+    touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
+        ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
+    faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
+    """
+
     episode: int
     deepest: int
     point: Vector
@@ -162,11 +178,6 @@ class Miss:
     why: str = ""
     touch: FirstTouch | None = None
     faces: IntArray | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def frames(self) -> int:
-        """How many frames are missed."""
-        return self.last - self.first + 1
 
     @property
     def shown(self) -> tuple[int, int]:

@@ -51,7 +51,9 @@ class EightFrames:
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
         doubles, words = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
         found = np.empty(256, np.int64)
-        self.scratch = Scratch(*doubles, words, found, words, words, words, words, keys_end=ROOM, later_end=ROOM)
+        self.scratch = Scratch(
+            *doubles, words, found, np.zeros(8, np.int64), words, words, words, words, keys_end=ROOM, later_end=ROOM
+        )
         self.relative, self.middle, self.found = self.scratch.relative, self.scratch.middle, self.scratch.found
         self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
 

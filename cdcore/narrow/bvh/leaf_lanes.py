@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
 from cdcore.kernels.memory import Memory
-from cdcore.kernels.simd import above, dot, least3, load8, most3, moved, store
+from cdcore.kernels.simd import above, dot, least3, load8, minus, most3, moved, plus, store
+from cdcore.kernels.vectors import vector_at
 from cdcore.narrow.bvh.bounds import EDGE_SLACK
 from cdcore.narrow.bvh.face_lanes import certain_lanes
-from cdcore.narrow.bvh.tree_memory import Pair, Scratch
+from cdcore.narrow.bvh.tree_memory import Pair, Scratch, TreeMemory
+
+
+@hot_kernel
+def faces_of_leaf(tree: TreeMemory, node: int) -> tuple[int, int]:
+    """The first face of a leaf node, and the one after its last."""
+    become_part_of_caller()
+    row = 2 * runtime_int(tree.links[2 * node + 1])
+    first = runtime_int(tree.leaves[row])
+    return first, first + runtime_int(tree.leaves[row + 1])
 
 
 @hot_kernel
@@ -23,39 +33,48 @@ def enter_box_frame(box: Memory, b: int, relative: Memory, turned: Memory) -> No
 
 
 @hot_kernel
-def move_face(corners: Memory, face: int, turned: Memory, offset: Memory, placed: Memory) -> None:
-    """Corners of a face of A's leaf in the box frame, (72,)."""
-    become_part_of_caller()
-    for c in range(3):
-        at = 9 * face + 3 * c
-        x, y, z = corners[at], corners[at + 1], corners[at + 2]
-        for k in range(3):
-            p, q, r = load8(turned, 24 * k), load8(turned, 24 * k + 8), load8(turned, 24 * k + 16)
-            store(placed, 24 * c + 8 * k, moved(load8(offset, 8 * k), x, y, z, p, q, r))
+def lanes_in_box(corners: Memory, face: int, box: Memory, b: int, pad: float, mask: int, scratch: Scratch) -> int:
+    """Lanes of ``mask`` in which a face of A's leaf is not certainly outside one of the slabs of box b.
 
-
-@hot_kernel
-def lanes_in_box(placed: Memory, box: Memory, b: int, pad: float, mask: int, span: Memory) -> int:
-    """Lanes in which the moved face is not certainly outside one of the box's slabs; its own go to ``span`` (48,)."""
+    Its corners in the box frame go to ``scratch.moved``, its own slabs, wider by the pad, to ``scratch.span``.
+    """
     become_part_of_caller()
-    for k in range(3):
-        half = box[16 * b + 12 + k] + pad
-        x, y, z = load8(placed, 8 * k), load8(placed, 24 + 8 * k), load8(placed, 48 + 8 * k)
-        low, high = least3(x, y, z), most3(x, y, z)
+    turned, placed, span = scratch.turned, scratch.moved, scratch.span
+    # the last axis of a box is its shortest, and the box of a leaf is flat: most faces are outside there
+    for k in range(2, -1, -1):
+        p, q, r = load8(turned, 24 * k), load8(turned, 24 * k + 8), load8(turned, 24 * k + 16)
+        away, half = load8(scratch.offset, 8 * k), box[16 * b + 12 + k]
+        x = moved(away, *vector_at(corners, 9 * face), p, q, r)
+        y = moved(away, *vector_at(corners, 9 * face + 3), p, q, r)
+        z = moved(away, *vector_at(corners, 9 * face + 6), p, q, r)
+        low, high = minus(least3(x, y, z), pad), plus(most3(x, y, z), pad)
         mask &= ~(above(low, half) | above(-half, high))
+        if mask == 0:
+            return 0
+        store(placed, 8 * k, x)
+        store(placed, 24 + 8 * k, y)
+        store(placed, 48 + 8 * k, z)
         store(span, 16 * k, low)
         store(span, 16 * k + 8, high)
     return mask
 
 
 @hot_kernel
-def lanes_in_span(span: Memory, spans: Memory, face: int, pad: float, mask: int) -> int:
-    """Lanes in which the moved face's slabs and those of a fixed face are not certainly disjoint."""
+def near_faces(span: Memory, spans: Memory, first: int, stop: int, mask: int, near: Memory) -> int:
+    """Write which faces of B's leaf have slabs that the moved face may overlap; returns how many.
+
+    As 256 times the face, and those lanes. No face is decided in between: the machine cannot guess which are near.
+    """
     become_part_of_caller()
-    for k in range(3):
-        mask &= ~above(load8(span, 16 * k), spans[6 * face + 2 * k + 1] + pad)
-        mask &= ~above(spans[6 * face + 2 * k] - pad, load8(span, 16 * k + 8))
-    return mask
+    count = 0
+    for face in range(first, stop):
+        left = mask
+        for k in range(3):
+            left &= ~above(load8(span, 16 * k), spans[6 * face + 2 * k + 1])
+            left &= ~above(spans[6 * face + 2 * k], load8(span, 16 * k + 8))
+        near[count] = face << 8 | left
+        count += left != 0
+    return count
 
 
 @hot_kernel
@@ -65,24 +84,18 @@ def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scrat
     As face, face, lanes in which the world's points are to be asked, and lanes in which they certainly meet.
     """
     become_part_of_caller()
-    tree_a, tree_b, placed, span = pair.tree_a, pair.tree_b, scratch.moved, scratch.span
-    found = scratch.found
+    tree_a, tree_b, found, near = pair.tree_a, pair.tree_b, scratch.found, scratch.near
     enter_box_frame(tree_b.boxes, b, scratch.relative, scratch.turned)
-    row_a, row_b = 2 * runtime_int(tree_a.links[2 * a + 1]), 2 * runtime_int(tree_b.links[2 * b + 1])
-    first_a, first_b = runtime_int(tree_a.leaves[row_a]), runtime_int(tree_b.leaves[row_b])
-    stop_a, stop_b = first_a + runtime_int(tree_a.leaves[row_a + 1]), first_b + runtime_int(tree_b.leaves[row_b + 1])
+    first_b, stop_b = faces_of_leaf(tree_b, b)
     # a face of A that overlaps the box in every slab has no corner further out than by the size of its own box
     size, count = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.boxes[16 * a + 15] * EDGE_SLACK + 2.0 * pad), 0
-    for face_a in range(first_a, stop_a):
-        move_face(tree_a.corners, face_a, scratch.turned, scratch.offset, placed)
-        inside = lanes_in_box(placed, tree_b.boxes, b, pad, mask, span)
+    for face_a in range(*faces_of_leaf(tree_a, a)):
+        inside = lanes_in_box(tree_a.corners, face_a, tree_b.boxes, b, pad, mask, scratch)
         if inside == 0:
             continue
-        for face_b in range(first_b, stop_b):
-            left = lanes_in_span(span, tree_b.spans, face_b, pad, inside)
-            if left == 0:
-                continue
-            certain = certain_lanes(placed, tree_b.boxed, face_b, size, pad, left)
+        for row in range(near_faces(scratch.span, tree_b.spans, first_b, stop_b, inside, near)):
+            face_b, left = near[row] >> 8, near[row] & 255
+            certain = certain_lanes(scratch.moved, tree_b.boxed, face_b, size, pad, left)
             left &= ~(certain >> 8)
             found[4 * count], found[4 * count + 1] = face_a, face_b
             found[4 * count + 2], found[4 * count + 3] = left & ~certain, left & certain

@@ -98,6 +98,7 @@ class Scratch(NamedTuple):
     span: Doubles
     stack: Words
     found: Words
+    near: Words
     state: Words
     keys: Words
     later: Words

@@ -270,7 +270,7 @@ class Workspace:
         self._every, self.work = every, np.zeros(len(COUNTERS), dtype=np.int64)
         depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
         many = LIST + MOST_AT_ONCE
-        lengths = {"stack": depth, "found": 4 * 64, "state": STATES, "keys": many, "later": many}
+        lengths = {"stack": depth, "found": 4 * 64, "near": 8, "state": STATES, "keys": many, "later": many}
         lists = {name: np.zeros(length, dtype=np.int64) for name, length in lengths.items()}
         self._state, self._keys, self._later = lists["state"], lists["keys"], lists["later"]
         self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
