@@ -122,6 +122,7 @@ VERBS = (
     f"{UNDECIDED} --max-missed 1", f"{UNDECIDED} --max-invented 1",
     "run p.mcap --detector support.planted_detectors:Raising", "run p.mcap --detector support.planted_detectors:Unmade",
     "run p.mcap --step-rate 25",
+    "run p.mcap --detectors box=collider[shape=box,skin_m=2.1]; run p.mcap --detectors exact -o r6",
     f"run p.mcap {SLOW},sphere --max-missed 0 --format markdown", "run p.mcap --detectors hybrid --format markdown",
     f"{MANY} -o m1; {MANY} -o m1", f"{MANY} --format json", f"{MANY} --format markdown", MANY,
     f"run apart.mcap twice.mcap --no-picture {SLOW}", "run text.mcap apart.mcap --detectors hybrid --oracle none",
