@@ -129,8 +129,6 @@ def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> It
 
 def looks(first: int, last: int, most: int) -> IntArray:
     """At most ``most`` frames of a stretch, evenly spread with both ends; a single one lies in the middle."""
-    if last - first < most:
-        return np.arange(first, last + 1)
     if most == 1:
         return np.array([(first + last) // 2])
     return np.unique(np.round(np.linspace(first, last, most)).astype(np.int64))

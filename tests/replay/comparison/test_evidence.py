@@ -3,7 +3,7 @@ import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
-from replay.comparison.evidence import LOOKS_PER_MISS, longest_cuts, looks
+from replay.comparison.evidence import LOOKS_PER_MISS, grouped, longest_cuts, looks
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
 
@@ -41,16 +41,20 @@ def test_the_deepest_look_is_where_the_curve_is_longest_and_its_normal_points_fr
 
 
 def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
-    poses, meshes = {"a": along_x([0, 0]), "b": along_x([0.2, 0.1])}, {"a": cube(), "b": cube(0.1)}
+    poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(0.1)}
     (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
     assert (cut.frame, cut.length, cut.face_pairs) == (0, 0.0, 0)
-    assert cut.point == pytest.approx((0.1, 0, 0)) and cut.normal == pytest.approx((1, 0, 0))
+    assert cut.point == pytest.approx((4.9, 0, 0)) and cut.normal == pytest.approx((-1, 0, 0))
 
 
 def test_long_misses_are_looked_at_evenly_with_both_ends():
     assert looks(3, 9, 10).tolist() == list(range(3, 10)) and looks(4, 10, 1).tolist() == [7]
     many = looks(0, 10_000, LOOKS_PER_MISS)
     assert (len(many), many[0], many[-1]) == (LOOKS_PER_MISS, 0, 10_000) and np.ptp(np.diff(many)) <= 1
+
+
+def test_groups_keep_the_order_and_are_no_larger_than_asked_but_where_one_item_is():
+    assert [*grouped([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
 
 
 @pytest.mark.parametrize(
@@ -65,10 +69,20 @@ def test_long_misses_are_looked_at_evenly_with_both_ends():
 def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_else_along_the_middles(other, normal):
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
-    poses = {"a": along_x([0, 0]), "b": along_x([0, 1e-3])}
+    poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
     (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
     assert cut.face_pairs == 1 and cut.length > 0.0
     assert cut.normal == pytest.approx(normal, abs=1e-9)
+
+
+def test_a_curve_is_as_long_as_its_parts_and_its_point_is_the_middle_of_the_part_nearest_to_its_middle():
+    """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: the middle is at -7 m, by length."""
+    corners = [[(c - long, 0, -1), (c + long, 0, -1), (c, 0, 1)] for c, long in ((2, 4), (4.5, 1), (5.5, 1))]
+    wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
+    floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
+    poses = {"a": along_x([-10, -10]), "b": along_x([0, 1])}
+    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [(0, 0, 0)])
+    assert cut.face_pairs == 3 and cut.length == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
 
 
 def between(places, *asked):

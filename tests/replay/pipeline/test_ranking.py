@@ -58,6 +58,11 @@ def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, in_part):
         (BENCH["paper"], "1 of 18 contacts late or cut short"),
         (audited(0, 0, 0), "no contact of 18 missed, none false"),
         (audited(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
+        (
+            audited(0, 0, 1, 4, unconfirmed=2, pair_frames={"INVENTED": 2}),
+            "25 % of its contact time is unconfirmed: only bounding volumes overlap",
+        ),
+        (audited(0, 0, 1, 4, unconfirmed=1, pair_frames={"INVENTED": 2}), "25 % of its contact time is false"),
         (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
     ],
 )

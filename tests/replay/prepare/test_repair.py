@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from replay.errors import RefusedError
 from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
-from sessions import Frames, MeshData, Status
+from sessions import Frames, MeshData, ScalarTrack, Status
 
 
 def test_losses_that_the_tracker_flagged_need_no_treatment():
@@ -42,7 +43,7 @@ def test_what_the_policy_refuses_stops_the_run_with_one_sentence(name):
     draft = clean()
     planted = FAULTS[name](draft, 1, 400)
     assert repair_session(draft.session(), parse_policy()).findings
-    with pytest.raises(RefusedError, match=rf"{planted.code}.*--policy {planted.code}="):
+    with pytest.raises(RefusedError, match=rf"^the session: {planted.code}.*--policy {planted.code}="):
         repair_session(draft.session(), parse_policy([f"{planted.code}=refuse"]))
 
 
@@ -125,3 +126,25 @@ def test_nothing_stands_in_before_the_first_good_sample(action):
     draft = clean()
     FAULTS["identity while lost"](draft, 0, 0)
     assert (repaired(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
+
+
+def test_no_bridge_leads_beyond_the_last_good_sample():
+    draft = clean()
+    FAULTS["identity while lost"](draft, 0, 880)
+    assert (repaired(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
+
+
+def test_of_a_part_all_is_said_in_seconds_of_the_whole_and_nothing_of_streams_that_lie_apart():
+    draft = lost_hand()
+    stamps = draft.arrays["stamp_ns"]
+    apart = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])
+    session = replace(draft.session(), scalars={"late": apart})
+    codes = []
+    for one in (session, session.between(int(stamps[300]), int(stamps[600]))):
+        treatment = repair_session(one, parse_policy())
+        (found,) = (one for one in treatment.findings if one.code == "identity-while-lost")
+        (span,) = (one for one in treatment.spans if one.kind == "identity-while-lost")
+        seconds = (stamps[[400, 419]] - stamps[0]) / 1e9
+        assert (found.start, found.end) == pytest.approx(seconds) and (span.start, span.end) == pytest.approx(seconds)
+        codes.append({one.code for one in treatment.findings})
+    assert codes[0] - codes[1] == {"stream-apart"}
