@@ -40,11 +40,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _evolved(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Mol (T,) of gas that the flask's reactions have given; what is poured off takes no gas back."""
-    matter, flask = matter_of(inputs), declared["from"]
+    matter = matter_of(inputs)
     place = matter.ledger.column.get(declared["gas"] + GAS)
-    if flask not in matter.histories or place is None:
+    if place is None:
         return np.zeros(len(inputs))
-    return np.maximum.accumulate(matter.states(flask, inputs.times)[0][:, place])
+    return np.maximum.accumulate(matter.states(declared["from"], inputs.times)[0][:, place])
 
 
 def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:
