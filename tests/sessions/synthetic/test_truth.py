@@ -37,6 +37,8 @@ def test_expected_knows_sure_open_and_clear_frames():
     assert answer == [CLEAR, OPEN, PRESENT, OPEN, CLEAR, OPEN]
     lost = truth(Fact("loss", 1.2, 1.7, ("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
     assert lost == [CLEAR, OPEN, OPEN, OPEN, CLEAR, OPEN]
+    others = truth(POUR, Fact("loss", 0.0, 6.0, ("c",)))
+    assert others.expected("a", "b", stamps.astype(np.int64)).tolist() == answer
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
 
 
