@@ -144,6 +144,20 @@ def test_gas_that_leaves_is_what_stays_dissolved_less_and_without_a_gas_none_is_
     assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.named("gas")
 
 
+def test_gas_that_was_there_before_the_session_does_not_leave_in_it():
+    soda = glass("b", 10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
+    told = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
+    effects = poured([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *told)
+    assert not effects["reaction"].output.named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
+
+
+def test_a_ph_without_an_end_point_is_told_when_it_changes_no_more():
+    bodies = (glass("a", 60.0, solute="HCl", molar=0.1), glass("b", 40.0, solutes={"HCl": 0.002, "NaOH": 0.001}))
+    effects = poured([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRAL)
+    (event,), volume = effects["reaction"].events, effects["mixing"].series["b/volume"]
+    assert event.time == volume.times[np.argmax(volume.values)] and event.values["from_ph"] == pytest.approx(3.0, 0.02)
+
+
 COUNT = 200
 
 
@@ -178,6 +192,9 @@ def test_only_while_the_outlet_is_inside_is_anything_collected():
     assert event.values["moles"] == pytest.approx(moles, rel=1e-9) and event.end == pytest.approx(1.0)
     assert event.values["leaked_before_mol"] == pytest.approx(0.05 / 65.38 * -math.expm1(-2.0 * 0.38), rel=1e-6)
     assert [span.word for span in run.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
+    events = collected([0.48] * 50 + [0.6] * 50 + [0.48] * 100, 0.05).events
+    moles = 0.05 / 65.38 * (math.exp(-2.0 * 0.88) - math.exp(-2.0 * 1.88))
+    assert events[1].values["moles"] == pytest.approx(moles, rel=1e-9) and len(events) == 2
 
 
 def test_a_jar_that_stands_upright_collects_nothing():

@@ -15,12 +15,15 @@ SCENE = Scene(
     bodies=(SceneBody("hand-left", tags=("hand", "left")), SceneBody("cup"), SceneBody("jar")),
     effects=tuple(SceneEffect("grasp", {"between": ["tag:hand", thing]}) for thing in ("cup", "jar")),
 )
+NARROW = replace(SCENE, effects=(SceneEffect("grasp", {"between": ["tag:hand", "cup"], "window_s": 0.095}),))
 FAR = np.full(200, 9.0)
 
 
-def run(hand, cup, trigger, jar=FAR, lost=None):
-    poses = {"hand-left": along_x(hand), "cup": along_x(cup), "jar": along_x(jar)}
-    session = Session.from_arrays(STAMPS, poses, {name: cube(0.2) for name in poses}, SCENE)
+def run(hand, cup, trigger, jar=FAR, lost=None, degrees=0.0, scene=SCENE):
+    half = np.radians(degrees) * TIMES / 2.0
+    spin = np.column_stack([np.zeros((200, 2)), np.sin(half), np.cos(half)])
+    poses = {"hand-left": along_x(hand), "cup": (along_x(cup)[0], spin), "jar": along_x(jar)}
+    session = Session.from_arrays(STAMPS, poses, {name: cube(0.2) for name in poses}, scene)
     if lost is not None:
         session.frames.status.setflags(write=True)
         session.frames.status[lost, 0] = 2
@@ -59,5 +62,20 @@ def test_what_rides_on_a_hand_with_a_pressed_trigger_is_taken_until_the_release(
     for event in effect.output.named("grasp"):
         assert event.end == (None if len(wanted) == 1 else pytest.approx(1.6))
         assert event.values["moved_m"] == pytest.approx(0.5, abs=0.01) and not event.values["touching"]
+        assert event.values["held_s"] == pytest.approx((event.end or 2.0) - event.time, abs=0.03)
         assert effect.output.lanes["hand-left"][0].word == event.bodies[1]
     assert effect.counters.get("no buttons recorded: hand-left", 0) == (trigger is None)
+
+
+@pytest.mark.parametrize(("slides", "degrees", "taken"), [(21e-3, 0, 1), (23e-3, 0, 0), (0, 21, 1), (0, 23, 0)])
+def test_nine_frames_of_sliding_by_2_mm_or_turning_by_2_degrees_are_too_much_for_a_grasp(slides, degrees, taken):
+    effect = run(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=NARROW)
+    assert len(effect.output.named("grasp")) == taken
+
+
+def test_of_two_stretches_soon_after_the_press_the_longer_is_the_grasp():
+    limits = {"between": ["tag:hand", "cup"], "window_s": 0.02, "held_s": 0.1}
+    scene = replace(SCENE, effects=(SceneEffect("grasp", limits),))
+    slips = np.interp(TIMES, [0.7, 0.75, 0.9, 2.0], [0.0, 0.1, 0.1, 1.2])
+    (grasp,) = run(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.named("grasp")
+    assert grasp.values["held_s"] == pytest.approx(0.18, abs=0.015)

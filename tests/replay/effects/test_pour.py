@@ -39,9 +39,16 @@ def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_
     first = round(event.time / 0.01)
     assert kept(degrees[first - 1]) >= 60.0 > kept(degrees[first])
     assert event.end == pytest.approx(1.2) and event.bodies == ("a", "b")
+    assert event.values["seconds"] == pytest.approx(event.end - event.time)
     assert run.series["a/volume"].values[-1] == pytest.approx(kept(60.0), rel=1e-9)
     assert event.values["volume_ml"] == pytest.approx(60.0 - kept(60.0), rel=1e-9)
     assert run.series["b/volume"].values[-1] == pytest.approx(70.0 - kept(60.0), rel=1e-9)
+
+
+def test_a_glass_that_is_full_to_its_brim_pours_from_its_first_tilt_to_the_end_of_the_recording():
+    run = poured(np.arange(0.0, 60.0, 0.5), (glass("a", kept(0.0)), glass("b")))["pour"]
+    (event,) = run.events
+    assert event.time == pytest.approx(0.01) and event.end is None
 
 
 @settings(max_examples=25, deadline=None)

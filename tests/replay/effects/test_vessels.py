@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
-from replay.effects.vessels import Cylinder, Vessel
+from replay.effects.inputs import BodyPoses
+from replay.effects.vessels import Cylinder, Vessel, inside
 from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import SceneBody
 
@@ -36,3 +37,14 @@ def test_a_stream_leaves_at_the_lowest_of_the_lip_and_all_points_of_the_rim():
     depths = (cylinder.exit(down) * down).sum(axis=1)
     assert depths[:50] == pytest.approx((points @ down.T).max(axis=0)[:50], abs=1e-6)
     assert np.isfinite(depths).all()
+
+
+def test_a_place_is_inside_between_floor_and_mouth_and_no_further_from_its_middle_than_the_mouth_is_wide():
+    vessel = Vessel(glass("a", cavity={"floor": 0.1, "opening": [0.3, 0.5, -0.4], "opening_radius": 0.2}))
+    within = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.16, 0.3, -0.26]])
+    without = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.15, 0.3, -0.25]])
+    turned = np.tile([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], (5, 1, 1))
+    seen = np.arange(5) != 2
+    poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), turned, seen, seen)
+    assert inside(within @ turned[0].T + 7.0, poses, vessel).tolist() == seen.tolist()
+    assert not inside(without @ turned[0].T + 7.0, poses, vessel).any()
