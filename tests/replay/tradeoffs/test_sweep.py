@@ -10,7 +10,7 @@ from support.small_worlds import cubes, framed
 from cdcore.kernels import compiling
 from replay.pipeline.engine import compute
 from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.sweep import PASSES, tradeoff
+from replay.tradeoffs.sweep import FRONT_PASSES, PASSES, tradeoff
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
@@ -77,6 +77,7 @@ def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_
 
 def test_every_setting_is_timed_in_three_passes_and_sorted_by_wrong_contacts(done):
     assert all(row["passes"] >= PASSES and row["mean_low"] is not None for row in done.rows)
+    assert max(row["passes"] for row in done.rows) == FRONT_PASSES
     # Between frames nobody asks live, so no frame has a time of its own.
     assert [row["label"] for row in done.rows if row["p99_ms"] is None] == ["between"]
     wrong = [row["wrong"] for row in done.rows]
@@ -106,6 +107,7 @@ def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeyp
 
     done = limited(0.0)
     assert 1 <= len(done.rows) < len(LIST)
+    assert {row["prepare_seconds"] for row in done.rows} == {1.0}  # from one tick of the clock to the next
     assert set(done.cut) == {*LIST} - {row["label"] for row in done.rows}
     assert not limited(1800.0).cut
 
@@ -115,8 +117,9 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
     turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
     turns[5, 1] = 0.0
     session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, places, turns)
-    (row,) = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"]).rows
-    assert (row["contacts"], row["wrong"]) == (1, 0)
+    done = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"], start=0.01)
+    assert (done.rows[0]["contacts"], done.rows[0]["wrong"]) == (1, 0)
+    assert done.about["seconds"] == pytest.approx(0.06)
 
 
 def test_what_a_tradeoff_does_not_take_is_refused_in_a_sentence(bumped):
