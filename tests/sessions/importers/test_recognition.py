@@ -39,13 +39,16 @@ def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known)
 
 
 def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
+    (tmp_path / "notes.csv").write_text("time,pos_x\n")
     with pytest.raises(ImportFileError, match="is a folder, but none of UXF; name a file"):
         import_session("auto", tmp_path)
     with pytest.raises(ImportFileError, match="does not exist or is no file"):
         import_session("csv", tmp_path)
     (tmp_path / "trackers").mkdir()
     (tmp_path / "trackers" / "hand_movement_T001.csv").write_text("time,pos_x\n")
-    assert recognised(tmp_path)[0] == "uxf"
+    (tmp_path / "trials").mkdir()
+    (tmp_path / "trials" / "trial_results.csv").write_text("experiment,ppid\n")
+    assert {recognised(folder)[0] for folder in (tmp_path, tmp_path / "trackers", tmp_path / "trials")} == {"uxf"}
     with pytest.raises(ImportFileError, match="is one file of a UXF session; name the session's folder"):
         import_session("auto", tmp_path / "trackers" / "hand_movement_T001.csv")
 
