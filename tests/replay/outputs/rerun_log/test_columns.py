@@ -1,10 +1,13 @@
 """Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import rerun as rr
 
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, ragged
+from replay.outputs.rerun_log.scene import log_contacts
 
 
 @pytest.mark.parametrize("counts", [[1, 1], [1, 3], [3, 1]])
@@ -25,3 +28,13 @@ def test_a_long_session_is_strided_but_for_its_moments(demo):
     assert RecordingClock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
     kept = RecordingClock.of(demo.assembly, [200, 100], limit=100).kept.tolist()
     assert kept == sorted({*range(0, 270, 3), 100, 200})
+
+
+@pytest.mark.parametrize("lacks", ["face_sets", "section_source"])
+def test_contacts_without_faces_or_without_curves_are_no_error_and_not_drawn(demo, lacks):
+    stream = rr.RecordingStream("test")
+    memory, writer = stream.memory_recording(), RecordingWriter(stream, RecordingClock.of(demo.assembly))
+    log_contacts(writer, "exact", demo.detections[demo.oracle], None)
+    sent = memory.num_msgs()
+    log_contacts(writer, "exact", replace(demo.detections[demo.oracle], **{lacks: None}), None)
+    assert memory.num_msgs() == sent > 0
