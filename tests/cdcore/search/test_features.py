@@ -38,11 +38,13 @@ def test_neighbours_across_edges_are_the_adjacent_faces_and_the_others_share_a_c
         assert len(found) == min(len(around), NEIGHBOURS)
 
 
-def test_all_faces_at_an_edge_of_five_are_neighbours_across_it():
-    angle = 0.4 * np.pi * np.arange(5)
+@pytest.mark.parametrize("count", [5, 20])
+def test_all_faces_at_an_edge_of_five_are_neighbours_across_it_and_of_many_each_has_its_fill(count):
+    angle = 2.0 * np.pi / count * np.arange(count)
     vertices = [[0, 0, 0], [0, 0, 1], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)]
-    by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(5)]))
-    assert by_edge == {face: set(range(5)) - {face} for face in range(5)}
+    by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(count)]))
+    assert {len(others) for others in by_edge.values()} == {min(count - 1, NEIGHBOURS)}
+    assert all(face not in others for face, others in by_edge.items())
 
 
 def test_a_corner_written_twice_in_a_face_is_no_edge():

@@ -112,3 +112,14 @@ def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, 
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
     runs = [compute(one, detectors="exact", oracle="none").detections["exact"] for one in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
+
+
+def test_stamps_of_a_device_stay_beside_their_frames_and_those_of_another_clock_are_not_told(recording, tmp_path):
+    before = read_session(recording)
+    sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])
+    before = replace(before, source=replace(before.frames, sample_ns=sample))
+    source, out = tmp_path / "stamped.mcap", tmp_path / "small.mcap"
+    write_session(before, source)
+    assert main(["minimise", str(source), "-o", str(out)]) == 0
+    frames = read_session(out).frames
+    assert (frames.stamp_ns[:, None] - frames.sample_ns[:, :2] == [5_000_000, 0]).all()

@@ -42,3 +42,9 @@ def test_what_declares_more_than_is_allowed_is_refused_before_it_is_read(path, t
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)
     with pytest.raises(SessionFileError, match=rf"a {kind} record declares \d+ bytes, more than the 5(00)?"):
         read_catalogue(path)
+
+
+def test_the_name_of_an_attachment_is_told_only_if_it_is_whole():
+    record = bytes(25) + (8).to_bytes(4, "little") + b"stem.glb" + bytes(30)
+    names = [module.attachment_name(record[:size]) for size in range(25, len(record))]
+    assert names == [""] * 12 + ["stem.glb"] * 30
