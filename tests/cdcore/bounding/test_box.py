@@ -88,7 +88,10 @@ def test_a_sphere_has_the_largest_half_extent_and_lets_corners_stick_out():
 def test_a_capsule_lies_along_the_longest_side(axis):
     size = np.full(3, 1.0)
     size[axis] = 4.0
-    points = capsule_collider(box_mesh(size, (1.0, 2.0, 3.0))).referenced_vertices - [1.0, 2.0, 3.0]
+    capsule = capsule_collider(box_mesh(size, (1.0, 2.0, 3.0)))
+    volume = np.einsum("ij,ij->", capsule.triangles[:, 0], np.cross(*np.moveaxis(capsule.triangles[:, 1:], 1, 0))) / 6.0
+    assert 0.95 < volume / (np.pi * 0.5**2 * 3.0 + np.pi / 6.0) < 1.0
+    points = capsule.referenced_vertices - [1.0, 2.0, 3.0]
     along = np.clip(points[:, axis], -1.5, 1.5)
     points[:, axis] -= along
     assert np.allclose(np.linalg.norm(points, axis=1), 0.5)

@@ -94,6 +94,7 @@ VERBS = (
     "scene new s.mcap -o bench.toml", "scene new s.mcap -o lab.toml",
     "mesh repair open.glb -o m.glb", "mesh repair open.glb -o j.glb --format json", "mesh repair s.mcap -o x.glb",
     "mesh repair s.mcap -o a.glb --body a", "mesh repair s.mcap -o x.glb --body c", "mesh repair open.glb -o open.glb",
+    "mesh repair open.glb -o named.glb --body cup",
     "diff before after", "diff before after --different-sessions", "diff slow fast", "diff slow fast --format json",
     "diff slow lab.toml", "study check --strict", "study check good.toml --strict",
     "stress --detector hybrid --family 1,10 --pairs 50 --seed 7", "stress --detector hybrid --case 28,32",

@@ -4,12 +4,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.eight_frames import EightFrames
+from support.eight_frames import EightFrames, row_of_pair
 from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import words_of
 from cdcore.narrow.bvh.bounds import position_pad
+from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.frame_skips import root_gap
 from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.numerics import place_points
@@ -64,6 +65,25 @@ def test_no_two_corners_are_nearer_than_the_gap(apart):
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))
         assert gap <= np.linalg.norm(first[:, None] - second[None], axis=2).min()
         assert apart < 30 or gap > 20
+
+
+def test_the_gap_is_that_of_one_root_box_and_the_ball_around_the_other():
+    rng = np.random.default_rng(3)
+    tilt, *turns = random_rotations(rng, 17)
+    turns = np.reshape(turns, (8, 2, 3, 3))
+    plate = (rng.uniform(-0.5, 0.5, (60, 3, 3)) * [1.0, 0.4, 0.01]) @ tilt
+    trees = build_box_trees([plate, plate[:40]])
+    moves = rng.normal(size=(8, 2, 3)) * 2.0
+    row, _kept = row_of_pair(trees, turns, moves)
+    boxes = [tree.boxes[0] for tree in trees]
+    assert np.abs(boxes[0][3:12]).min() > 0.01, "a box along the axes of its body asks half of it only"
+    for frame in range(8):
+        middles = [turns[frame, k] @ boxes[k][:3] + moves[frame, k] for k in range(2)]
+        gaps = []
+        for box, ball in ((0, 1), (1, 0)):
+            along = (turns[frame, box] @ boxes[box][3:12].reshape(3, 3)).T @ (middles[ball] - middles[box])
+            gaps.append(np.linalg.norm(np.maximum(np.abs(along) - boxes[box][12:15], 0.0)) - boxes[ball][15])
+        assert gap_of(row, frame, 1e-3) == pytest.approx(max(gaps) - 1e-3, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -38,6 +38,10 @@ def test_what_no_ions_make_stays_whole(formula):
     assert Chemistry().parts(formula) is None
 
 
+def test_water_of_crystals_stands_beside_the_ions():
+    assert Chemistry().parts("CuSO4.5H2O") == {"Cu^2+": 1, "SO4^2-": 1, "H2O": 5}
+
+
 @pytest.mark.parametrize(("base", "part"), [("C5H5N", "C5H5N"), ("CH3COONa", "CH3COO-"), ("NaOH", "NaOH")])
 def test_a_base_of_a_scene_takes_protons_as_its_anion_or_itself(base, part):
     chemistry = Chemistry(bases={base: 5.25})
