@@ -28,6 +28,16 @@ def test_what_a_hand_holds_is_no_contact_of_the_reference():
     assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
 
 
+@pytest.mark.parametrize(("count", "last"), [(6, "6.0 s: spilt"), (9, "and 3 more")])
+def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
+    rows = [
+        {"source": "effect/spill", "name": "spill", "time": float(k), "message": "spilt"} for k in range(count, 0, -1)
+    ]
+    run = SimpleNamespace(summary={"detectors": {}, "answers": []}, answers=(), oracle="", ranking=())
+    lines = RunView(run, lambda name: rows if name == "events" else [], "s").hero.lines
+    assert lines[0] == "1.0 s: spilt" and lines[-2] == last
+
+
 def test_the_page_needs_nothing_from_outside_and_runs_no_script():
     page = report_html(steady("several"))
     assert all(place.startswith(("data:", "#")) for place in re.findall(r'(?:src|href)="([^"]*)"', page))
