@@ -1,10 +1,12 @@
 """What stands beside the answer: what was not counted, what times are of, and how many pieces a compound has."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from support.small_worlds import jumping
+from support.small_worlds import TWO_BUMPS, cubes, jumping
 
+from replay.pipeline.diagnosis import answers
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import compounds, held, price
 
@@ -60,3 +62,10 @@ def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
     shape = "compound" if counts else "hull"
     detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
     assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
+
+
+def test_sampling_every_frame_is_a_command_with_the_other_settings_where_no_offset_was_measured():
+    run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
+    (answer,) = answers(replace(run, phases={}), run.summary, run.ranking)
+    assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
+    assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
