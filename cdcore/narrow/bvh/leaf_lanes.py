@@ -40,7 +40,7 @@ def lanes_in_box(corners: Memory, face: int, box: Memory, b: int, pad: float, ma
     """
     become_part_of_caller()
     turned, placed, span = scratch.turned, scratch.moved, scratch.span
-    # the last axis of a box is its shortest, and the box of a leaf is flat: most faces are outside there
+    # The last axis first: of most leaves it is the shortest by far, so that most faces outside are outside there.
     for k in range(2, -1, -1):
         p, q, r = load8(turned, 24 * k), load8(turned, 24 * k + 8), load8(turned, 24 * k + 16)
         away, half = load8(scratch.offset, 8 * k), box[16 * b + 12 + k]
@@ -63,7 +63,8 @@ def lanes_in_box(corners: Memory, face: int, box: Memory, b: int, pad: float, ma
 def near_faces(span: Memory, spans: Memory, first: int, stop: int, mask: int, near: Memory) -> int:
     """Write which faces of B's leaf have slabs that the moved face may overlap; returns how many.
 
-    As 256 times the face, and those lanes. No face is decided in between: the machine cannot guess which are near.
+    ``near``: 256 times the number of such a face, plus its lanes. None is decided in between, because the machine
+    guesses wrong which face is near: the loop without a branch takes less time.
     """
     become_part_of_caller()
     count = 0

@@ -8,14 +8,14 @@ from cdcore.search.search_settings import EQUATIONS
 from replay.studies.paper import colony
 from replay.studies.paper.colony import NearPoses, detected, near_poses
 
-COARSE = 50
-"""Meshes of a hundred faces, which are made in a tenth of a second."""
+SIZES = [50, pytest.param(colony.TARGET, marks=pytest.mark.slow)]
+"""Faces that meet, for which meshes are made: coarse ones in a tenth of a second, and those of the study."""
 
 
-@pytest.fixture(scope="module")
-def poses():
+@pytest.fixture(scope="module", params=SIZES)
+def poses(request):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(colony, "TARGET", COARSE)
+        patch.setattr(colony, "TARGET", request.param)
         yield near_poses("torus-sphere", 40)
 
 
@@ -26,8 +26,9 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     assert len(poses.colliding) + len(poses.free) == 40 and len(poses.free) > 2
 
 
-def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
-    for name, value in (("TARGET", COARSE), ("DEEPER", 0.0), ("FARTHER", 0.0)):
+@pytest.mark.parametrize("size", SIZES)
+def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
+    for name, value in (("TARGET", size), ("DEEPER", 0.0), ("FARTHER", 0.0)):
         monkeypatch.setattr(colony, name, value)
     assert len(near_poses("torus-sphere", 20).free) == 0
     # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
