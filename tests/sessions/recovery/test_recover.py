@@ -15,6 +15,7 @@ from sessions import Event, read_session, write_session
 from sessions.doctor.examine import examine
 from sessions.errors import SessionFileError
 from sessions.mcap_format import container
+from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.metadata import bodies_record
 from sessions.recovery.recover import RECOVERED, recover
 
@@ -52,6 +53,9 @@ def record(opcode, change=lambda data, start, end: flipped(data, start, end, 4, 
 DAMAGE = {
     "none": lambda data: data,
     "a chunk": lambda data: flipped(data, chunks(data)[4][1] - 40, chunks(data)[4][1], 5, 0),
+    "a chunk that declares too much": record(
+        Opcode.CHUNK, lambda data, start, end: data[: start + 22] + b"\1" + data[start + 23 :]
+    ),
     "a mesh": record(Opcode.ATTACHMENT, skipped=80),
     "a header of noise": record(Opcode.HEADER, lambda data, a, b: data[:a] + b"\xff" * (b - a) + data[b:]),
     **{f"a {Opcode(kind).name.lower()}": record(kind) for kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA)},
@@ -82,6 +86,7 @@ def test_what_the_doctor_says_of_a_damaged_file_and_what_is_saved_of_it(whole, t
             assert_same_frames(session.frames, truth.take(np.isin(truth.stamp_ns, session.frames.stamp_ns)))
         assert result.frames == len(session.frames) and result.whole == (not result.lost)
         assert session.facts[RECOVERED] == "; ".join(result.sentences()[: 1 + len(result.lost)])
+        assert len(McapFile(out).catalogue.ids("/tf")) == 1
         assert not {one.code for one in examine(out)} & {"torn", "damaged-chunk", "unreadable"}
         said += [*result.sentences(), f"of {', '.join(session.names)}: {', '.join(session.meshes)}; {session.events}"]
     # How many bytes a chunk takes is a matter of the library that packs it.
@@ -141,13 +146,14 @@ def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
     assert result.frames == 199 and not result.whole
 
 
-def test_a_mesh_without_a_checksum_is_kept_where_it_is_what_its_hash_says(whole, tmp_path):
+def test_a_mesh_without_a_checksum_is_kept_where_it_is_a_mesh_and_what_its_hash_says(whole, tmp_path):
     data = bytearray(whole.read_bytes())
     end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
     data[end - 4 : end] = bytes(4)
     assert recover(damaged(tmp_path, data), tmp_path / "out.mcap").whole
     data[end - 5] ^= 1
-    assert len(recover(damaged(tmp_path, data), tmp_path / "out.mcap", overwrite=True).lost) == 1
+    for changed in (data, data.replace(b"sha256/", b"sha512/").replace(b"glTF", b"none", 1)):
+        assert len(recover(damaged(tmp_path, changed), tmp_path / "out.mcap", overwrite=True).lost) == 1
 
 
 def test_the_damaged_file_is_not_overwritten(whole, tmp_path):
