@@ -174,7 +174,7 @@ def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
 
 def rows_at(buffer: NDArray[np.uint8], starts: NDArray[np.int64], length: int) -> NDArray[np.uint8]:
     """A copy (n, length) of the bytes that begin at each start."""
-    if not len(starts) or not length:
+    if not len(starts):
         return np.zeros((len(starts), length), dtype=np.uint8)
     window = as_strided(buffer, (len(buffer) - length + 1, length), (1, 1), writeable=False)
     return window[starts]

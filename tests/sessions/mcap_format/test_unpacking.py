@@ -2,6 +2,7 @@ import io
 import zlib
 
 import lz4.frame
+import numpy as np
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -12,7 +13,7 @@ from support.mcap_samples import packed
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
 from sessions.mcap_format.container import MESSAGE_HEADER, Place
-from sessions.mcap_format.unpacking import read_region
+from sessions.mcap_format.unpacking import read_region, rows_at, together
 
 DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
 PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
@@ -35,6 +36,16 @@ def test_messages_are_listed_with_their_stamps_and_payloads(compression):
     assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
     assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
     assert table.of_channels({2, 9}).tolist() == [1]
+    assert unpacked(b"", "", 0, 0).channel.tolist() == []
+
+
+def test_small_tables_are_joined_and_no_row_is_read_beyond_the_end(monkeypatch):
+    monkeypatch.setattr("sessions.mcap_format.unpacking.JOINED_BYTES", 2 * len(DATA))
+    tables = [*together([unpacked(DATA, "")] * 5)]
+    assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
+    assert tables[0].payload(2) == b"hello"
+    with pytest.raises(IndexError):
+        rows_at(np.zeros(5, np.uint8), np.array([4]), 2)
 
 
 @pytest.mark.parametrize("compression", PACK)
