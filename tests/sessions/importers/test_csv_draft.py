@@ -60,19 +60,23 @@ def test_a_draft_is_never_written_over_and_what_is_unknown_is_a_comment(tmp_path
         ("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)"),
         ("t,speed,load", "{},1,2", "which columns are a pose"),
         ("t,x,y,z,qx,qy,qz,qw", "1{}000000000,1,2,3,0,0,0,1", "the unit of time"),
+        ("1,2,3,4,5", "{},2,3,4,5", "column_5"),
     ],
 )
 def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row, words):
     (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")
-    assert any(words in one for one in refusal.value.unknown), refusal.value.unknown
+    assert any(words in one for one in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
 
 
 def test_a_whole_draft_says_also_what_is_left_out_and_what_lies_before_0(tmp_path, snapshot):
-    columns = "t_ms cup.x cup.y cup.z cup.qx cup.qy cup.qz cup.qw gaze.x gaze.y gaze.z hand.qx hand.qy hand.qz hand.qw"
-    rows = (f"{20 * k - 40},{k},2,-3,0,0,0,1,{k},9,9,0,0,0,1" for k in range(6))
-    (tmp_path / "log.csv").write_text("\n".join([columns.replace(" ", ","), *rows]))
+    columns = (
+        "t_us cup.x cup.y cup.z cup.qx cup.qy cup.qz cup.qw cup.vel.x cup.vel.y cup.vel.z valid "
+        "gaze.x gaze.y gaze.z hand.qx hand.qy hand.qz hand.qw"
+    )
+    rows = (f"{20 * k - 40};{k};2;-3;0;0;0;1;5;6;7;1;{k};9;9;0;0;0;1" for k in range(6))
+    (tmp_path / "log.csv").write_text("\n".join([*["a note"] * 160, columns.replace(" ", ";"), *rows]))
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", tmp_path / "log.csv")
     assert refusal.value.draft == snapshot
