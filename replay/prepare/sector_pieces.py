@@ -46,11 +46,11 @@ def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
     from scipy.spatial import cKDTree
 
     corners = mesh.referenced_vertices
-    centre, size = (corners.min(axis=0) + corners.max(axis=0)) / 2, float(np.ptp(corners, axis=0).max())
+    size = float(np.ptp(corners, axis=0).max())
     best: tuple[float, FloatArray, FloatArray] | None = None
     for way in np.eye(3):
         across = np.flatnonzero(way == 0)
-        point = np.where(way == 0, _middle_of_rings(corners, way), centre)
+        point = _middle_of_rings(corners, way)
         flat = (corners - point)[:, across]
         places = np.column_stack([np.hypot(*flat.T), corners @ way])
         part_of_circle = (np.arctan2(flat[:, 1], flat[:, 0]) // (2 * np.pi / AROUND)).astype(np.int64) % AROUND
