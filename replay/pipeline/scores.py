@@ -120,7 +120,7 @@ def pair_figures(result: RunResult) -> list[dict[str, Any]]:
             if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
                 own = became.of_pair(pair)
                 told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
-                if counts[Outcome.HELD.name] or "held_contacts" in row:
+                if counts[Outcome.HELD.name]:
                     told["held"] = _held(result, label, [pair])
                 row.setdefault("audit", {})[label] = told
     return rows

@@ -8,20 +8,22 @@ import pytest
 from cdcore.search.printed import iterations_as_printed, printed_15, printed_17
 from cdcore.search.search_settings import SearchSettings
 
-ANTS, ITERATIONS, FEATURES = 5, 3, 1000
+ITERATIONS, FEATURES = 3, 1000
 
 
+# The only ant follows itself, from which nothing is turned.
+@pytest.mark.parametrize(("ants", "turn"), [(5, 0.0), (1, 0.5)])
 @pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
-def test_a_first_amplitude_stays_and_by_mutation_it_becomes_the_second(mutation, then):
+def test_a_first_amplitude_stays_and_by_mutation_it_becomes_the_second(ants, turn, mutation, then):
     asked = []
-    settings = SearchSettings(ants=ANTS, turn=0.0, mutation=mutation)
+    settings = SearchSettings(ants=ants, turn=turn, mutation=mutation)
     stream = np.random.default_rng(3)
     for iteration in iterations_as_printed(
         lambda *places: asked.append(places) or 1.0, (FEATURES, FEATURES), settings, stream
     ):
         if iteration > ITERATIONS:
             break
-    amplitudes = (2 * np.reshape(asked, (ITERATIONS, ANTS, 2, 2)) + 1) / FEATURES - 1
+    amplitudes = (2 * np.reshape(asked, (ITERATIONS, ants, 2, 2)) + 1) / FEATURES - 1
     assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES)
     assert np.allclose(amplitudes[1:, :, then], amplitudes[:-1, :, 0])
 

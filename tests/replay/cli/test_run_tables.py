@@ -32,7 +32,8 @@ def test_a_fix_that_the_run_measured_has_the_figures_of_a_run_with_it():
 
 def test_a_fix_that_nobody_measured_says_so_and_its_command_runs():
     gap = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
-    (answer,) = compute(gap, detectors="box=collider[shape=box,skin_m=0.05]").answers
+    answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
+    assert "are worst" in answer.sentence
     assert not answer.fix.measured and "not measured" in answer.fix.words
     (spec,) = parse_detectors(answer.fix.command.split('"')[1])
     assert settings_of(spec.name, spec.settings).pieces == 16

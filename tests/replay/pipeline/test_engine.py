@@ -116,10 +116,14 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
         return digests, result.misses, result.episodes
 
     asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
+    freed = []
+    monkeypatch.setattr("replay.pipeline.engine.give_back_memory", lambda: freed.append(1))
     held = answers(compute(cubes(TWO_BUMPS), **asked))
+    assert not freed
+    monkeypatch.setattr("replay.pipeline.engine.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
-    assert answers(compute(cubes(TWO_BUMPS), **asked)) == held
+    assert answers(compute(cubes(TWO_BUMPS), **asked)) == held and freed
     monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
     poor = compute(cubes(TWO_BUMPS), **asked)
     assert poor.detections["hybrid"].face_sets is None

@@ -69,3 +69,10 @@ def test_sampling_every_frame_is_a_command_with_the_other_settings_where_no_offs
     (answer,) = answers(replace(run, phases={}), run.summary, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
+
+
+def test_a_contact_between_frames_is_shown_where_it_begins_and_mended_by_looking_there():
+    # 3 edges away at 10 ms, and as far beyond at 20 ms.
+    (answer,) = compute(jumping(), detectors="collider[shape=mesh]", oracle="continuous").answers
+    assert answer.fix.measured and "continuous" in answer.fix.words
+    assert answer.moment.seconds == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)

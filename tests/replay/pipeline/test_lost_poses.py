@@ -33,6 +33,7 @@ def test_a_touch_with_two_lost_stretches_is_one_contact_that_is_marked():
     assert [CUT in head for head in heads] == [True, False]
     audit = result.summary["audit"]["hybrid"]
     assert (audit["contacts"], audit["contacts_cut"]) == (2, 1)
+    assert [found["cut"] for found in result.summary["pairs"][0]["contacts"].values()] == [1, 1]
     assert (audit["episodes"]["matched"], audit["episodes"]["split"]) == (2, 0)
     assert headlines(result)[0].endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
     told = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows

@@ -13,7 +13,9 @@ def test_contacts_of_a_body_and_its_parent_are_no_episodes():
     result = compute(cubes(TWO_BUMPS, scene=scene), detectors="discrete", pairs=[("a", "b")])
     figures = result.summary["audit"]["discrete"]
     assert [figures["episodes"][key] for key in ("truth", "found", "missed", "invented")] == [0] * 4
-    assert figures["held"]["contacts"] == 2
+    (pair,) = result.summary["pairs"]
+    assert pair["audit"]["discrete"]["held"] == figures["held"] and figures["held"]["contacts"] == 2
+    assert [*pair["held_contacts"]] == ["exact"]
 
 
 def test_excused_contacts_are_no_part_of_a_share():
@@ -32,11 +34,11 @@ ONE = {
 
 
 def test_counts_add_up_and_shares_are_those_of_the_sums():
-    (figures,) = pool([{"x": ONE}, {"x": ONE}]).values()
+    (figures,) = pool([{"x": ONE}, {"x": ONE | {"word": "a"}}, {"x": {"word": "b"}}]).values()
     assert figures["missed"]["count"] == 2 and figures["missed"]["of"] == 20
     assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(2, 20)
     assert figures["pair_frames"] == {"BOTH": 18, "MISSED": 2}
-    assert figures["between_frames"] == "not examined"
+    assert (figures["between_frames"], figures["word"]) == ("not examined", "a; b")
     assert figures["episodes"] == {"truth": 6}
 
 

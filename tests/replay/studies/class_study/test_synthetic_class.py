@@ -22,7 +22,9 @@ def test_traits_and_touches_go_together_as_the_model_says():
     touches = [len(one.touches) for one in drawn]
     near = [one.near for one in drawn]
     assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * 0.82, abs=0.06)
-    assert np.corrcoef(ease, touches)[0, 1] < -0.4
+    assert np.corrcoef(scores(drawn, "imm"), motivation)[0, 1] == pytest.approx(0.3 * 0.82, abs=0.06)
+    assert np.std(motivation) == pytest.approx(np.std(ease), rel=0.03)
+    assert np.corrcoef(ease, touches)[0, 1] == pytest.approx(-0.6 * 0.9, abs=0.06)
     assert abs(np.corrcoef(near, motivation)[0, 1]) < 0.05
     assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
 
