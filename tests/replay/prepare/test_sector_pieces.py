@@ -37,6 +37,9 @@ def test_what_is_round_has_an_axis_also_with_a_spout_and_a_long_box_has_none():
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
         assert way[height] == 1.0 and np.allclose(np.delete(point, height), 7.0, atol=1e-3)
     assert round_axis(TriangleMesh(BEAKER.vertices * [1.0, 1.5, 1.0], BEAKER.faces)) is None
+    ball = icosphere(subdivisions=4)  # with a nose: round about every axis, and best about that of the nose
+    nose = ball.vertices + (ball.vertices > 0.9) * [0.0, 0.0, 0.1]
+    assert round_axis(TriangleMesh(nose, ball.faces))[1].tolist() == [0.0, 0.0, 1.0]
     turned = np.vstack([BEAKER.faces[:1, ::-1], BEAKER.faces[1:]])  # of such a mesh nobody knows the inside
     assert sector_pieces(box_mesh((0.1, 0.05, 0.2))) is None
     assert sector_pieces(TriangleMesh(BEAKER.vertices, turned)) is None
