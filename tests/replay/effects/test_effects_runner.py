@@ -116,3 +116,8 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
     part = compute(session, detectors=(), start=0.2, end=0.49)
     assert part.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
     assert compute(bare, detectors=()).effects == {}
+
+
+def test_a_point_of_a_body_stands_where_its_pose_puts_it():
+    place, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
+    assert place[3] == pytest.approx([3.1, 0.2, 0.3])

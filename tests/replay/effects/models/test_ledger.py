@@ -148,3 +148,35 @@ def test_a_slow_reaction_beside_another_goes_on_just_as_long_as_time_does(second
     book.advance(0, 1, seconds)
     left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
     assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
+    # Of too little acid each gets by its rate, and what is left falls by the sum of both.
+    scarce = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], speciation)
+    scarce.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 0.1 * amount for part, amount in parts.items()}})
+    scarce.advance(0, 1, seconds)
+    assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
+
+
+def plain(process=(), warmth=UNFOLLOWED):
+    """Salt water in a, a millilitre of water in b, nothing in c."""
+    book = Ledger("abc", ["Cl-"], process, speciation_of(CHEMISTRY, ["Cl-"], {}, ()), warmth=warmth)
+    book.fill("a", 10.0, {"Cl-": 1.0})
+    book.fill("b", 1.0, {})
+    book.begin(0.0)
+    return book
+
+
+def test_in_a_chain_a_vessel_gives_in_each_frame_what_it_held_before():
+    book, frames = plain(), np.arange(1, 4)
+    book.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
+    assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])
+
+
+def test_a_flow_has_a_row_a_frame_where_a_slow_reaction_has_nothing_to_do():
+    book, frames = plain([ZINC]), np.arange(1, 101)
+    book.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
+    assert len(book.history("b").times) == 101
+
+
+def test_what_is_poured_leaves_the_heat_of_the_glass_and_takes_its_own():
+    book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, reacting=False))
+    step(book, 1, 0.01, [("a", "c", 5.0)])
+    assert book.amounts[2, [book.column["Cl-"], book.column[HEAT]]] == pytest.approx([0.5, 209.0])
