@@ -100,12 +100,15 @@ position = ["x", "x", "x"]
         ("ns", "1709283600123456789", 1_709_283_600_123_456_789),
         ("ticks", "638448804001234567", 1_709_283_600_123_456_700),
         ('ms"\noffset = 600 #"', "-500", 100_000_000),
+        ('text"\noffset = 2 #"', "2024-03-01T09:00:01Z", 1_709_283_603_000_000_000),
     ],
 )
 def test_a_clock_keeps_its_last_digit(mapped, unit, cell, expected):
     turn = 'quaternion_xyzw = ["x", "x", "x", "w"]\n'
     session = mapped(LONG % unit + turn, "t,b,x,w", f"{cell},left,0,1")
     assert session.frames.stamp_ns.tolist() == [expected]
+    rated = (LONG % "s").replace('column = "t"\nunit = ', "rate_hz = 2\noffset = 3 #")
+    assert mapped(rated + turn, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [3 * 10**9, 35 * 10**8]
 
 
 def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(mapped):

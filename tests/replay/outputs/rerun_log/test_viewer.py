@@ -11,7 +11,7 @@ import pytest
 from support.headless import pixels, viewer_or_skip
 
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import MomentPlace, read_moments
 from replay.outputs.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
 
 
@@ -35,6 +35,13 @@ def test_a_recording_counts_as_open_when_all_of_it_has_arrived(tmp_path):
     client = Mock(get_state=Mock(side_effect=states))
     OpenViewer(Mock(), 0, client, io.BytesIO()).open(tmp_path / "run.rrd")
     assert client.get_state.call_count == len(states)
+
+
+def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
+    places = [MomentPlace("hull", "miss", 1, 5, False), MomentPlace("mesh", "miss", 1, 7, True)]
+    monkeypatch.setattr(module, "read_moments", lambda _: places)
+    monkeypatch.setattr(module, "start_viewer", Mock())
+    open_viewer(tmp_path).seek.assert_called_once_with(7)
 
 
 @pytest.fixture(scope="module")
