@@ -53,7 +53,8 @@ def sphere_verdicts(
             tests += 1
             square = 0.0
             for i in range(3):
-                square += (world[a, i] - world[b, i]) ** 2
+                way = world[a, i] - world[b, i]
+                square += way * way
             reach = radii[a] + radii[b] + UNDERFLOW_PAD
             # Asked this way round, a distance that overflowed to NaN is a candidate.
             apart = np.sqrt(square) > reach + PAD_ULPS * EPS * (size[a] + size[b])

@@ -4,10 +4,10 @@ numba looks only at the file in which a kernel stands. Kernels call each other a
 numba keeps machine code is named by a hash of all their sources.
 
 Three habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites,
-and makes a version of it for every literal number it is called with: without the first mark below, and with literal
-row numbers (written here as ``o + 1`` with a computed ``o``), the triangle test took 35 s instead of 6. And it takes an
-array apart into seven numbers: with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in
-two thirds of the time (2026-11).
+and makes a version of it for every literal number it is called with: without the first mark below, and with versions
+for numbers (which ``cdcore.kernels.parts`` spares), the triangle test took 35 s instead of 6. And it takes an array
+apart into seven numbers: with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in two
+thirds of the time (2026-11).
 """
 
 import gc
@@ -196,17 +196,3 @@ stay_one_function = _marked("noinline")
 
 become_part_of_caller = _marked("alwaysinline")
 """Called once in a kernel's body: the kernel is inlined wherever it is called."""
-
-
-def _runtime_int(_context: Any, number: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return context.cast(builder, arguments[0], signature.args[0], types.int64)
-
-    return types.int64(number), generate
-
-
-runtime_int: Callable[[Any], int] = machine_operation(_runtime_int)
-"""An integer of any width as a 64-bit one whose value the compiler does not know; kernels only.
-
-Called with a literal number, a kernel would be compiled once more for that number alone.
-"""

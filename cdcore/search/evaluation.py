@@ -6,7 +6,7 @@ these kernels: with the exact sums linked into them they took 13 s to compile in
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import doubles_at, doubles_of
 from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -56,9 +56,8 @@ def place_corners(rows: FloatArray, face: int, pose: FloatArray, pair: FloatArra
 def faces_meet(i: int, j: int, faces: Faces, state: State) -> int:
     """Whether face i of A meets face j of B at the reference vertices: 0, 1, or 2 where rounding leaves it open."""
     stay_one_function()
-    o = runtime_int(0)
-    place_corners(faces.rows_a, i, state.world_a, state.pair, o)
-    place_corners(faces.rows_b, j, state.world_b, state.pair, o + 9)
+    place_corners(faces.rows_a, i, state.world_a, state.pair, 0)
+    place_corners(faces.rows_b, j, state.world_b, state.pair, 9)
     return pair_intersects_filtered(doubles_of(state.pair))
 
 

@@ -35,9 +35,11 @@ def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
     """Farthest any point within ``size`` of the first body's origin can have moved between two relative poses."""
     turn = move = 0.0
     for k in range(9):
-        turn += (pose[k] - before[k]) ** 2
+        turned = pose[k] - before[k]
+        turn += turned * turned
     for k in range(9, 12):
-        move += (pose[k] - before[k]) ** 2
+        moved = pose[k] - before[k]
+        move += moved * moved
     return float(np.sqrt(turn) * size + np.sqrt(move))
 
 

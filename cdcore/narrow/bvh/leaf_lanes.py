@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import above, dot, least3, load8, minus, most3, moved, plus, store
 from cdcore.kernels.vectors import vector_at
@@ -15,9 +15,9 @@ from cdcore.narrow.bvh.tree_memory import Pair, Scratch, TreeMemory
 def faces_of_leaf(tree: TreeMemory, node: int) -> tuple[int, int]:
     """The first face of a leaf node, and the one after its last."""
     become_part_of_caller()
-    row = 2 * runtime_int(tree.links[2 * node + 1])
-    first = runtime_int(tree.leaves[row])
-    return first, first + runtime_int(tree.leaves[row + 1])
+    row = 2 * tree.links[2 * node + 1]
+    first = tree.leaves[row]
+    return first, first + tree.leaves[row + 1]
 
 
 @hot_kernel

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, fetch_early, words_of
 from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, plus, splat8, store, times
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
@@ -74,7 +74,7 @@ def have_room(scratch: Scratch) -> bool:
 def first_child(tree: TreeMemory, node: int) -> int:
     """The first child of a node; memory is asked early for its sibling too."""
     become_part_of_caller()
-    child = runtime_int(tree.links[2 * node])
+    child = tree.links[2 * node]
     fetch_early(tree.links, 2 * child)
     for k in range(16 * child, 16 * child + 32, 8):
         fetch_early(tree.boxes, k)
@@ -122,7 +122,7 @@ def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
 def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, asked: int, meet: int, scratch: Scratch) -> int:
     """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
     become_part_of_caller()
-    number_a, number_b = runtime_int(pair.tree_a.faces[face_a]), runtime_int(pair.tree_b.faces[face_b])
+    number_a, number_b = pair.tree_a.faces[face_a], pair.tree_b.faces[face_b]
     contact, lane, lanes = 0, 0, asked | meet
     while lanes != 0:
         if lanes & 1:
@@ -173,7 +173,7 @@ def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scra
         a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
         if mask == 0:
             continue
-        leaf_a, leaf_b = runtime_int(links_a[2 * a + 1]), runtime_int(links_b[2 * b + 1])
+        leaf_a, leaf_b = links_a[2 * a + 1], links_b[2 * b + 1]
         both = leaf_a >= 0 and leaf_b >= 0
         mask = lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, both, scratch)
         work[NODE_TESTS] += 1
@@ -258,7 +258,7 @@ def search_frames(pair: Pair, scratch: Scratch) -> bool:
             if following > f:
                 f = following
                 continue
-            lanes = frames_alike(pair, f, min(runtime_int(LANES), stop - f))
+            lanes = frames_alike(pair, f, min(LANES, stop - f))
             fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
             scratch.work[BLOCKS] += 1
             scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of, words_of
 from cdcore.kernels.simd import first3
 from cdcore.narrow.bvh.traverse import key_of, place_face
@@ -46,13 +46,13 @@ def answer_faces(
     for k in range(len(later)):
         frame = later[k] >> (pair.bits_a + pair.bits_b)
         face_a, face_b = (later[k] >> pair.bits_b) & ((1 << pair.bits_a) - 1), later[k] & ((1 << pair.bits_b) - 1)
-        keys[k] = key_of(pair, frame, runtime_int(pair.tree_a.faces[face_a]), runtime_int(pair.tree_b.faces[face_b]))
+        keys[k] = key_of(pair, frame, pair.tree_a.faces[face_a], pair.tree_b.faces[face_b])
         if answers[k] == UNASKED:
             answers[k] = 0
             if pair.hits[frame] == 0 or pair.every:
                 corners = doubles_of(points[k])
-                write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), corners, runtime_int(0))
-                write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), corners, runtime_int(9))
+                write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), corners, 0)
+                write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), corners, 9)
                 asked += 1
                 answers[k] = pair_intersects(corners, sums)
         if answers[k] == 1:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, runtime_int
+from cdcore.kernels.compiling import kernel
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.interval_search import Room, boxes_left, make_room
 from cdcore.narrow.pair_frames import Poses
@@ -37,4 +37,4 @@ def keep_reach(
         for entry in range(12):
             room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
         room.waiting[0, 0], room.waiting[0, 1] = 0, 0
-        apart[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, runtime_int(0)) == 0
+        apart[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0) == 0

@@ -151,6 +151,7 @@ def turned_between(before: FloatArray, after: FloatArray) -> float:
     """Bound of the norm of the difference of two rotations (first 9 of each): the Frobenius norm, rounded up."""
     total = 0.0
     for k in range(9):
-        total += (after[k] - before[k]) ** 2
+        change = after[k] - before[k]
+        total += change * change
     norm: float = np.sqrt(total) * (1.0 + 2.0**-40)
     return norm

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdcore.kernels.box_box import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
@@ -154,8 +154,8 @@ def search_rows(  # noqa: C901 - one loop with its stack
                         break
                     tests += 1
                     counts[row, 1] += 1
-                    place_face(tree_a.corners, face_a, turn_a[row], move_a[row], pair, runtime_int(0))
-                    place_face(tree_b.corners, face_b, turn_b[row], move_b[row], pair, runtime_int(9))
+                    place_face(tree_a.corners, face_a, turn_a[row], move_a[row], pair, 0)
+                    place_face(tree_b.corners, face_b, turn_b[row], move_b[row], pair, 9)
                     if kind == SOLID:
                         steps = steps_to_separate(pair, axis, pad[row], room)
                         if steps != MEETING:

@@ -3,7 +3,7 @@
 A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area is its edges.
 """
 
-from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
 
@@ -15,11 +15,11 @@ def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
     x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
-    first = runtime_int(2)
+    first = 2
     if x > y and x > z:
-        first = runtime_int(0)
+        first = 0
     elif y > z:
-        first = runtime_int(1)
+        first = 1
     for step in range(3):
         axis = (first + step) % 3
         if cross_sign(p, a, b, c, d, axis, w) != 0:
@@ -148,17 +148,15 @@ def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     stay_one_function()
     if boxes_apart(p):
         return False
-    o = runtime_int(0)
-    t = o + 3
-    first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
-    second_axis = projection_axis(p, t, t + 1, t, t + 2, w)
+    first_axis = projection_axis(p, 0, 1, 0, 2, w)
+    second_axis = projection_axis(p, 3, 4, 3, 5, w)
     if first_axis < 0 and second_axis < 0:
-        return edges_meet(p, o, t, w)
+        return edges_meet(p, 0, 3, w)
     if first_axis < 0:
-        return edges_meet_triangle(p, o, t, second_axis, w) == 1
+        return edges_meet_triangle(p, 0, 3, second_axis, w) == 1
     if second_axis < 0:
-        return edges_meet_triangle(p, t, o, first_axis, w) == 1
-    answer = edges_meet_triangle(p, o, t, second_axis, w)
+        return edges_meet_triangle(p, 3, 0, first_axis, w) == 1
+    answer = edges_meet_triangle(p, 0, 3, second_axis, w)
     if answer == 0:
-        answer = edges_meet_triangle(p, t, o, first_axis, w)
+        answer = edges_meet_triangle(p, 3, 0, first_axis, w)
     return answer == 1

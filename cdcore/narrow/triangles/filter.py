@@ -10,7 +10,7 @@ times its permanent, which is at most 6 |w| |e| |f| in largest components: 49 u 
 
 from typing import Final, NamedTuple
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import Lanes, above, corners4, first3, first4, following4, minus, size, triple
 from cdcore.narrow.triangles.exact_pairs import boxes_apart, pair_intersects_exact
@@ -116,7 +116,7 @@ def faces_meet_filtered(a: Corners, b: Corners) -> int:
     turns = u & v & w
     if (crossing(sides_a) & inside) | (crossing(sides_b) & (turns | (turns >> 3))):
         return 1
-    known = runtime_int(7)
+    known = 7
     for seen in (sides_a, sides_b, u, v, w):
         known &= seen | (seen >> 3)
     return 0 if known == 7 else UNDECIDED
@@ -128,9 +128,8 @@ def pair_intersects_filtered(p: Memory) -> int:
     stay_one_function()
     if boxes_apart(p):
         return 0
-    o = runtime_int(0)
-    first = Corners(corners4(p, o), corners4(p, o + 1), corners4(p, o + 2))
-    second = Corners(corners4(p, o + 9), corners4(p, o + 10), corners4(p, o + 11))
+    first = Corners(corners4(p, 0), corners4(p, 1), corners4(p, 2))
+    second = Corners(corners4(p, 9), corners4(p, 10), corners4(p, 11))
     return faces_meet_filtered(first, second)
 
 
@@ -139,6 +138,6 @@ def pair_intersects(p: Memory, digits: Memory) -> int:
     """0 no, 1 yes, by exact sums where the filter cannot tell; UNDECIDED where only integers can."""
     stay_one_function()
     answer = pair_intersects_filtered(p)
-    if answer == UNDECIDED and exponents_are_moderate(p, runtime_int(18)):
+    if answer == UNDECIDED and exponents_are_moderate(p, 18):
         answer = 1 if pair_intersects_exact(p, digits) else 0
     return answer

@@ -76,6 +76,28 @@ def test_a_part_is_compiled_once_for_two_callers_and_both_hold_its_code():
     assert defined(code_of(other), "shifted")
 
 
+def test_a_part_is_compiled_once_for_all_numbers_and_widths_and_a_member_of_a_tuple_compiles_nothing():
+    @hot_kernel
+    def tripled(x):
+        return 3 * x
+
+    @fresh
+    def asked(x, small):
+        pair = (x, tripled(3))
+        pair[0][0] += pair[-1] + tripled(4)
+        return pair[0], tripled(small[0])
+
+    given = np.zeros(1, dtype=np.int64)
+    with event.install_recorder("numba:compile") as heard:
+        kept, last = asked(given, np.full(1, 5, dtype=np.int32))
+    assert [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start] == [
+        asked.py_func,
+        tripled.py_func,
+    ]
+    del given
+    assert (kept.tolist(), last) == ([9 + 12], 15)
+
+
 def test_a_part_that_calls_itself_is_complete():
     @fresh
     def asked(n):

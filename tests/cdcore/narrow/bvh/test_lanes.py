@@ -6,7 +6,7 @@ from oracles.brute_force import meeting_faces
 from support.eight_frames import EightFrames
 from support.slow_trees import faces_below
 
-from cdcore.kernels.compiling import kernel, runtime_int
+from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
@@ -103,7 +103,7 @@ def test_a_pad_is_kept_however_large_and_nothing_is_certain_that_it_could_change
 
 @kernel
 def certain(placed, boxed, size, pad):
-    return certain_lanes(doubles_of(placed), doubles_of(boxed), runtime_int(0), size, pad, runtime_int(255))
+    return certain_lanes(doubles_of(placed), doubles_of(boxed), 0, size, pad, 255)
 
 
 @pytest.mark.parametrize("pad", [1e-15, 1e-3])
