@@ -103,13 +103,14 @@ def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeyp
         with monkeypatch.context() as patch:
             patch.setattr(compiling, "compiling_reported", reported)
             patch.setattr(trading, "perf_counter", lambda: float(next(clock)))
-            return tradeoff(bumped, detectors=LIST, time_limit=20.0)
+            return tradeoff(bumped, detectors=LIST, time_limit=20.0), next(clock)
 
-    done = limited(0.0)
+    done, ended = limited(0.0)
+    assert ended < 40  # once the time is up nothing is begun
     assert 1 <= len(done.rows) < len(LIST)
     assert {row["prepare_seconds"] for row in done.rows} == {1.0}  # from one tick of the clock to the next
     assert set(done.cut) == {*LIST} - {row["label"] for row in done.rows}
-    assert not limited(1800.0).cut
+    assert not limited(1800.0)[0].cut
 
 
 def test_a_pose_that_the_policy_drops_is_no_contact():
