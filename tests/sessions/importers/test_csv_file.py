@@ -77,7 +77,7 @@ def test_a_wide_table_with_decimal_commas_millimetres_angles_by_their_axes_and_a
     axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
     assert np.allclose(Rotation.from_quat(track.quaternions_xyzw[0]).as_matrix(), axes @ turn @ axes.T, atol=1e-12)
     np.testing.assert_array_equal(heart.values, [71.5, np.nan])
-    assert heart.unit == "1/min"
+    assert heart.unit == "1/min" and "lengths in mm" in session.facts["conversions"]
 
 
 LONG = """

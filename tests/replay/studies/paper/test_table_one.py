@@ -1,10 +1,12 @@
 """Table I: the printed values and the statistics beside them."""
 
 import re
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
+from replay.studies.paper.experiment import Size, run_paper
 from replay.studies.paper.printed import PAPER, PRINTED
 from replay.studies.paper.rows import ANSWER
 from replay.studies.paper.table_one import budget, spread, to_completion
@@ -54,3 +56,9 @@ def test_a_known_sample_has_the_known_mean_deviation_and_variance():
     number, mean, low, high, deviation, variance = spread(np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]))
     assert (number, mean) == (8, 5.0) and low < mean < high
     assert variance == pytest.approx(32 / 7) and deviation == pytest.approx((32 / 7) ** 0.5)
+
+
+def test_who_watches_sees_the_first_stage_and_can_end_there():
+    watching = Mock(stage=Mock(side_effect=InterruptedError))
+    with pytest.raises(InterruptedError):
+        run_paper(Size((), 0, 0), progress=watching)
