@@ -5,6 +5,8 @@ itself compiles what it needs first: the traversal of ``exact``, and the volumes
 other loads.
 """
 
+import gc
+
 import numpy as np
 
 from cdcore.detectors import create_detector
@@ -42,4 +44,5 @@ def compile_kernels() -> None:
 
 
 if __name__ == "__main__":
+    gc.disable()  # a compiler makes few cycles: looking for them took an eighth of the time (2026-11)
     compile_kernels()
