@@ -29,7 +29,7 @@ class Speaker(Protocol):
 def compile_beside() -> None:
     """Start, once, a process that compiles the kernels of the search and of ``exact``, those needed last first.
 
-    On 2 cores the first demo on a machine takes 15 s instead of 24 s of work (2026-11-23). Frames timed meanwhile are
+    On 2 cores the first demo on a machine takes 13 s instead of 22 s of work (2026-11). Frames timed meanwhile are
     slower: those of the search took 0.07 ms instead of 0.03 in the mean, the others the same.
     The process is ended with this one; killed at any moment, it leaves whole files only.
     """
