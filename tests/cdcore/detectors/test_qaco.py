@@ -76,6 +76,15 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
     assert Verdict.CONTAINED in hybrid.verdict or (hybrid.verdict == Verdict.CONTACT).any()
 
 
+def test_it_explains_of_a_frame_whether_the_volumes_met_in_it():
+    bodies, motion = lab(150)
+    detector = create_detector("hybrid-qaco", bodies, decide="mesh")
+    contact = found("hybrid").verdict != Verdict.CLEAR
+    pair = int(contact.any(axis=0).argmax())
+    frame = int(contact[1:, pair].argmax()) + 1
+    assert detector.explain(motion, frame, pair, np.zeros((0, 2), dtype=np.int64)).spheres_meet is True
+
+
 def test_contacts_the_search_has_found_need_no_mesh_query_unless_faces_are_asked():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")

@@ -23,6 +23,7 @@ def reported(*reports, facts=None):
 def column(session, **settings):
     found = compute(session, detectors=[("recorded", settings)], oracle="exact")
     (label,) = found.comparisons
+    assert 0.0 < found.detections[label].seconds["lookup"] < 5.0
     return found, found.detections[label].verdict[:, 0].tolist()
 
 

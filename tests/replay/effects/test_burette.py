@@ -16,6 +16,8 @@ def test_a_full_turn_runs_at_torricellis_rate_and_stops_when_closed():
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
     # Linear between frames: the turn to and from open adds half a frame on each side.
     assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
+    (higher,) = run_in(OPEN, settings={"tip": [0.0, 0.1, 0.0]})["burette"].events
+    assert higher.values["volume_ml"] == pytest.approx(rate * np.sqrt(0.55 / 0.65) * 2.0, rel=0.02)
     assert event.bodies == ("burette", "flask") and run.frames_run == 201
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
     assert left.values + gone.values == pytest.approx(np.full(len(left.times), 50.0), rel=1e-12)

@@ -20,6 +20,10 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
         assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
 
 
+def test_an_axis_of_values_far_apart_has_powers_of_ten_and_ends_at_the_one_that_is_reached():
+    assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
+
+
 def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
     plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)

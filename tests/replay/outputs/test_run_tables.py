@@ -13,6 +13,7 @@ from replay.outputs.run_tables import (
     cost_table,
     miss_table,
 )
+from replay.outputs.words import span_words
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures
 
@@ -31,6 +32,11 @@ def run():
 
 def column(made, name):
     return [row[0] for row in made.only(name).cells()]
+
+
+def test_a_span_is_written_where_both_of_its_ends_are_known():
+    assert [span_words(1, end) for end in (2.5, 1, None)] == ["1.000 to 2.500", "1.000", ""]
+    assert span_words(None, 1) == ""
 
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])

@@ -60,6 +60,7 @@ def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamp
     seen = scan(session)
     assert np.concatenate(kept).tolist() == expected == seen.stamp_ns.tolist()
     assert (seen.repeated, seen.backwards) == (repeated, backwards)
+    assert seen.duration == (max(stamps) - stamps[0]) / 1e9
     counts = ((repeated, "repeats the one before"), (backwards, "lies before one already read"))
     assert seen.notes() == tuple(
         f"{count} frame{'s' * (count > 1)} left out: the stamp {what}" for count, what in counts if count
