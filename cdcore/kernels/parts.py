@@ -79,8 +79,8 @@ class PartLibrary(JITCodeLibrary):
 class KnownFunctions:
     """numba's rules of typing, which answer what a function of numba gives for some operands' types from memory.
 
-    Kernels that are called are typed for integers, not for the literal ones they are called with: a version for each
-    number, and a function that numba compiles for each member taken out of a tuple, cost a sixth of the time (2026-11).
+    Versions of a part for each number it is called with, and a function for each member taken out of a tuple, would
+    take a sixth of the time to compile: parts are typed for all numbers, and a member has the type it has (2026-11).
 
     numba asks each of some six rules, once for the literal and once for the plain type, at every operator, ``abs`` and
     ``load8`` there is: a tenth of the time to compile for the operators, and as much for the others (2026-11).
@@ -100,7 +100,7 @@ class KnownFunctions:
             return arguments[0].types[arguments[1].literal_value](*arguments)
         if keywords or not isinstance(kind, types.Function):
             if isinstance(kind, types.Dispatcher):
-                arguments = tuple(map(_kind_of_all, arguments))
+                arguments = tuple(map(_for_all_numbers, arguments))
             return self._rules.resolve_function_type(function, arguments, keywords)
         return _signature_of(self._rules, kind, arguments)
 
@@ -110,7 +110,8 @@ def _signature_of(rules: Any, function: Any, arguments: Any) -> Any:
     return rules.resolve_function_type(function, arguments, {})
 
 
-def _kind_of_all(argument: Any) -> Any:
+def _for_all_numbers(argument: Any) -> Any:
+    # Else each literal number, and each width of an integer, would have its own version of what is called.
     return types.int64 if argument == types.int32 else getattr(argument, "literal_type", argument)
 
 

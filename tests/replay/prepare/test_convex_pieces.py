@@ -92,8 +92,8 @@ def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
     monkeypatch.setitem(sys.modules, "coacd", None)
     (hull,) = convex_pieces(BEAKER, 1)
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
-    ball = TriangleMesh(*(lambda mesh: (mesh.vertices, mesh.faces))(icosphere(subdivisions=3)))
-    (few,) = convex_pieces(ball, 1)
+    ball = icosphere(subdivisions=3)
+    (few,) = convex_pieces(TriangleMesh(ball.vertices, ball.faces), 1)
     assert len(few.faces) <= 255 and np.array_equal(np.ptp(few.vertices, axis=0), np.ptp(ball.vertices, axis=0))
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert convex_pieces(flat, 16) == (flat,) and union_of((flat,)) is flat
