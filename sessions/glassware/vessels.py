@@ -54,12 +54,13 @@ def _tip_down(row: dict[str, Any], name: str, turned: Turned, capacity: float) -
     over = np.diag([1.0, -1.0, 1.0, 1.0])
     over[1, 3] = height
     (radius, full), brim = turned.inner[-1].tolist(), turned.brimful()
+    tip = height - full
     cavity = Cavity(
         capacity_m3=capacity,
-        floor_height=height - full,
+        floor_height=tip,
         mark_height=height - level_holding(turned.inner, brim.volume - capacity),
         to_brim=brim.transformed(over),
-        opening=Opening(centre=(0.0, height - full, 0.0), normal=(0.0, -1.0, 0.0), radius=radius, lip=(0.0, 0.0, 0.0)),
+        opening=Opening(centre=(0.0, tip, 0.0), normal=(0.0, -1.0, 0.0), radius=radius, lip=(0.0, 0.0, 0.0)),
     )
     return weighed(name, turned.mesh.transformed(over), row["tags"], cavity=cavity)
 

@@ -13,6 +13,7 @@ from sessions.glassware.catalogue import make_instrument
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.csv_mapping import read_mapping
+from sessions.mcap_format.metadata import names_of
 from sessions.mcap_format.reader import read_session
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.meshes.mesh_files import load_mesh
@@ -45,6 +46,7 @@ READERS = {
     "obj": ("take.obj", load_mesh),
     "stl": ("take.stl", load_mesh),
     "fbx": ("take.fbx", load_mesh),
+    "names": ("take.mcap", lambda path: names_of({"names": path.read_text()}, path)),
 }
 """Reader -> name of its file, and the function that reads it."""
 DIGITS = {"reader": "scene", "old": "mass = 0.1", "words": "a number.* thousands of digits"}

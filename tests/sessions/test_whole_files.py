@@ -79,6 +79,25 @@ def test_a_file_is_held_until_it_has_its_name(tmp_path):
     assert (tmp_path / "out").read_bytes() == b"all of it"
 
 
+class Swept(type(Path())):
+    """A place whose first file another writer removes before it is held."""
+
+    removed = False
+
+    def open(self, *how):
+        stream = super().open(*how)
+        if not Swept.removed:
+            Swept.removed = True
+            self.unlink()
+        return stream
+
+
+def test_what_is_swept_away_before_it_is_held_is_made_again(tmp_path):
+    with whole_file(Swept(tmp_path / "out"), RefusalError) as stream:
+        stream.write(b"all of it")
+    assert (tmp_path / "out").read_bytes() == b"all of it"
+
+
 def test_no_link_is_followed(tmp_path):
     (tmp_path / "precious").write_text("thesis")
     for name in ("out.writing", ".out.partial", ".out.12345678.partial", "out"):

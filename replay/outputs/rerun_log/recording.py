@@ -69,7 +69,7 @@ def _places_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[
     motion, places = result.assembly.motion, []
     small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}
     for _, event in happened(result.effects):
-        frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
+        frame = int(np.searchsorted(motion.times[:-1], event.time))
         places += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
     return places
 

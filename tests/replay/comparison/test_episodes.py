@@ -7,6 +7,7 @@ from hypothesis.extra import numpy as hnp
 from support.small_worlds import verdict_column, verdicts
 
 from replay.comparison.episodes import column_runs, episodes
+from replay.prepare.frame_times import frame_ends
 
 tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
 
@@ -50,3 +51,7 @@ def test_a_jump_between_known_poses_joins_no_contacts():
     assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 0, 0), (2, 2, 0)]
     known[1, 0] = False
     assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
+
+
+def test_a_frame_lasts_until_the_next_and_before_a_gap_as_long_as_the_middle_one():
+    assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]

@@ -16,6 +16,7 @@ from support.mcap_samples import (
 from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
+from sessions.mcap_format.metadata import FORMAT, MESH_HASH, session_record
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.writer import write_session
 from sessions.meshes.glb import mesh_to_glb
@@ -116,3 +117,7 @@ def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path
         found = read_session(tmp_path / "s.mcap").scene
         assert replace(found, text="") == replace(one, text="")
         assert (found.text == scene.text) == (one is scene)
+
+
+def test_what_an_earlier_file_said_of_itself_and_its_meshes_is_said_anew():
+    assert session_record({FORMAT: "older", f"{MESH_HASH}a": "0"}, {}) == session_record({}, {})

@@ -7,7 +7,8 @@ from sessions.errors import SceneError
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.scene_files.scene_meshes import scene_meshes
+from sessions.model.session import Session
+from sessions.scene_files.scene_meshes import scene_meshes, with_meshes
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 
 BENCH = """
@@ -138,3 +139,10 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)
     assert 300 < len(meshes["shape"].faces) < 700
     assert 400 < len(meshes["glass"].faces) < 900
+
+
+def test_a_body_that_has_its_mesh_needs_no_word_on_it_and_the_text_of_other_scenes_stays():
+    scene = parse_scene('[[body]]\nid = "a"\nshape = "box"\nsize = [1, 1, 1]')
+    still = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
+    known = with_meshes(still, {"a": TRIANGLE}, []).scene
+    assert (known.bodies[0].shape, known.text) == ("", "") and with_meshes(still, {}, []).scene is scene

@@ -27,3 +27,5 @@ def test_over_water_a_gas_takes_more_room_up_to_the_boiling_point():
     assert wet / gas_ml_per_mol(20.0, 101325.0) == pytest.approx(1.0236, abs=2e-4)
     with pytest.raises(ValueError, match="no gas is collected"):
         gas_ml_per_mol(100.1, 101325.0, WATER)
+    with pytest.raises(ValueError, match="has no value"):
+        gas_ml_per_mol(-234.0, 101325.0, WATER)
