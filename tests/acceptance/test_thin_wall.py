@@ -11,7 +11,6 @@ from support.shapes import box_mesh
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
-from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.studies.stress.scenes import crossing
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
@@ -56,27 +55,3 @@ def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, turns):
     beside = Motion(motion.times, motion.translations, turn, linked=motion.linked)
     verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
     assert (verdict[:, 1:] == Verdict.CLEAR).all()
-
-
-@pytest.mark.slow
-def test_of_intervals_that_survive_the_spheres_fewer_than_one_in_a_hundred_stay_open():
-    rng = np.random.default_rng(2026)
-    bodies = [CUBE, PLATE, Body("brick", box_mesh((0.03, 0.02, 0.05))), Body("bar", box_mesh((0.2, 0.004, 0.004)))]
-    frames = 6000
-    time = np.arange(frames) / 90
-    place, turn = np.zeros((frames, 4, 3)), np.empty((frames, 4, 3, 3))
-    for body in range(4):
-        rate, phase = rng.uniform(0.2, 3, (3, 3)), rng.uniform(0, 6.28, (3, 3))
-        place[:, body] = 0.02 * np.sin(time[:, None, None] * 6.28 * rate + phase).sum(axis=2)
-        place[:, body] += rng.normal(scale=1.4e-4, size=(frames, 3))
-        q = np.column_stack([np.sin(time[:, None] * rate[0] + phase[0]), 1 + 0 * time])
-        q /= np.linalg.norm(q, axis=1, keepdims=True)
-        turn[:, body] = rotation_from_quaternion(q)
-    detection = create_detector("continuous", bodies).detect(Motion(time, place, turn))
-    verdict = detection.verdict
-    assert detection.work["searched"] > 10_000
-    assert (verdict == Verdict.CONTACT).any()
-    open_ = int((verdict == Verdict.UNRESOLVED).sum())
-    assert open_ == detection.work["unresolved"] <= 0.01 * detection.work["searched"]
-    assert all(verdict[place] == Verdict.UNRESOLVED for place in detection.reasons)
-    assert len(detection.reasons) == open_

@@ -8,6 +8,7 @@ from importlib.metadata import version
 import pytest
 from support.spawned import spawned_by
 
+from replay.base import workers
 from replay.base.workers import Workers, do_all
 from replay.errors import WorkerError
 
@@ -45,26 +46,47 @@ def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
         do_all(str, {"a": ()}, 2)
 
 
-@pytest.mark.slow
-@needs_sigkill
-def test_on_a_cluster_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(tmp_path, by_value):
-    kinds = {"a": "go", "b": "die", "c": "fail", "d": "die once", "e": "go"}
-    told, dead, tasks = [], [], {name: (str(tmp_path / name), what) for name, what in kinds.items()}
-    failed = do_all(note, tasks, 2, lambda *one: told.append(one[0]), on_died=lambda *one: dead.append(one))
-    assert sorted(name for name, _ in dead) == ["b", "b", "b", "d"]
-    assert all(place.startswith("tcp://127.0.0.1:") for _, place in dead)
-    assert [place for name, place in dead if name == "b"] == failed["b"].partition("(workers ")[2].rstrip(")").split(
-        ", "
-    )
-    assert failed.keys() == {"b", "c"} and failed["c"] == "it was not to be" and "ended 3 times" in failed["b"]
-    assert sorted(told) == [*"abcde"]
-    assert {path.name: len(path.read_text()) for path in tmp_path.iterdir()} == {
-        **dict.fromkeys("ace", 1),
-        "b": 3,
-        "d": 2,
-    }
-    with pytest.raises(TimeoutError, match="it took its time"):
-        do_all(note, {"a": (str(tmp_path / "f"), "raise")}, 2)
+class Places:
+    """Two workers: a task that says so dies with its worker, always or at first; ``working`` says who did which."""
+
+    def __init__(self, *_):
+        self.working = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def places(self):
+        return ["x", "y"]
+
+    def submit(self, place, work, arguments):
+        self.working.append(arguments)
+        return len(self.working) - 1, place, work(*arguments)
+
+    def finished(self, working):
+        for task in working:
+            number, place, (name, what) = task
+            assert place == working[task]
+            first = self.working.index((name, what)) == number
+            dies = {"die": True, "die once": first}.get(what, False)
+            yield task, workers.LOST if dies else what.removeprefix("die once")
+
+
+def test_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(monkeypatch):
+    monkeypatch.setattr(workers, "Workers", Places)
+    told, dead = [], []
+    tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
+    failed = do_all(
+        lambda *one: one, {name: (name, what) for name, what in tasks.items()}, 2, lambda *one: told.append(one),
+        on_died=lambda name, _: dead.append(name),
+    )  # fmt: skip
+    assert failed.keys() == {"b", "c"} and "ended 3 times" in failed["b"] and failed["b"].count(", ") == 3
+    assert sorted(dead) == ["b", "b", "b", "d"] and dead[-1] == "b"
+    assert sorted(told) == [
+        ("a", workers.DONE), ("b", failed["b"]), ("c", failed["c"]), ("d", workers.DONE), ("e", workers.KEPT),
+    ]  # fmt: skip
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from sessions.synthetic.scenes import make_scene_session
 
 def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "replay-demo").mkdir()
     assert main(["demo", "--scene", "fast-ball", "--format", "json"]) == 0
     printed, said = capsys.readouterr()
     report = json.loads(printed)
@@ -27,6 +28,12 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     assert set(report["audit"]["mesh50"]["phases"]) == {"contacts_missed", "contacts_in_part", "missed", "invented"}
     assert folder.picture.is_file()
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
+
+
+def test_a_class_goes_where_it_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("mine").touch()
+    assert main(["demo", "--class", "5", "-o", "mine"]) == 1 and "mine" in capsys.readouterr().err
 
 
 @pytest.mark.slow

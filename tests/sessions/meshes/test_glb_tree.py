@@ -95,8 +95,8 @@ def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_is_not_deformed()
 
 
 def test_short_positions_are_what_they_stand_for():
-    short = np.array([[0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
-    accessor = {"bufferView": 0, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
+    short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
+    accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
     data = glb({**one_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 

@@ -72,44 +72,13 @@ def test_answers_that_are_all_equal_are_refused():
     assert not found and refused.rule == "no-variance" and "between first and second" in refused.what
 
 
-STUDENTS = 52
-KINDS = {
-    "normal": (lambda random: random.normal(size=STUDENTS), 1.0),
-    "lognormal": (lambda random: random.lognormal(size=STUDENTS), float(np.sqrt((np.e - 1) * np.e))),
-}
-"""Answers, and their standard deviation."""
-
-
-def covered(kind, second, effect, count):
-    """Whether the intervals of classes hold the truth; ``second`` of 52 students answer higher by ``effect``."""
-    draw, spread = KINDS[kind]
-    group = np.arange(STUDENTS) >= STUDENTS - second
-    for number in range(count):
-        random = np.random.default_rng([number, second, round(10 * effect), len(kind)])
-        values = draw(random) + effect * spread * group
-        names = np.where(group, "second", "first")
-        (one,) = compare_groups(DataFrame({"y": values}), names, NAMES, int(random.integers(10**9)), [])
-        yield one.low <= effect * spread <= one.high
-
-
-@pytest.fixture
-def few_draws(monkeypatch):
-    """Thousands of classes in seconds: p is not asked here, and quantiles of fewer draws are as right on average."""
+def test_a_difference_of_unequal_groups_of_skewed_answers_is_covered(monkeypatch):
+    # p is not asked here, and quantiles of fewer draws are as right on average.
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)
     monkeypatch.setattr(groups, "DRAWS", 499)
-
-
-def test_a_difference_of_unequal_groups_of_skewed_answers_is_covered(few_draws):
-    assert np.mean([*covered("lognormal", 5, 0.0, 100)]) > 0.90
-
-
-@pytest.mark.slow
-def test_of_four_thousand_classes_intervals_hold_the_truth_in_93_to_97_of_100(few_draws):
-    held = {
-        (kind, second, effect): [*covered(kind, second, effect, 223)]
-        for kind in KINDS for second in (5, 10, 26) for effect in (0.0, 0.5, 0.8)
-    }  # fmt: skip
-    for side in (lambda key: key[0], lambda key: key[1] == 26, lambda key: key[2] > 0.0):
-        for part in {*map(side, held)}:
-            share = np.mean([inside for key in held if side(key) == part for inside in held[key]])
-            assert 0.93 <= share <= 0.97, part
+    names, held = np.repeat(NAMES, [47, 5]), []
+    for number in range(100):
+        values = np.random.default_rng([number, 5]).lognormal(size=52)
+        (one,) = compare_groups(DataFrame({"y": values}), names, NAMES, number, [])
+        held.append(one.low <= 0.0 <= one.high)
+    assert np.mean(held) > 0.90
