@@ -21,12 +21,13 @@ def demo():
     return assemble(session.between(first + 10 * 10**9, first + 14 * 10**9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("twin", "skin", "early", "late"),
     [
         ("rapier[prediction_m=0.02]", 0.01, 0.0, 3.0),
         ("bullet[margin_m=0.001]", 0.001, 4.0, 0.0),
-        pytest.param("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0, marks=pytest.mark.slow),
+        ("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0),
     ],
 )
 def test_an_engine_and_its_re_creation_differ_only_where_contact_begins(twin, skin, early, late, demo):

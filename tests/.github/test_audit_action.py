@@ -54,9 +54,8 @@ def recordings(tmp_path):
 
 
 @needs_bash
-@pytest.mark.parametrize(
-    ("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), pytest.param("hybrid", 0, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), ("hybrid", 0)])
 def test_a_regression_fails_the_build_with_its_sentence_and_a_sound_detector_passes(recordings, detectors, ends_with):
     code, shown, said = audited(recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs")
     assert (code, said) == (ends_with, f"exit-code={ends_with}\n")

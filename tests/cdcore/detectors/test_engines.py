@@ -161,6 +161,7 @@ def test_a_mesh_far_from_the_origin_of_its_body_keeps_its_digits(name):
     assert np.array_equal(in_contact(name, moved, there), in_contact(name, bodies, motion))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OURS)
 def test_an_engine_prints_nothing(name):
     code = (

@@ -14,6 +14,7 @@ TOLERANCE = 1e-6
 """Metres: ``ccd_tolerance`` of MuJoCo, and more than the spacing of float32 in a body of metres."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("margin", [0.0, 0.002])
 def test_beyond_its_tolerance_it_decides_as_exact_hulls_do_at_any_margin(margin):
     gaps = margin + np.array([-1e-3, -1e-5, -TOLERANCE, TOLERANCE, 1e-5, 1e-3])

@@ -1,6 +1,7 @@
 """A part has no machine code of its own, its callers have all of it, and marks about inlining are kept."""
 
 import numpy as np
+import pytest
 from numba import njit
 from numba.core import event
 
@@ -119,6 +120,7 @@ def test_a_part_has_no_machine_code_and_its_caller_has():
     assert whole.library.get_pointer_to_function(whole.fndesc.llvm_func_name) != 0
 
 
+@pytest.mark.slow
 def test_operators_give_the_bits_and_the_type_that_numba_gives():
     def asked(a, b):
         return a + b, a - b, a * b, a / b, a // b, a % b, a**2, 2 - a, a < b, a == b, a >= 3.0 * b

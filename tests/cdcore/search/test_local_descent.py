@@ -1,6 +1,7 @@
 """Local search goes down to ever closer pairs; resting pairs are searched again only when they move."""
 
 import numpy as np
+import pytest
 from support.search_scenes import I3, ball_of, search_of, torus_mesh
 from support.shapes import box_mesh, lab, random_rotations
 
@@ -35,6 +36,7 @@ def distances(search, firsts, seconds):
     return np.linalg.norm((a[firsts] @ turn.T + move)[:, None] - b[seconds][None], axis=2)
 
 
+@pytest.mark.slow
 def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neighbours_are_closer():
     search, starts = ways_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
@@ -125,6 +127,7 @@ def test_a_contact_is_confirmed_anew_in_every_frame_of_a_pair_at_rest():
     assert answer.work["looks"] == 200
 
 
+@pytest.mark.slow
 def test_resting_pairs_cost_less_lose_next_to_nothing_and_are_the_same_for_any_block():
     bodies, path = lab(300, seed=5, gaps=False)
     # each of a hundred frames seven times, so that every pair rests now and then

@@ -42,7 +42,8 @@ def test_iterations_as_printed_go_on_while_distances_stay_and_end_when_they_fall
     assert len(iterations(10.0 - 0.1 * k for k in count())) < 10
 
 
-@pytest.mark.parametrize("alpha", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [1.5, 1.0])
 def test_it_breaks_within_a_few_dozen_steps_for_each_of_fifty_seeds(alpha):
     ball = ball_of(600)
     broke = []

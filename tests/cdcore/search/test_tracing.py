@@ -32,6 +32,7 @@ def placed(motion, frame, body, points):
     return points @ motion.rotations[frame, body].T + motion.translations[frame, body]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_a_traced_look_counts_the_same_and_ends_as_the_run_did(settings):
     detector, motion, seen = watch(**settings)

@@ -35,6 +35,7 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
         replay.run(tmp_path / "missing.mcap")
 
 
+@pytest.mark.slow
 def test_the_recording_of_a_run_is_found_by_its_content(tmp_path):
     write_session(cubes({"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}), tmp_path / "s1.mcap")
     replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)

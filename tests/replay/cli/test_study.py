@@ -35,6 +35,7 @@ def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_p
     assert len(error) == 1 and "ids" in error[0] and "Ada" not in error[0]
 
 
+@pytest.mark.slow
 def test_page_says_first_whether_the_detector_matters_with_or_without_a_questionnaire(files, tmp_path, capsys):
     words = [*files[:3], "--out"]
     assert main([*words, str(tmp_path / "alone")]) == 0

@@ -93,6 +93,7 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
         assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
 def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say(contacts, least, most):
     random = np.random.default_rng(16)

@@ -60,6 +60,7 @@ def test_the_files_of_undeclared_effects_are_never_imported():
     assert "replay.effects.effect_plan" in proofs.modules_after(code)
 
 
+@pytest.mark.slow
 def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect():
     loaded = proofs.modules_after("from support.effect_proofs import NEAR, run_small\nrun_small(NEAR)")
     assert "replay.effects.hazard_proximity" in loaded

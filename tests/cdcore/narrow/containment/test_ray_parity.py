@@ -70,6 +70,7 @@ def test_a_ray_along_an_edge_is_uncertain():
     assert point_state(build_inside_grid(box_mesh().triangles), np.zeros(3), 1e-14) == UNCERTAIN
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("margin", [1e-12, 1e-6, 1e-2])
 def test_points_moved_by_the_margin_never_contradict_a_certain_crossing(margin):
     rng = np.random.default_rng(4)

@@ -22,6 +22,7 @@ def corners_of(before, after, other):
     return np.concatenate([before.ravel(), after.ravel(), other.ravel()])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_faces_said_to_stay_apart_meet_at_no_time(kind):
     rng = np.random.default_rng(5)

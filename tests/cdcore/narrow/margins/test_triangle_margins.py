@@ -47,6 +47,7 @@ def test_clearance_is_the_distance_of_the_nearest_features(row):
     assert one(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
 
 
+@pytest.mark.slow
 def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_not():
     """The overlap along an axis is how far one triangle must go along it to be free."""
     rng = np.random.default_rng(1)

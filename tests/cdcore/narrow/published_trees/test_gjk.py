@@ -1,6 +1,7 @@
 """Faces called apart are apart by more than the pad, and faces clearly apart are called so."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +20,7 @@ def gap_along(points, axis):
     return along[:3].min() - along[3:].max()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
 def test_an_axis_that_is_returned_keeps_the_faces_apart_by_more_than_the_pad(seed, scale, pad):

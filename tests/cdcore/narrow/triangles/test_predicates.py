@@ -69,6 +69,7 @@ def pair_intersects_exact(p, w):
     return triangle_exact.pair_intersects_exact(doubles_of(p), words_of(w))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("high", [2, 3, 4])
 def test_exact_decision_equals_integers_on_a_lattice(high):
     rng, w = np.random.default_rng(high), new_digits()

@@ -36,6 +36,7 @@ def rows(tables):
     return {name: table.to_pylist() for name, table in tables.items()}
 
 
+@pytest.mark.slow
 def test_few_files_hold_the_rows_of_all_run_folders_in_the_same_order(batch):
     files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
     assert len(files) == 3 * len(DATA_SET)

@@ -108,6 +108,7 @@ QUESTIONS = {
 """Question -> part of the page, heading to sort by, choices; columns that answer it; the recount."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_a_question_is_answered_by_clicks_as_a_recount_answers_it(question, page, db):
     (part, by, choose), columns, recount = QUESTIONS[question]
@@ -142,6 +143,7 @@ def test_the_sessions_with_most_misses_lead_to_their_worst_miss(made, db):
         assert address == f"miss={number}" + ("" if detector == "slow" else f"&by={detector}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else(made, tmp_path, scheme):
     with opened(made[1].as_uri(), tmp_path, (400, 800), scheme) as page:

@@ -72,6 +72,7 @@ def test_answers_that_are_all_equal_are_refused():
     assert not found and refused.rule == "no-variance" and "between first and second" in refused.what
 
 
+@pytest.mark.slow
 def test_a_difference_of_unequal_groups_of_skewed_answers_is_covered(monkeypatch):
     # p is not asked here, and quantiles of fewer draws are as right on average.
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)

@@ -36,6 +36,7 @@ def test_the_interval_of_a_mean_is_students_own():
     assert interval_of(np.mean, both, 0) == pytest.approx((-half, half), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("statistic", [np.mean, np.var])
 def test_without_the_widening_it_is_what_scipy_gives(statistic):
     """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""

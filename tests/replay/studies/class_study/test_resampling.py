@@ -17,6 +17,7 @@ def test_all_or_nothing_has_an_interval_too(share):
     assert (found.low, found.high) == wilson(12 * share, 12) and found.low < found.high
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_about_95_of_100_classes():
     """Students differ more than their contacts do: an interval over contacts alone would hold it in 60."""
     random, held, classes = np.random.default_rng(1), 0, 300

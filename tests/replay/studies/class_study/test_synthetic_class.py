@@ -33,6 +33,7 @@ def test_a_larger_class_has_the_smaller_one_in_it():
     assert draw_class(9, 3)[:4] == draw_class(4, 3) != draw_class(4, 4)
 
 
+@pytest.mark.slow
 def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path):
     out, done = tmp_path / "class", []
     assert make_class(out, students=3, seed=1) == {}

@@ -19,6 +19,7 @@ def poses(request):
         yield near_poses("torus-sphere", 40)
 
 
+@pytest.mark.slow
 def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
     detector = create_detector("obb", poses.bodies)
     assert (detector.detect(poses.colliding).verdict == Verdict.CONTACT).all()

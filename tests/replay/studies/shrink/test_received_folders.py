@@ -50,6 +50,7 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys)
     assert not (folder.parent / "sent_along.imported").exists() and "sent_along" not in sys.modules
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
 def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, monkeypatch):
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'

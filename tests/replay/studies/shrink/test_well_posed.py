@@ -5,6 +5,7 @@ import json
 import runpy
 
 import numpy as np
+import pytest
 from support.small_worlds import along_x, cube
 
 from cdcore import Motion, TriangleMesh, Verdict, create_detector
@@ -56,6 +57,7 @@ def test_faces_have_an_area_and_two_of_them_overlap_by_more_than_the_tolerance(t
     assert depth[meets].max() > 2e-6 and case["doubts"] == []
 
 
+@pytest.mark.slow
 def test_no_shift_by_the_tolerance_ends_a_contact_of_faces_in_common_planes(tmp_path):
     bodies, motion, case = shrunk(tmp_path, cube(), cube(), (0, 0, 0, 1))
     last = motion.take(np.array([len(motion) - 1]))
