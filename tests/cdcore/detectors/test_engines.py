@@ -85,6 +85,7 @@ def test_between_random_hulls_it_errs_by_no_more_than_its_row_says(name, setting
         assert not found[about > early].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
 @pytest.mark.parametrize("name", OURS)
 def test_what_was_asked_before_changes_no_answer(name, shape):

@@ -1,17 +1,14 @@
-import signal
 from shutil import rmtree
 
 import numpy as np
 import pytest
 from support.small_worlds import cubes
-from support.spawned import spawned_by
 
 from replay import read
-from replay.api.batch import batch_digest, run_batch, run_one
+from replay.api.batch import run_batch, run_one
 from replay.errors import OutputError
 from sessions import write_session
 
-needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 
 
@@ -102,45 +99,3 @@ def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files,
     other.write_bytes(files[0].read_bytes())
     with pytest.raises(OutputError, match="different names"):
         run_batch([*files, other], tmp_path / "runs", settings=SETTINGS)
-
-
-DEADLY = """
-import os, signal
-from cdcore.detectors.sphere import SphereDetector
-class Detector(SphereDetector):
-    def __init__(self, bodies, *asked):
-        if any(body.name == "deadly" for body in bodies):
-            os.kill(os.getpid(), signal.SIGKILL)
-        super().__init__(bodies, *asked)
-"""
-
-
-@pytest.mark.slow
-@needs_sigkill
-def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_its_own_is_named(
-    files, tmp_path, monkeypatch
-):
-    (tmp_path / "deadly.py").write_text(DEADLY)
-    monkeypatch.syspath_prepend(tmp_path)
-    settings = {**SETTINGS, "detectors": "deadly:Detector"}
-    alone = run_batch(files, tmp_path / "alone", settings=settings)
-    told, killed = [], []
-
-    def kill_once(*one):
-        told.append(one)
-        if not killed:
-            killed.extend(spawned_by())
-            for process in killed:
-                process.kill()
-
-    together = run_batch(files, tmp_path / "together", jobs=2, settings=settings, on_done=kill_once)
-    assert len(killed) == 2 and together.digest == alone.digest != ""
-    assert sorted(told) == [("s0", "done"), ("s1", "done"), ("s2", "done")]
-
-    deadly = tmp_path / "deadly.mcap"
-    write_session(cubes({"deadly": [0.0] * 7, "b": [3.0, 2.5, 2.0] * 2 + [2.0]}), deadly)
-    one_more = run_batch([*files, deadly], tmp_path / "together", jobs=2, settings=settings)
-    from_scratch = run_batch([*files, deadly], tmp_path / "more", jobs=2, settings=settings)
-    for batch in (one_more, from_scratch):
-        assert batch.done == ("s0", "s1", "s2") and list(batch.failed) == ["deadly"]
-        assert "ended 3 times" in batch.failed["deadly"] and batch_digest(batch.out, batch.done)[0] == alone.digest

@@ -88,6 +88,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
         assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(Cause)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("planted", ELSEWHERE)
 def test_the_table_is_diagonal_in_other_sessions_too(planted):
     session, detector, oracle, cause = ELSEWHERE[planted]

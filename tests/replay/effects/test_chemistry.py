@@ -13,8 +13,9 @@ from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, s
 from replay.effects.contents import WATER_MOLAR, contents_of
 from replay.effects.effect_summary import leading
 from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.effects.output import COLOURS
+from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
+from replay.outputs.rerun_log.effects import effect_plots
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -124,6 +125,7 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     (event,) = run.events
     assert event.name == "gas" and event.values == {"moles": extent.values[-1], "formula": "H2"}
     assert (event.time, event.end) == pytest.approx((0.03, 1.0))
+    assert effect_plots({"reaction": run})[-1][0] == QUANTITIES["mol"]
     assert leading({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.fitting import before, fitted, velocities
+from replay.effects.fitting import SETTLE_S, before, fitted, settled_runs, velocities
 
 UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011, 0.011, 0.009, 0.011, 0.014]))
 
@@ -27,3 +27,8 @@ def test_no_velocity_is_taken_across_a_gap_or_from_four_samples():
     runs = np.array([0] * 10 + [1] * 12 + [-1])
     samples = [before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
     assert samples == [[*range(1, 10)], [*range(10, 16)], [], []]
+
+
+def test_after_a_loss_a_stretch_drifts_at_first():
+    linked = np.array([False, True, True, False, True, True])
+    assert settled_runs(np.arange(6) * SETTLE_S, linked | True, linked).tolist() == [1, 1, 1, -1, 2, 2]

@@ -55,6 +55,7 @@ def grid_turn(rng):
     return turn if np.linalg.det(turn) > 0 else -turn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [0.0, 1 / 3, 1.7e9])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate"])
 def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind, start):

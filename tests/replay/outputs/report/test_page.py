@@ -21,6 +21,11 @@ def test_the_page_reads_as_it_did(state, snapshot):
     assert read_page(report_html(steady(state))) == snapshot
 
 
+def test_what_only_bounding_volumes_report_is_unconfirmed():
+    page = report_html(compute(cubes({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere"))
+    assert "1 unconfirmed contact" in page
+
+
 def test_what_a_hand_holds_is_no_contact_of_the_reference():
     rows = [{"detector": label, "held": held} for label in ("exact", "it") for held in (False, True)]
     run = SimpleNamespace(summary={"detectors": {"exact": {}, "it": {}}}, oracle="exact")

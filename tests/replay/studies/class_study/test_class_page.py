@@ -132,6 +132,7 @@ WHERE NOT held QUALIFY row_number() OVER (PARTITION BY run ORDER BY cut_length
 DESC) = 1 ORDER BY n DESC, run"""
 
 
+@pytest.mark.slow
 def test_the_sessions_with_most_misses_lead_to_their_worst_miss(made, db):
     runs = read_class(made[0])
     worst = {run: (number, detector) for run, number, detector, _ in db.sql(WORST).fetchall()}

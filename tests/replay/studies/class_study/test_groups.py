@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-import statsmodels.api as sm
 from pandas import DataFrame
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
@@ -43,6 +42,8 @@ def test_p_is_that_of_permuting_a_studentised_difference():
 
 def hc3(group, values):
     """Difference of two groups and its HC3 error, by statsmodels."""
+    import statsmodels.api as sm
+
     fit = sm.OLS(values, sm.add_constant(group.astype(float))).fit(cov_type="HC3", use_t=True)
     return fit.params[1], fit.bse[1]
 

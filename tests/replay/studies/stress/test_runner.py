@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support.stress_files import read_cases
+from support.watched import Watched
 
 from cdcore import Verdict
 from cdcore.errors import UnknownDetectorError
@@ -44,6 +45,12 @@ def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, co
     tally = family_tally("planted", family, 5, PAIRS, TRUTH, verdict, tau)
     assert (tally.missed, tally.invented, tally.within, tally.refused, tally.unconfirmed) == counts
     assert tally.failed == sum(counts[:4])
+
+
+def test_progress_counts_families_and_cases():
+    watched = Watched()
+    stress("exact", families=FAMILIES[:2], cases=[28], pairs=2, progress=watched)
+    assert watched.stages["stress"] == (3, 3)
 
 
 def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
