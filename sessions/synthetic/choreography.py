@@ -80,7 +80,7 @@ class Script:
     ) -> None:
         """Reach for a pose; without ``seconds`` in the time an unhurried person would take."""
         if seconds is None:
-            way = float(np.linalg.norm(np.asarray(position) - self.position)) + 2.0 * abs(arc)
+            way = float(np.linalg.norm(np.asarray(position) - self.position))
             seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
         turn = self.quaternion if quaternion is None else quaternion
         self._keys.append(Key(self.now + seconds, position, turn, ease, arc))

@@ -127,6 +127,8 @@ def test_scale_is_applied_in_float64(tmp_path):
     expected = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]]) * 0.01
     assert load_mesh(path, scale=0.01).vertices.tolist() == expected.tolist()
     assert load_mesh(str(path)).vertices[2].tolist() == [7, 8, 10]
+    with pytest.raises(MeshFileError, match="scale is inf"):
+        load_mesh(path, np.inf)
 
 
 def test_a_file_error_is_one_sentence_with_the_path(tmp_path):
@@ -137,7 +139,7 @@ def test_a_file_error_is_one_sentence_with_the_path(tmp_path):
         with pytest.raises(MeshFileError) as caught:
             load_mesh(tmp_path / name)
         assert str(tmp_path / name) in str(caught.value)
-        assert "\n" not in str(caught.value)
+        assert "\n" not in str(caught.value) and "Error" not in str(caught.value)
 
 
 def test_unions_and_differences_have_the_volume_of_the_solids():
