@@ -3,9 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from support.liquid_worlds import MIX, RADIUS, glass, run_in
+from support.liquid_worlds import COLUMN, MIX, RADIUS, TAP, glass, run_in, still, turned, world
 
 from replay.effects.models.outflow import volume_run_out
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
@@ -22,6 +24,16 @@ def test_a_full_turn_runs_at_torricellis_rate_and_stops_when_closed():
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
     assert left.values + gone.values == pytest.approx(np.full(len(left.times), 50.0), rel=1e-12)
     assert gone.values[0] == 0.0 and gone.values[-1] == pytest.approx(event.values["volume_ml"], rel=1e-9)
+
+
+def test_two_burettes_have_each_its_own_volume():
+    poses = {name: still(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
+    bodies = [glass(name, fill, cavity=COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
+    poses |= {"tap": turned(OPEN), "flask": still(len(OPEN))}
+    told = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
+    series = compute(world(poses, [*bodies, glass("flask"), SceneBody("tap")], *told)).effects["burette"].series
+    for name, fill in (("burette", 50.0), ("other", 5.0)):
+        assert series[f"{name}/delivered"].values + series[f"{name}/volume"].values == pytest.approx(fill)
 
 
 @pytest.mark.parametrize(("degrees", "share"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])

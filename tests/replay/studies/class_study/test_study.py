@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from replay.studies.class_study.folder import as_json, write_study
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Finding
-from replay.studies.class_study.tables import headlines, opening, study_tables
+from replay.studies.class_study.tables import WORDS, headlines, opening, study_tables
 
 NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
@@ -96,6 +97,13 @@ STATES = {
 def test_the_first_line_says_whether_a_conclusion_changes(state):
     make, answer = STATES[state]
     assert opening(make(), "40 students") == f"40 students. Does the detector change a conclusion? {answer}"
+
+
+def test_a_result_of_one_number_of_students_says_it_once_and_what_is_associated_is_marked():
+    finding = SimpleNamespace(students=40, p=0.5, conclusion="")
+    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
+    assert line == "No association was told from chance in 40 students"
+    assert WORDS["conclusion"]("associated").mark and not WORDS["conclusion"]("refused").mark
 
 
 def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
