@@ -85,7 +85,6 @@ def test_how_far_a_mesh_lies_outside_is_the_distance_by_hand():
     assert outside_by(small, [large]) == 0.0
 
 
-@pytest.mark.slow
 def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outside():
     ball = icosphere(subdivisions=4, radius=0.05)
     piece = TriangleMesh(ball.vertices, ball.faces)

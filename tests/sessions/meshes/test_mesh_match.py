@@ -35,9 +35,10 @@ def test_the_unit_is_the_one_that_makes_it_a_thing_for_hands_and_it_is_said(size
 def test_a_folder_is_matched_by_name_and_all_is_said(tmp_path):
     place(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
-    found, said = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand"])
+    found, said = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: one.file.name for name, one in found.items()} == {
         "beaker": "Beaker_250.obj", "LeftHand(Clone)": "LEFT_hand.obj", "Flask": "flask.obj", "hand": "LEFT_hand.obj",
+        "old spare": "spare.obj",
     }  # fmt: skip
     said_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 0.08 m"
     assert found["beaker"].words == said_of_it
