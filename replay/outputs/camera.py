@@ -94,7 +94,8 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
     ``aspect``: width of the view over its height.
     """
     if not len(points):
-        some = slice(None, None, len(assembly.motion) // 10_000 or 1)  # hours of poses need not be held to frame a bench
+        # Hours of poses need not be held to frame a bench.
+        some = slice(None, None, len(assembly.motion) // 10_000 or 1)
         points = assembly.motion.translations[some][assembly.motion.valid[some]]
     if not len(points):
         points = np.zeros((1, 3))
