@@ -102,7 +102,9 @@ def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_
     draft.arrays["position"][:, 1] = rng.normal([0.2, 1.0, 0.1], 1e-4, (900, 3))
     draft.arrays["position"][500:560, 1] = draft.arrays["position"][499, 1]
     draft.arrays["position"][300:330, 0] = [2.0, 2.0, 2.0]
-    assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329)} <= {*spans(draft)}
+    draft.arrays["position"][600:630, 0] = 0.0  # nowhere, and for all but two of the frames as if never turned
+    draft.arrays["quaternion_xyzw"][600:628, 0] = [0.0, 0.0, 0.0, 1.0]
+    assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329), ("frozen", 0, 600, 629)} <= {*spans(draft)}
 
 
 def test_a_jump_is_seen_in_a_recording_of_three_frames():
