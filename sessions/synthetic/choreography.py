@@ -78,7 +78,7 @@ class Script:
         arc: float = 0.0,
         ease: str = "minimum-jerk",
     ) -> None:
-        """Reach for a pose; without ``seconds`` in the time an unhurried person would take."""
+        """Reach for a pose; without ``seconds`` in the time an unhurried person would take straight there."""
         if seconds is None:
             way = float(np.linalg.norm(np.asarray(position) - self.position))
             seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)

@@ -69,6 +69,7 @@ def _places_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[
     motion, places = result.assembly.motion, []
     small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}
     for _, event in happened(result.effects):
+        # What ends after the last frame is seen in it.
         frame = int(np.searchsorted(motion.times[:-1], event.time))
         places += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
     return places
