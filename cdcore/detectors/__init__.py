@@ -76,15 +76,34 @@ def load_detector(name: str) -> type[Any]:
         near = get_close_matches(name, detector_names(), n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"
         raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
-    module, _, attribute = entry.partition(":")
+    if name in rows:
+        module, _, attribute = entry.partition(":")
+        return _checked(name, getattr(import_module(module), attribute))
     try:
-        found = getattr(import_module(module), attribute)
-    except Exception as error:  # another package's module may fail with anything
-        if name in rows:
-            raise
-        where = f"detector {name!r}" + f" ({entry})" * (entry != name)
-        raise UnknownDetectorError(f"{where} cannot be loaded: {error}; repair or remove its package") from error
-    return _checked(name, found)
+        return _checked(name, _load_class(*entry.split(":", maxsplit=1)))
+    except LookupError as error:
+        if name == entry:
+            raise UnknownDetectorError(str(error.args[0])) from error
+        text = f"detector {name!r} ({entry}) cannot be loaded: {error.args[0]}; repair or remove its package"
+        raise UnknownDetectorError(text) from error
+
+
+def _load_class(module_name: str, class_name: str) -> Any:
+    """A class of a module from outside; LookupError says what of it is missing, or why the module fails."""
+    try:
+        module = import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{module_name}.".startswith(f"{error.name}."):
+            raise LookupError(f"there is no module {error.name!r} in this folder or this environment") from error
+        raise LookupError(f"{module_name} cannot be imported: {error}") from error
+    except Exception as error:  # a module from outside may fail with anything
+        raise LookupError(f"{module_name} cannot be imported: {type(error).__name__}: {error}") from error
+    if hasattr(module, class_name):
+        return getattr(module, class_name)
+    own = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module_name]
+    near = get_close_matches(class_name, own, n=1)
+    hint = f"did you mean {module_name}:{near[0]}?" if near else f"it defines: {', '.join(own) or 'nothing'}"
+    raise LookupError(f"{module_name} has no class {class_name!r}; {hint}")
 
 
 def _checked(name: str, found: type[Any]) -> type[Any]:

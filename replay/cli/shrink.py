@@ -8,7 +8,7 @@ import click
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, let_modules_here_be_found, reporting, scene
 
-WHOSE = "Whose: a label of the run, or your own module:Class."
+WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 
 
 @click.command()
@@ -30,7 +30,7 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     \b
     replay shrink RUN --miss 4 --out case
     replay shrink RUN --false 1 --detector hull50
-    replay shrink RUN --miss 2 --detector my_lab:Detector
+    replay shrink RUN --miss 2 --detector mine=my_lab:Detector
     """
     miss, false = asked["miss"], asked["false"]
     if (miss is None) == (false is None):

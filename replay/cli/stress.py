@@ -9,7 +9,7 @@ import click
 
 from replay.base.tables import Table, table
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, reporting, tau
+from replay.cli.options import ANY_PATH, detectors_named, reporting, tau
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -29,9 +29,15 @@ KINDS: Final = {"family": "triangle pairs of all families asked", "case": "cases
 
 @click.command()
 @click.option(
-    "--detectors", "--detector", "detector", default="all", show_default=True, metavar="NAMES",
-    help="Detectors, or all; several with commas.",
-)  # fmt: skip
+    "--detectors",
+    "--detector",
+    "detector",
+    default="all",
+    show_default=True,
+    metavar="SPECS",
+    callback=detectors_named,
+    help="Detectors, as run takes them, or all; several with commas.",
+)
 @click.option("--family", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
 @click.option("--case", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
@@ -53,6 +59,7 @@ def command(
     replay stress --detector exact --seed 7
     replay stress --detectors exact,hybrid --family 9-12 --out failures
     replay stress --detector discrete --case 29,41
+    replay stress --detector my_lab:Detector --quick
     """
     from replay.studies.stress.bodies import CASES
     from replay.studies.stress.families import FAMILIES

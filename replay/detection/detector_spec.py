@@ -1,12 +1,13 @@
 """Which detectors to run, written on a command line or in Python.
 
-``hybrid`` | ``discrete[rate_hz=22.5]`` | ``slow=discrete[rate_hz=22.5]``, several separated by commas.
+``hybrid`` | ``discrete[rate_hz=22.5]`` | ``slow=discrete[rate_hz=22.5]``, several separated by commas. The names that
+the tool prints in its rankings, ``hull50``, ``mesh50``, ``shipped50``, ``paper``, are accepted as well.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeAlias, TypeGuard, cast
 
@@ -21,6 +22,16 @@ _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
 _WORDS = {"true": True, "false": False, "none": None}
 _HOW = "write name, name[setting=value,...] or label=name[...]"
+
+SCREEN_NAMES: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
+    "hull": ("collider", {"shape": "hull"}),
+    "shipped": ("collider", {"shape": "shipped"}),
+    "mesh": ("discrete", {}),
+    "paper": ("hybrid-qaco", {}),
+}
+"""Name on the screen -> the detector behind it and its settings. All but ``paper`` take a rate in hertz: ``hull50``."""
+
+_SCREEN_NAME = re.compile(r"(?P<base>hull|shipped|mesh)(?P<rate>\d+(?:\.\d+)?)?|paper")
 
 TRUSTED: Final = "exact"
 """The oracle unless another is asked for, and the detector that effects name for instants; where it does not run, the
@@ -50,10 +61,10 @@ class DetectorSpec:
             )
 
     def __str__(self) -> str:
-        return f"{self.label}={asked_as(self.name, self.settings)}"
+        return f"{self.label}={spec_text(self.name, self.settings)}"
 
 
-def asked_as(name: str, settings: Mapping[str, Any]) -> str:
+def spec_text(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]``: how a command line asks for a detector."""
     words = ",".join(f"{key}={_written(value)}" for key, value in settings.items())
     return f"{name}[{words}]" if words else name
@@ -76,8 +87,7 @@ def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
     if isinstance(spec, DetectorSpec):
         return spec if label is None else replace(spec, label=label)
     if _is_pair(spec):
-        name, settings = spec
-        return DetectorSpec(label or _default_label(name, settings), name, dict(settings))
+        return _named_spec(*spec, label=label)
     raise DetectorSpecError(f"{given!r} names no detector; {_HOW}, or give (name, settings)")
 
 
@@ -94,7 +104,7 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     else:
         alone = isinstance(given, str | DetectorSpec) or _is_pair(given)
         parts = cast("Iterable[SpecLike]", [given] if alone else given)
-        specs = [parse_detector(spec) for part in parts for spec in _apart(part)]
+        specs = [parse_detector(spec) for part in parts for spec in _single_specs(part)]
     labels = [spec.label for spec in specs]
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
@@ -102,9 +112,13 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     return tuple(specs)
 
 
-def _apart(part: SpecLike) -> list[SpecLike]:
-    """What stands between the commas of a text."""
-    return [text for text in _COMMA_OUTSIDE.split(part) if text.strip()] if isinstance(part, str) else [part]
+def split_specs(text: str) -> list[str]:
+    """The specs between the commas of a text; commas within brackets separate settings and stay."""
+    return [spec for spec in _COMMA_OUTSIDE.split(text) if spec.strip()]
+
+
+def _single_specs(given: SpecLike) -> Sequence[SpecLike]:
+    return split_specs(given) if isinstance(given, str) else [given]
 
 
 def _is_pair(given: object) -> TypeGuard[tuple[str, Mapping[str, Any]]]:
@@ -115,10 +129,26 @@ def _parse_text(text: str) -> DetectorSpec:
     match = _FORM.fullmatch(text)
     if match is None:
         raise DetectorSpecError(f"{text!r} names no detector; {_HOW}")
-    name = match["name"].strip()
     settings = dict(_setting(text, part) for part in (match["settings"] or "").split(",") if part.strip())
-    label = match["label"].strip() if match["label"] else _default_label(name, settings)
-    return DetectorSpec(label, name, settings)
+    label = match["label"].strip() if match["label"] else None
+    return _named_spec(match["name"].strip(), settings, label=label)
+
+
+def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) -> DetectorSpec:
+    """The detector of a name, a name on the screen included; without a label its name and settings are the label."""
+    label = label or _default_label(name, settings)
+    screen_name = _SCREEN_NAME.fullmatch(name)
+    if screen_name is None:
+        return DetectorSpec(label, name, dict(settings))
+    row, implied = SCREEN_NAMES[screen_name["base"] or name]
+    rate = {"rate_hz": _value(screen_name["rate"])} if screen_name["rate"] else {}
+    contradicted = [key for key, value in {**implied, **rate}.items() if settings.get(key, value) != value]
+    if contradicted:
+        raise DetectorSpecError(
+            f"{name} means {spec_text(row, {**implied, **rate})}, which contradicts {contradicted[0]}="
+            f"{_written(settings[contradicted[0]])}; write {spec_text(row, {**implied, **rate, **settings})}"
+        )
+    return DetectorSpec(label, row, {**implied, **rate, **settings})
 
 
 def _setting(text: str, part: str) -> tuple[str, Any]:

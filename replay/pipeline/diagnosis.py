@@ -12,7 +12,7 @@ from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND, by_depth
 from replay.comparison.outcome import Miss, Outcome
-from replay.detection.detector_spec import DetectorSpec, asked_as, parse_detector
+from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.recorded import RECORDED
 from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, milliseconds
 from replay.pipeline.gates import figure
@@ -105,7 +105,9 @@ def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss 
     mended = _mended(spec, cause)
     if mended is None:
         kind = "miss" if isinstance(fault, Miss) else "false"
-        command = f"replay shrink {RUN} --{kind} {fault.number} --by {rank.label}"
+        # Code of one's own is imported only where the command names it.
+        detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
+        command = f"replay shrink {RUN} --{kind} {fault.number} --detector {detector}"
         return Fix("Not known. A small test of this fault is made by", False, command)
     words = sentence_of(_words(mended))
     for label, other in summary["detectors"].items():
@@ -116,7 +118,7 @@ def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss 
 
 
 def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
-    return Fix(words, False, f'replay run {SESSION} --detectors "{asked_as(spec.name, spec.settings)}"')
+    return Fix(words, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
 
 
 def _mended(spec: DetectorSpec, cause: str) -> DetectorSpec | None:

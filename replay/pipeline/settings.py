@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
+import numpy as np
+
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import TRUSTED, DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.detection.recorded import RECORDED
@@ -124,16 +126,12 @@ def usual_detectors(session: Session, step_rate: float) -> tuple[DetectorSpec, .
     The reports that an engine recorded, if there are any; the colliders recorded with the bodies or else convex hulls,
     and the meshes, at the step rate; the paper's pipeline; and every triangle of every frame.
     """
-    rate = f"{step_rate:g}"
-    shape = "shipped" if any(session.colliders.values()) else "hull"
-    hertz: dict[str, Any] = {"rate_hz": int(step_rate) if step_rate == int(step_rate) else step_rate}
-    specs = (
-        DetectorSpec(f"{shape}{rate}", "collider", {"shape": shape, **hertz}),
-        DetectorSpec(f"mesh{rate}", "discrete", hertz),
-        DetectorSpec("paper", "hybrid-qaco"),
-        DetectorSpec(TRUSTED, TRUSTED),
-    )
-    return (DetectorSpec(RECORDED, RECORDED), *specs) if has_reports(session) else specs
+    collider = "shipped" if any(session.colliders.values()) else "hull"
+    rate = np.format_float_positional(step_rate, trim="-")
+    names = [f"{collider}{rate}", f"mesh{rate}", "paper", TRUSTED]
+    if has_reports(session):
+        names.insert(0, RECORDED)
+    return parse_detectors(names)
 
 
 def has_reports(session: Session) -> bool:

@@ -17,7 +17,7 @@ from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.outcome import counts_by_pair
-from replay.detection.detector_spec import asked_as
+from replay.detection.detector_spec import spec_text
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -125,7 +125,7 @@ def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> dict[str
     if offsets is not None and offsets.every_frame is not None and offsets.every_frame.seconds is not None:
         seconds["at_every_frame"] = offsets.every_frame.seconds
     return {
-        "name": run.spec.name, "asked": asked_as(run.spec.name, run.spec.settings), "settings": dict(run.settings),
+        "name": run.spec.name, "asked": spec_text(run.spec.name, run.spec.settings), "settings": dict(run.settings),
         "covers": detection.covers, "online": run.detector.online, "live": run.live,
         "approximate": detection.approximate, "contacts": contacts,
         "faces_asked": run.faces,

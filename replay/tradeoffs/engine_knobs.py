@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from replay.base.shown import plural
-from replay.detection.detector_spec import asked_as
+from replay.detection.detector_spec import spec_text
 from replay.errors import TradeoffError
 from replay.pipeline.gates import figure
 from replay.tradeoffs.pareto import wrong_words
@@ -34,7 +34,7 @@ class Choice:
         """What ``replay run --detectors`` takes; a step as fast as the recording sees every frame and has no rate."""
         fast = self.settings["rate_hz"] >= FASTEST * frames_hz
         kept = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
-        return asked_as(self.detector, kept)
+        return spec_text(self.detector, kept)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.detection.detector_spec import DetectorSpec, SpecsLike, asked_as, parse_detectors
+from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors, spec_text
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Setting:
     @property
     def asked(self) -> str:
         """What ``replay run --detectors`` takes to run it."""
-        return asked_as(self.detector, self.settings)
+        return spec_text(self.detector, self.settings)
 
     @property
     def rate_hz(self) -> float | None:

@@ -15,6 +15,7 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
+from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import RunFolder
@@ -79,12 +80,12 @@ def of_run(
     run.
     """
     row, contact = _row(run, miss, false, label), miss is not None
-    trusted, label = label, row["detector"]
+    trusted, label = parse_detector(label).name if label else None, row["detector"]
     said = run.summary["detectors"][label]
     if ":" in said["name"] and said["name"] != trusted:
         raise ShrinkError(
             f"{label} is {said['name']}, a class that {run.path} names and no table of this machine; "
-            f"where you trust it, say so: --detector {said['name']}"
+            f"where you trust it, say so: --detector {label}={said['name']}"
         )
     if said["name"] == RECORDED:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
@@ -129,9 +130,16 @@ def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]
 
 
 def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None) -> dict[str, Any]:
-    """The row of a fault in the tables of a run; ``wanted``: the label of its detector, or its ``module:Class``."""
+    """The row of a fault in the tables of a run.
+
+    ``wanted``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
+    """
     names = {label: run.summary["detectors"][label]["name"] for label in run.summary["audit"]}
-    among = [label for label, name in names.items() if wanted in (None, label) or (name == wanted and ":" in name)]
+    among = [
+        label
+        for label, name in names.items()
+        if wanted in (None, label) or (":" in name and wanted in (name, f"{label}={name}"))
+    ]
     if wanted is not None and not among:
         raise ShrinkError(f"{run.path} audited no {wanted}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:

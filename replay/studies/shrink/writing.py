@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from cdcore import TriangleMesh
 from replay.base.shown import plural, shown
-from replay.detection.detector_spec import asked_as
+from replay.detection.detector_spec import spec_text
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
@@ -93,7 +93,7 @@ def sentence(fault: Fault) -> str:
     verb = "misses a contact" if fault.contact else "invents a contact"
     size = Size.of(fault)
     first, second = (plural(count, "face") for count in size.faces)
-    detector = shown(asked_as(fault.detector, fault.settings))
+    detector = shown(spec_text(fault.detector, fault.settings))
     return f"{detector} {verb} of {first} and {second} in {plural(size.frames, 'frame')}."
 
 

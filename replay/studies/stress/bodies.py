@@ -11,6 +11,7 @@ from cdcore.errors import CollisionCoreError
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_undecided
+from replay.detection.detector_spec import DetectorSpec, SpecLike, parse_detector
 from replay.studies.stress.scenes import SCENES, StressScene, at, meeting, two
 from replay.studies.stress.solids import ball_mesh, box_mesh
 from replay.studies.stress.tally import Tally, judged
@@ -24,14 +25,15 @@ CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeat
 AT_FRAMES: Final = "decides at frames: between them it is not asked"
 
 
-def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
-    """Ask one detector one case; ``scenes`` are those of the case, if it has any."""
+def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
+    """Ask a detector one case; ``scenes`` are those of the case, if it has any."""
+    spec = parse_detector(detector)
     if number == REPEATED:
-        return _ask_again(detector, seed)
+        return _ask_again(spec, seed)
     counts: Counter[str] = Counter()
     why, promised = "", True
     for scene in scenes:
-        words, reason, within_promise = _ask_scene(detector, scene, tau)
+        words, reason, within_promise = _ask_scene(spec, scene, tau)
         counts.update(words)
         promised &= within_promise
         if any(words.get(word) for word in ("missed", "invented", "refused")):
@@ -40,18 +42,18 @@ def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed:
         why = why or AT_FRAMES
     asked = sum(len(scene.truth) for scene in scenes)
     return Tally(
-        detector, "case", number, CASES[number], seed, asked, **dict[str, Any](counts), reason=why, promised=promised
+        spec.label, "case", number, CASES[number], seed, asked, **dict[str, Any](counts), reason=why, promised=promised
     )
 
 
-def _ask_again(detector: str, seed: int) -> Tally:
+def _ask_again(spec: DetectorSpec, seed: int) -> Tally:
     """One digest for any size of blocks."""
     place = np.linspace(-1.3, 1.3, 97)
     motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
     sizes = (1, 10, 64, 4096)
     told: dict[str, Any] = {}
     try:
-        engine = create_detector(detector, two(ball_mesh(0.5), box_mesh()))
+        engine = create_detector(spec.name, two(ball_mesh(0.5), box_mesh()), **spec.settings)
         whole = engine.detect(motion).digest
         other = [size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != whole]
     except CollisionCoreError as error:
@@ -59,13 +61,13 @@ def _ask_again(detector: str, seed: int) -> Tally:
     else:
         if other:
             told = {"changed": len(other), "reason": f"blocks {other[0]}: another digest"}
-    return Tally(detector, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **told)
+    return Tally(spec.label, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **told)
 
 
-def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
+def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
     """Counts of what a detector says of a scene, why it refused, and whether it promised to decide this."""
     try:
-        detections = _asked(detector, scene)
+        detections = _detections(spec, scene)
     except CollisionCoreError as error:
         return {"refused": len(scene.truth)}, str(error), True
     verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])
@@ -86,9 +88,9 @@ def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str,
     return {word: int(rows.sum()) for word, rows in counts.items()}, reason, promised
 
 
-def _asked(detector: str, scene: StressScene) -> list[Detection]:
+def _detections(spec: DetectorSpec, scene: StressScene) -> list[Detection]:
     """One detection, or one a frame where instants are asked of a detector of intervals."""
-    engine = create_detector(detector, scene.bodies)
+    engine = create_detector(spec.name, scene.bodies, **spec.settings)
     if scene.covers == "instants" and engine.detect(scene.motion.frames(0, 1)).covers == "intervals":
         return [engine.detect(scene.motion.frames(frame, frame + 1)) for frame in range(len(scene.motion))]
     return [engine.detect(scene.motion)]

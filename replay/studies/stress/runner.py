@@ -8,13 +8,14 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from cdcore.detectors import OPTIONAL, detector_names, load_detector
+from cdcore.detectors import OPTIONAL, detector_names, settings_of
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
+from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
 from replay.errors import OutputError, StressError
 from replay.studies.stress.bodies import ask_case
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
@@ -35,20 +36,22 @@ NOT_IN_ALL: Final = {
 """Detector -> why ``all`` leaves it out; it can still be asked by name. Every other row of the table is in ``all``."""
 
 
-def detectors_of(names: str) -> list[str]:
-    """The rows that ``--detectors`` means: names with commas between them, or ``all``; each once.
+def detectors_of(text: str) -> list[DetectorSpec]:
+    """The detectors that ``--detectors`` means: specs with commas between them, or ``all``; each once.
 
-    Raises StressError: no name. Raises UnknownDetectorError: lists the names there are.
+    Raises StressError: no detector. Raises DetectorSpecError: text of another form. Raises UnknownDetectorError: lists
+    the names there are. Raises InvalidSettingError: a setting that the detector does not have.
     """
-    asked = [name.strip() for name in str(names).split(",") if name.strip()]
-    if not asked:
-        raise StressError(f"{names!r} names no detector; there are: {', '.join(detector_names())}, {ALL}")
-    chosen: list[str] = []
-    for name in asked:
-        if name != ALL:
-            load_detector(name)
-        chosen += [row for row in detector_names() if row not in NOT_IN_ALL] if name == ALL else [name]
-    return list(dict.fromkeys(chosen))
+    chosen: dict[str, DetectorSpec] = {}
+    for spec in split_specs(str(text)):
+        rows = [row for row in detector_names() if row not in NOT_IN_ALL] if spec.strip() == ALL else [spec]
+        for row in rows:
+            detector = parse_detector(row)
+            settings_of(detector.name, detector.settings)
+            chosen.setdefault(detector.label, detector)
+    if not chosen:
+        raise StressError(f"{text!r} names no detector; there are: {', '.join(detector_names())}, {ALL}")
+    return list(chosen.values())
 
 
 def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
@@ -77,7 +80,7 @@ def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
 
 
 def stress(
-    detector: str = ALL,  # names of detectors, with commas between them, or ``"all"``
+    detector: str = ALL,  # specs of detectors, with commas between them, or ``"all"``
     *,
     families: Sequence[Family] = FAMILIES,
     cases: Sequence[int] = (),  # numbers of cases of whole bodies
@@ -92,24 +95,25 @@ def stress(
     The truth of triangle pairs is the integer test, which shares no step with the filter and the sums that ``exact``
     decides by. Raises UnknownDetectorError, StressError, OutputError.
     """
-    names = detectors_of(detector)
+    detectors = detectors_of(detector)
+    labels = [spec.label for spec in detectors]
     if pairs < 1 or seed < 0 or not 0 <= tau < float("inf"):
         given = f"{pairs} pairs, seed {seed}, tau {tau}"
         raise StressError(f"{given}: give 1 pair or more, and neither seed nor tau below 0")
     tallies: list[Tally] = []
-    with (progress or Silent()).stage("stress", len(names) * (len(families) + len(cases)), "questions") as advance:
+    with (progress or Silent()).stage("stress", len(detectors) * (len(families) + len(cases)), "questions") as advance:
         for family in families:
             triangles = family.pairs(pairs, seed)
             truth = np.array([pair_intersects_integers(pair.tolist()) for pair in triangles], dtype=np.bool_)
-            for name in names:
-                verdicts = verdicts_of(name, triangles)
-                tallies.append(family_tally(name, family, seed, triangles, truth, verdicts, tau, out))
+            for spec in detectors:
+                verdicts = verdicts_of(spec, triangles)
+                tallies.append(family_tally(spec.label, family, seed, triangles, truth, verdicts, tau, out))
                 advance(1)
-        tallies.sort(key=lambda tally: names.index(tally.detector))
+        tallies.sort(key=lambda tally: labels.index(tally.detector))
         for number in cases:
             scenes = scenes_of(number, seed)
-            for name in names:
-                tallies.append(ask_case(name, number, scenes, seed=seed, tau=tau))
+            for spec in detectors:
+                tallies.append(ask_case(spec, number, scenes, seed=seed, tau=tau))
                 advance(1)
     return StressResult(seed, pairs, tau, tuple(tallies))
 

@@ -13,6 +13,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import ByteArray, FloatArray
+from replay.detection.detector_spec import SpecLike, parse_detector
 
 BATCH: Final = 500
 """Pairs in one call: two bodies each, so that a detector's tables of bodies stay small."""
@@ -24,18 +25,21 @@ CHEAPER: Final[dict[str, Any]] = {"containment": False, "sphere": "paper"}
 inside it, and any bounding sphere will do. Spheres fitted to each triangle took 94 % of the time."""
 
 
-def verdicts_of(detector: str, pairs: FloatArray) -> ByteArray:
-    """What a detector says of each triangle pair.
+def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
+    """Verdicts of a detector about triangle pairs.
 
-    ``pairs``: (n, 2, 3, 3).
+    ``pairs``: (n, 2, 3, 3). The settings of the detector come before those of ``CHEAPER``.
     Returns (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
     Raises UnknownDetectorError: lists the names there are.
     """
-    known = {item.name for item in fields(load_detector(detector).Settings)}
+    spec = parse_detector(detector)
+    known = {item.name for item in fields(load_detector(spec.name).Settings)}
+    settings = dict(spec.settings)
     # ``sphere`` keeps its own, because the sphere is its answer.
-    settings = {} if detector == "sphere" else {name: value for name, value in CHEAPER.items() if name in known}
-    parts = [_batch(detector, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)]
-    return np.concatenate([np.zeros(0, dtype=np.uint8), *parts])
+    if spec.name != "sphere":
+        settings = {name: value for name, value in CHEAPER.items() if name in known} | settings
+    verdicts = [_batch(spec.name, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)]
+    return np.concatenate([np.zeros(0, dtype=np.uint8), *verdicts])
 
 
 def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> ByteArray:

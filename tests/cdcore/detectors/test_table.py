@@ -47,9 +47,31 @@ def test_a_row_or_module_and_class_lead_to_a_detector_without_reading_what_is_in
     assert load_detector("sphere") is load_detector("cdcore.detectors.sphere:SphereDetector") is SphereDetector
 
 
-@pytest.mark.parametrize("name", ["cdcore.detectors.sphere:Spheer", "no_such_module:Thing"])
-def test_a_class_that_is_not_there_is_named_with_the_reason(name):
-    with pytest.raises(UnknownDetectorError, match=f"detector '{name}' cannot be loaded: "):
+OWN_MODULES = {
+    "own_engine": "class Detector: pass",
+    "own_without_scipy": "import scipy_of_tomorrow",
+    "own_with_fault": "1 / 0",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("own_engine:Detektor", r"own_engine has no class 'Detektor'; did you mean own_engine:Detector\?"),
+        ("own_engine:Mesh", "own_engine has no class 'Mesh'; it defines: Detector"),
+        ("own_engin:Detector", "there is no module 'own_engin' in this folder or this environment"),
+        ("own_engine.parts:Detector", "there is no module 'own_engine.parts' in this folder or this environment"),
+        ("own_without_scipy:Detector", "own_without_scipy cannot be imported: No module named 'scipy_of_tomorrow'"),
+        ("own_with_fault:Detector", "own_with_fault cannot be imported: ZeroDivisionError: division by zero"),
+        ("own_engine:Detector", "'own_engine:Detector' is no detector: it defines no Settings, detect, stream.*"),
+    ],
+)
+def test_own_class_that_cannot_load_says_why(name, sentence, monkeypatch, tmp_path):
+    for module, code in OWN_MODULES.items():
+        (tmp_path / f"{module}.py").write_text(code)
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(UnknownDetectorError, match=f"^{sentence}$"):
         load_detector(name)
 
 
@@ -65,8 +87,14 @@ def test_an_installed_package_adds_a_row(monkeypatch):
     assert load_detector("outside") is SphereDetector
 
 
-@pytest.mark.parametrize(("entry", "why"), [("no_such_module:Thing", "No module named"), ("breaks_on_import:X", "boom"),
-                                            ("cdcore.detectors.sphere:Spheer", "has no attribute")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("entry", "why"),
+    [
+        ("no_such_module:Thing", "there is no module"),
+        ("breaks_on_import:X", "boom"),
+        ("cdcore.detectors.sphere:Spheer", "has no class"),
+    ],
+)
 def test_an_installed_package_that_fails_names_itself_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
     (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
     monkeypatch.syspath_prepend(tmp_path)

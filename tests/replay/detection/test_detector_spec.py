@@ -3,6 +3,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_detectors
+from replay.errors import DetectorSpecError
+from replay.pipeline.settings import usual_detectors
+from sessions import Session, Track
+
+SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0, 1.0]])})
 
 
 @pytest.mark.parametrize(
@@ -20,6 +25,15 @@ from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_d
             {"ants": 20, "stop_first": True, "variant": "local", "budget": None},
         ),
         ("my.package:Class", "Class", "my.package:Class", {}),
+        ("hull50", "hull50", "collider", {"shape": "hull", "rate_hz": 50}),
+        ("hull", "hull", "collider", {"shape": "hull"}),
+        ("hull22.5", "hull22.5", "collider", {"shape": "hull", "rate_hz": 22.5}),
+        ("hull50[skin_m=0.01]", "hull50-0.01", "collider", {"shape": "hull", "rate_hz": 50, "skin_m": 0.01}),
+        ("hull50[rate_hz=50]", "hull50-50", "collider", {"shape": "hull", "rate_hz": 50}),
+        ("shipped50", "shipped50", "collider", {"shape": "shipped", "rate_hz": 50}),
+        ("mesh50", "mesh50", "discrete", {"rate_hz": 50}),
+        ("mesh", "mesh", "discrete", {}),
+        ("x=paper[ants=20]", "x", "hybrid-qaco", {"ants": 20}),
     ],
 )  # fmt: skip
 def test_text_says_label_name_and_settings(text, label, name, settings):
@@ -40,6 +54,19 @@ def test_every_python_form_says_the_same():
     assert [str(one) for one in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
     assert parse_detectors(slow) == (DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5}),)
     assert parse_detectors(want[1]) == want[1:]
+
+
+@pytest.mark.parametrize("text", ["hull50[rate_hz=20]", "hull[shape=box]", "mesh50[rate_hz=none]"])
+def test_setting_that_contradicts_name_is_refused(text):
+    with pytest.raises(DetectorSpecError, match="contradicts"):
+        parse_detector(text)
+
+
+@pytest.mark.parametrize("rate", [50.0, 22.5, 89.94, 120, 0.001])
+def test_default_lineup_reads_back_from_its_labels(rate):
+    lineup = usual_detectors(SESSION, rate)
+    assert [parse_detector(spec.label) for spec in lineup] == list(lineup)
+    assert lineup[0].settings["rate_hz"] == lineup[1].settings["rate_hz"] == rate
 
 
 def test_nothing_is_no_detector():

@@ -46,7 +46,7 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys)
     for words in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
         main(words)
     said = capsys.readouterr().err
-    assert f"--detector {name}" in " ".join(said.split()) and "should not have happened" not in said
+    assert f"--detector slow={name}" in " ".join(said.split()) and "should not have happened" not in said
     assert not (folder.parent / "sent_along.imported").exists() and "sent_along" not in sys.modules
 
 
@@ -72,6 +72,6 @@ def test_a_folder_that_tells_of_other_frames_than_its_recording_is_refused(folde
 def test_a_detector_of_ones_own_is_shrunk_when_the_user_names_it(folder, capsys):
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
-    assert "--detector sent_along:Blind" in " ".join(capsys.readouterr().err.split())
-    assert main(["shrink", "own", "--miss", "1", "--detector", "sent_along:Blind", "-o", "case"]) == 0
+    assert "--detector mine=sent_along:Blind" in " ".join(capsys.readouterr().err.split())
+    assert main(["shrink", "own", "--miss", "1", "--detector", "mine=sent_along:Blind", "-o", "case"]) == 0
     assert json.loads((folder.parent / "case" / "case.json").read_text())["detector"] == "sent_along:Blind"

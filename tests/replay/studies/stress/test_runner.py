@@ -6,7 +6,7 @@ from support.stress_files import read_cases
 from support.watched import Watched
 
 from cdcore import Verdict
-from cdcore.errors import UnknownDetectorError
+from cdcore.errors import InvalidSettingError, UnknownDetectorError
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.errors import OutputError
 from replay.studies.stress import runner
@@ -105,11 +105,18 @@ def test_what_is_inside_is_missed_by_who_says_clear_and_invented_by_who_sees_sur
 
 
 def test_all_means_every_row_that_decides_on_meshes(monkeypatch):
-    monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact", "a-new-row"])
-    assert detectors_of("all") == ["hybrid", "exact", "a-new-row"]
-    assert detectors_of("exact, hybrid,exact,") == ["exact", "hybrid"]
+    monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact"])
+    assert [spec.label for spec in detectors_of("all")] == ["hybrid", "exact"]
+    assert [spec.label for spec in detectors_of("exact, hybrid,exact,")] == ["exact", "hybrid"]
     with pytest.raises(UnknownDetectorError, match="there are: sphere"):
         detectors_of("spoon")
+
+
+def test_stress_takes_specs_and_screen_names():
+    result = stress("mesh50,slow=discrete[rate_hz=20],paper", families=FAMILIES[:1], cases=[28], pairs=2)
+    assert [tally.detector for tally in result.tallies[:3]] == ["mesh50", "slow", "paper"]
+    with pytest.raises(InvalidSettingError, match="has no setting 'speed'"):
+        stress("exact[speed=1]", families=FAMILIES[:1], pairs=1)
 
 
 @pytest.mark.parametrize(
