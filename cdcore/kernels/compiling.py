@@ -27,6 +27,8 @@ from numba.core import event
 from numba.extending import intrinsic
 from platformdirs import user_cache_path
 
+from cdcore.kernels.machine_code import MachineCodeFiles
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 NUMBA_SETTINGS: Final[Any] = numba.config
@@ -93,14 +95,29 @@ def kernel(function: Function) -> Function:
         compiled.enable_caching()
     finally:
         NUMBA_SETTINGS.CACHE_DIR = given
-    kept: Any = getattr(compiled, "_cache", None)
-    if kept is not None:
-        kept.load_overload, kept.save_overload = _or_nothing(kept.load_overload), _or_nothing(kept.save_overload)
+    _verify_machine_code(compiled._cache)
     return cast(Function, compiled)
 
 
+def _verify_machine_code(cache: Any) -> None:
+    """Let numba keep the machine code of a kernel in files that are verified before it loads them.
+
+    A numba without the names that this takes keeps nothing: unverified files can end the process.
+    """
+    if not hasattr(cache, "_cache_file") or not hasattr(cache, "_impl"):
+        cache.disable()
+        return
+    cache._cache_file = MachineCodeFiles(
+        folder=Path(cache.cache_path),
+        name=cache._impl.filename_base,
+        source_stamp=cache._impl.locator.get_source_stamp(),
+    )
+    cache.load_overload = _or_nothing(cache.load_overload)
+    cache.save_overload = _or_nothing(cache.save_overload)
+
+
 def _or_nothing(step: Callable[..., Any]) -> Callable[..., Any]:
-    """A full disk or a spoiled file costs a start its time, and no run its answer."""
+    """Errors of the disk cost a start its time, and no run its answer."""
 
     def tried(*given: Any) -> Any:
         with suppress(Exception):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 from errno import ENOSPC
+from pathlib import Path
 from types import SimpleNamespace
 
 import numba
@@ -102,7 +103,7 @@ def test_a_full_disk_costs_no_answer_and_the_setting_of_numba_stays(kept, monkey
     asked = kernel(lambda x: x * x + 3)
     assert given == numba.config.CACHE_DIR
     with monkeypatch.context() as patch:
-        patch.setattr(os, "replace", full)
+        patch.setattr(Path, "replace", full)
         assert asked(2.0) == 7.0 and not list(kept.rglob("*.nb?"))
     assert asked(2) == 7 and list(kept.rglob("*.nbi"))
 
