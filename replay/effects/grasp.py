@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import BoolArray
+from cdcore.numerics import BoolArray, FloatArray
 from replay.effects.contact import touches_of
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
@@ -16,6 +16,9 @@ from sessions.model.track import HandTrack
 
 CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
+
+ROUNDING_S: Final = 1e-9
+"""Stamps this close to the end of a window are in it."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -99,18 +102,42 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Decl
 
 
 def riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
-    """(T,) whether the pose relative to the hand stays within its bounds over the window that begins there."""
-    times = relative.times
-    stops = np.searchsorted(times, times + limits["window_s"], side="right")
-    steady = relative.valid.copy()
+    """(T,) whether the pose relative to the hand stays within its bounds over the window that begins there.
+
+    Compared are means over a window, not single poses: the largest of many noisy differences grows with the number of
+    samples, so that a tracker's noise would end more grasps at 250 Hz than at 30 Hz.
+    """
+    window = limits["window_s"]
+    times, valid = relative.times, relative.valid
+    translation, rotation, known = _window_means(relative, window)
+    stops = np.searchsorted(times, times + window, side="right")
+    steady = valid.copy()
     for step in range(1, int((stops - np.arange(len(times))).max(initial=0))):
         early, late = slice(None, -step), slice(step, None)
-        inside = (times[late] - times[early] <= limits["window_s"]) & relative.valid[early] & relative.valid[late]
-        away = relative.translation[late] - relative.translation[early]
-        trace = np.einsum("tij,tij->t", relative.rotation[early], relative.rotation[late])
+        inside = (times[late] - times[early] <= window) & known[early] & known[late]
+        away = translation[late] - translation[early]
+        trace = np.einsum("tij,tij->t", rotation[early], rotation[late])
         far = ((away * away).sum(axis=1) > limits["spread_m"] ** 2) | (trace < 1.0 + 2.0 * np.cos(limits["spread_rad"]))
         steady[early] &= ~(inside & far)
     return steady
+
+
+def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Mean translation (T, 3) and rotation (T, 3, 3) over the window about each frame, and whether it has a pose.
+
+    At the ends the window is shortened evenly on both sides, so that a steady motion keeps its mean.
+    """
+    times, valid = relative.times, relative.valid
+    half = np.minimum(window / 2.0, np.minimum(times - times[0], times[-1] - times))
+    starts = np.searchsorted(times, times - half - ROUNDING_S, side="left")
+    stops = np.searchsorted(times, times + half + ROUNDING_S, side="right")
+    poses = np.concatenate([relative.translation, relative.rotation.reshape(-1, 9)], axis=1)
+    sums = np.concatenate([np.zeros((1, 12)), np.cumsum(np.where(valid[:, None], poses, 0.0), axis=0)])
+    counts = np.concatenate([[0], np.cumsum(valid)])
+    number = counts[stops] - counts[starts]
+    means = (sums[stops] - sums[starts]) / np.maximum(number, 1)[:, None]
+    left, _, right = np.linalg.svd(means[:, 3:].reshape(-1, 3, 3))
+    return means[:, :3], left @ right, number > 0
 
 
 SPEC = spec_of("grasp", compute)
