@@ -62,6 +62,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     """
 
     name: ClassVar[str] = RECORDED
+    sources: ClassVar[tuple[str, ...]] = ("the engine's own reports, as the recording holds them",)
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = RecordedSettings
 

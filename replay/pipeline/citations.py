@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from cdcore.detectors import load_detector
+from replay.detection.recorded import RECORDED, RecordedDetector
 from replay.effects.effects_runner import EffectRun
 
 NONE_NAMED = ("names no sources",)
@@ -12,9 +13,14 @@ def sources_behind(
     detectors: Iterable[str], effects: Iterable[tuple[str, EffectRun]] = ()
 ) -> dict[str, tuple[str, ...]]:
     """``detector NAME`` or ``effect KIND`` -> citations, in the order given, each name once."""
-    behind = {f"detector {name}": tuple(getattr(load_detector(name), "sources", ())) for name in detectors}
+    behind = {f"detector {name}": tuple(getattr(_class_of(name), "sources", ())) for name in detectors}
     behind |= {f"effect {kind}": run.spec.sources for kind, run in effects}
     return {what: sources or NONE_NAMED for what, sources in behind.items()}
+
+
+def _class_of(detector: str) -> type:
+    """The class of a detector by its name; ``recorded`` is the one that no table of the core holds."""
+    return RecordedDetector if detector == RECORDED else load_detector(detector)
 
 
 def citations(behind: Mapping[str, tuple[str, ...]]) -> str:

@@ -1,10 +1,18 @@
 """A run cites the detectors and effects it used, each once, and no others."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
-from cdcore.detectors import load_detector
+import pytest
+from support.small_worlds import TWO_BUMPS, cubes
+
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from replay.cli.main import main
+from replay.detection.recorded import RECORDED
 from replay.effects import load_effect
 from replay.pipeline.citations import citations, sources_behind
+from sessions import write_session
+from sessions.model.event import LiveContact
 
 
 def test_each_detector_and_effect_of_a_run_is_cited_once_with_its_own_sources():
@@ -17,6 +25,18 @@ def test_each_detector_and_effect_of_a_run_is_cited_once_with_its_own_sources():
 def test_a_detector_from_outside_without_sources_is_said_to_have_none(monkeypatch):
     monkeypatch.delattr(load_detector("sphere"), "sources")
     assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
+
+
+@pytest.mark.parametrize("name", [*DETECTORS, *OPTIONAL, RECORDED])
+def test_every_detector_of_a_run_can_be_cited(name):
+    assert sources_behind([name])[f"detector {name}"]
+
+
+def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
+    reports = (LiveContact(40_000_000, "a", "b", "enter"), LiveContact(50_000_000, "a", "b", "exit"))
+    write_session(replace(cubes(TWO_BUMPS), live_contacts=reports), tmp_path / "s.mcap")
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "recorded", "-v"]) == 0
+    assert f"detector {RECORDED}" in capsys.readouterr().out
 
 
 def test_the_text_puts_sources_below_what_they_are_of():
