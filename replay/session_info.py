@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from replay.base.constants import BLOCK_FRAMES
 from sessions import Session, Status
 from sessions.doctor.timing import gap_rows
+from sessions.importers.ledger import FACT, ledger_of
 
 
 @dataclass(frozen=True)
@@ -82,8 +83,15 @@ def session_info(session: Session) -> dict[str, Any]:
             for name, one in session.scalars.items()
         ],
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
-        "facts": dict(session.facts),
+        "ledger": _ledger(session),
+        "facts": {key: value for key, value in session.facts.items() if key != FACT},
     }  # fmt: skip
+
+
+def _ledger(session: Session) -> list[dict[str, Any]] | None:
+    """The accounts of the import that the session comes from; ``None`` where they are not known."""
+    ledger = ledger_of(session.facts)
+    return None if ledger is None else [vars(entry) for entry in ledger]
 
 
 def _range(values: NDArray[np.float64]) -> dict[str, float | None]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import People, answer
+from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
 
@@ -62,7 +62,18 @@ def command(
     people.say(*notes)
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
     answer(as_json, plain, lambda: str(out))
-    return 0
+    return DATA_LOSS if _large_losses(imported, people) else OK
+
+
+def _large_losses(imported: "Session", people: People) -> bool:
+    """Whether the import dropped more than goes without a warning; then people are told."""
+    from sessions.importers.ledger import ledger_of
+
+    ledger = ledger_of(imported.facts)
+    losses = ledger.large_losses() if ledger is not None else []
+    if losses:
+        people.say("Warning: more than 1 % was dropped; every run of this session says so")
+    return bool(losses)
 
 
 def _imported(
@@ -146,11 +157,16 @@ def _meshes(named: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshD
 
 
 def _notes(session: "Session") -> Iterator[str]:
+    from sessions.importers.ledger import ledger_of
+
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
     if "taken_for" in session.facts:
         yield f"taken for {session.facts['taken_for']}"
     if session.facts.get("conversions", "none") != "none":
         yield f"converted: {session.facts['conversions']}"
+    ledger = ledger_of(session.facts)
+    if ledger is not None:
+        yield from ledger.sentences()
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
         yield f"assumed: {session.facts['assumed']}{cure}"

@@ -10,6 +10,7 @@ from replay.base.shown import plural
 from replay.base.tables import Cell, Table, table
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
+from sessions.importers.ledger import Entry, Ledger
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -49,8 +50,23 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     yield from (f"  {words}" for words in _streams(info))
     if info["events"]:
         yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
+    if info["ledger"]:
+        yield from (plain(line, "dim") for line in _imported(info["ledger"]))
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
     yield from (plain(words, "dim") for words in listed)
+
+
+def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:
+    """What the import read and kept of each kind, and a line for everything that it dropped or merged."""
+    ledger = Ledger("", [Entry(**account) for account in accounts])
+    kinds = dict.fromkeys(entry.kind for entry in ledger if entry.read)
+    totals = []
+    for kind in kinds:
+        of_kind = [entry for entry in ledger if entry.kind == kind]
+        read, kept = sum(entry.read for entry in of_kind), sum(entry.kept for entry in of_kind)
+        totals.append(f"{read:,} {kind}" if read == kept else f"{kept:,} of {read:,} {kind}")
+    yield f"import kept: {', '.join(totals)}"
+    yield from (f"import: {sentence}" for sentence in ledger.sentences())
 
 
 def _streams(info: dict[str, Any]) -> Iterator[str]:

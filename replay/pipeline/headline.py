@@ -11,6 +11,8 @@ from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 
+FIRST_GROUPS: Final = ("import", "scale")
+"""Groups of findings that stand before the answer even where they are warnings."""
 NOT_COVERED: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
 )
@@ -22,7 +24,7 @@ def headlines(result: RunResult) -> list[str]:
 
 
 def doubts(result: RunResult) -> list[str]:
-    """What a reader must know before the answer: each kind of error, and each finding of unit, axes or handedness.
+    """What a reader must know before the answer: errors, losses of the import, findings of unit, axes and handedness.
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
@@ -33,7 +35,7 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
     """The same of findings."""
     grouped: dict[tuple[Severity, str], list[Finding]] = {}
     for one in findings:
-        if one.severity == Severity.ERROR or CODES[one.code].group == "scale" or one.code == "mesh-units":
+        if one.severity == Severity.ERROR or CODES[one.code].group in FIRST_GROUPS or one.code == "mesh-units":
             grouped.setdefault((one.severity, one.code), []).append(one)
     lines = []
     for (severity, code), (one, *more) in grouped.items():

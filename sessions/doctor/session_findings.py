@@ -1,6 +1,6 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import pose_findings
 from sessions.doctor.scale import scale_findings
 from sessions.doctor.timing import time_findings
+from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Scene, SceneBody, absent_bodies
 from sessions.model.session import Session
@@ -28,11 +29,24 @@ def examine_session(
     scene, meshes = session.scene, session.meshes
     yield from time_findings(looked)
     yield from pose_findings(looked)
+    yield from import_findings(session.facts)
     yield from scale_findings(looked, scene, session.facts)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
     yield from scene_findings(scene, looked.names, [*meshes])
     yield from stream_findings(session, looked)
+
+
+def import_findings(facts: Mapping[str, str]) -> Iterator[Finding]:
+    """Large losses of the import that a session comes from, by its ledger."""
+    if FACT not in facts:
+        return
+    ledger = ledger_of(facts)
+    if ledger is None:
+        yield Finding("import-loss", "its ledger cannot be read, so that what the import dropped is not known")
+        return
+    for entry in ledger.large_losses():
+        yield Finding("import-loss", entry.loss, entry.body, count=entry.lost)
 
 
 def stream_findings(session: Session, looked: PosePass) -> Iterator[Finding]:

@@ -8,9 +8,9 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,7 +18,9 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.finish import side_of
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number, stamps_of
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number, numbered, stamps_of
+from sessions.importers.stamps import last_of_each_stamp
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.session import Session
@@ -29,12 +31,15 @@ PRESSES: Final = {"buttondown": 1.0, "buttonup": 0.0}
 TRIGGER: Final = 1
 """The button of a VIVE wand. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
 
+WITHOUT_POSES: Final = "without a list of poses"
+
 AXES: Final = Convention("webxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward")
 
 
 def read_aframe(source: Path) -> Session:
     """Poses, events and triggers of an A-Frame motion capture."""
-    devices = _devices(source)
+    ledger = Ledger(source)
+    devices = _devices(source, ledger)
     tables: dict[str, PoseTable] = {}
     events: list[Event] = []
     hands: dict[str, HandTrack] = {}
@@ -47,24 +52,41 @@ def read_aframe(source: Path) -> Session:
         events += [event for event, _ in happened]
         presses = [event for event, button in happened if button == TRIGGER and event.name in PRESSES]
         if presses and _is_vive(device):
-            trigger = {event.time_ns: PRESSES[event.name] for event in sorted(presses, key=attrgetter("time_ns"))}
-            hands[f"student/{side_of(name)}"] = HandTrack([*trigger], [*trigger.values()])
+            hand = numbered(f"student/{side_of(name)}", hands)
+            stamps = np.array([event.time_ns for event in presses], dtype=np.int64)
+            pressed = np.array([PRESSES[event.name] for event in presses])
+            rows = last_of_each_stamp(f"trigger {hand}", stamps, ledger)
+            hands[hand] = HandTrack(stamps[rows], pressed[rows])
     frame = SourceFrame(AXES, "m", "performance clock of the browser, ms")
-    samples = imported(tables, frame, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
+    samples = imported(tables, frame, ledger, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
     return replace(samples, events=tuple(events), hands=hands)
 
 
-def _devices(source: Path) -> dict[str, dict[str, Any]]:
+def _devices(source: Path, ledger: Ledger) -> dict[str, dict[str, Any]]:
+    repeated = list[str]()
+
+    def members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """A JSON object; of members of one name, of which JSON's reader keeps the last, the names are noted."""
+        table = dict(pairs)
+        if len(table) < len(pairs):
+            repeated.extend(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
+        return table
+
     try:
-        data = json.loads(source.read_text(encoding="utf-8-sig"))
+        data = json.loads(source.read_text(encoding="utf-8-sig"), object_pairs_hook=members)
     except (ValueError, RecursionError) as error:
         raise ImportFileError(f"{source}: this is not JSON: {error}; export the recording again") from None
+    if repeated:
+        raise ImportFileError(f"{source}: {repeated[0]!r} stands twice in one object; rename or remove one of them")
     if isinstance(data, dict) and isinstance(data.get("recording"), dict):
         data = data["recording"]
-    parts = data.items() if isinstance(data, dict) else ()
-    devices = {name: part for name, part in parts if isinstance(part, dict) and isinstance(part.get("poses"), list)}
+    parts = data if isinstance(data, dict) else {}
+    members_of = {name: part for name, part in parts.items() if isinstance(part, dict)}
+    devices = {name: part for name, part in members_of.items() if isinstance(part.get("poses"), list)}
     if not devices:
         raise ImportFileError(f"{source}: no device with a list of poses; this is no A-Frame motion capture")
+    without = {WITHOUT_POSES: len(members_of) - len(devices)}
+    ledger.book("names", read=len(members_of), kept=len(devices), dropped=without)
     return devices
 
 

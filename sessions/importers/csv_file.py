@@ -1,6 +1,6 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost.
 
-Besides poses: collisions, triggers, events, numbers. Rows left out are counted.
+Besides poses: collisions, triggers, events, numbers. What becomes of every row is in the ledger.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,9 @@ from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import side_of
-from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import SourceFrame, Stream, imported, numbered
+from sessions.importers.stamps import Rows, Stamps, increasing
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.session import Session
@@ -41,21 +43,22 @@ def read_csv(
 
     Raises ``ImportFileError``: names file, line and column.
     """
+    ledger = Ledger(source)
     if mapping is not None:
         plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
-        table = CsvTable(source, plan.layout, mapped=True)
+        table = CsvTable(source, ledger, plan.layout, mapped=True)
         _check_columns(table, plan)
     else:
         if not has_header(source):
             raise draft_of(source)
-        table, plan = CsvTable(source), UNITY
+        table, plan = CsvTable(source, ledger), UNITY
         if not {*table.columns} >= {plan.time, plan.kind, plan.name}:
             raise draft_of(source)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     clock = f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second"
     axes = convention_named(convention or plan.convention)
-    return _CsvLog(table, plan).session(SourceFrame(axes, plan.units, clock))
+    return _CsvLog(table, plan, ledger).session(SourceFrame(axes, plan.units, clock))
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
@@ -76,27 +79,25 @@ class _CsvLog:
     the second body of a contact, the event or the number, and ``value`` holds the words or the number.
     """
 
-    def __init__(self, table: CsvTable, plan: CsvMapping) -> None:
-        self._table, self._plan = table, plan
+    def __init__(self, table: CsvTable, plan: CsvMapping, ledger: Ledger) -> None:
+        self._table, self._plan, self._ledger = table, plan, ledger
         self._kinds = table.words(plan.kind) if plan.kind else {"pose": np.ones(len(table), dtype=np.bool_)}
 
     def session(self, frame: SourceFrame) -> Session:
         """Everything that the rows hold."""
-        table, notes = self._table, self._table.notes
-        contacts, twice = self._contacts()
-        if twice:
-            notes.append(f"{twice} contacts that both bodies reported counted once")
-        others = {kind: rows for kind, rows in self._kinds.items() if kind not in KINDS}
-        if others:
-            names = ", ".join(repr(kind[:40]) for kind in [*others][:NAMED_KINDS])
-            count = sum(int(rows.sum()) for rows in others.values())
-            notes.append(f"{count} rows left out of {len(others)} unknown kinds such as {names}")
+        table, ledger = self._table, self._ledger
+        contacts = self._contacts()
+        unknown = {kind: int(rows.sum()) for kind, rows in self._kinds.items() if kind not in KINDS}
+        named = ", ".join(repr(kind[:40]) for kind in [*unknown][:NAMED_KINDS])
+        count = sum(unknown.values())
+        why = f"of {len(unknown)} unknown kinds such as {named}"
+        ledger.book("rows", read=len(table), kept=len(table) - count, dropped={why: count})
         tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
         events = tuple(
             Event(stamp, name or "event", message, body)
             for stamp, name, message, body in self._cells("event", OTHER, VALUE, self._plan.name)
         )
-        session = imported(tables, frame, notes, self._numbers())
+        session = imported(tables, frame, ledger, table.notes, self._numbers())
         return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
 
     def _stamps(self, rows: Rows) -> Stamps:
@@ -136,21 +137,26 @@ class _CsvLog:
         for name, rows, column, unit in columns:
             yield Stream(name, self._stamps(rows), self._table.numbers((column,), rows)[:, 0], unit)
 
-    def _contacts(self) -> tuple[tuple[LiveContact, ...], int]:
-        """The engine's contacts, and how many were left out because both bodies reported them."""
-        found: dict[tuple[int, frozenset[str], str], LiveContact] = {}
+    def _contacts(self) -> tuple[LiveContact, ...]:
+        """The engine's contacts; of those that both bodies reported the first."""
+        contacts: dict[tuple[int, frozenset[str], str], LiveContact] = {}
         reported = 0
         for phase in ("enter", "exit"):
             for stamp, first, second in self._cells(phase, self._plan.name, OTHER):
                 reported += 1
-                found.setdefault((stamp, frozenset((first, second)), phase), LiveContact(stamp, first, second, phase))
-        return tuple(found.values()), reported - len(found)
+                contact = LiveContact(stamp, first, second, phase)
+                contacts.setdefault((stamp, frozenset((first, second)), phase), contact)
+        twice = {"that both bodies reported": reported - len(contacts)}
+        self._ledger.book("contacts", read=reported, kept=len(contacts), merged=twice)
+        return tuple(contacts.values())
 
     def _hands(self) -> dict[str, HandTrack]:
         """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
-        found = {}
+        hands: dict[str, HandTrack] = {}
         for name, rows in self._named("trigger", self._plan.name):
-            stamps, first = np.unique(self._stamps(rows), return_index=True)
-            value = self._table.numbers((VALUE,), rows)[first, 0]
-            found[f"student/{side_of(name)}"] = HandTrack(stamps, np.clip(np.nan_to_num(value), 0.0, 1.0))
-        return found
+            hand = numbered(f"student/{side_of(name)}", hands)
+            stamps, values = self._stamps(rows), self._table.numbers((VALUE,), rows)
+            keep = increasing(f"trigger {hand}", stamps, (values,), self._ledger)
+            pressed = np.clip(np.nan_to_num(values[keep, 0]), 0.0, 1.0)
+            hands[hand] = HandTrack(stamps[keep], pressed)
+        return hands

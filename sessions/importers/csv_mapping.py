@@ -15,7 +15,8 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_from_matrix
-from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE, Numbers
+from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE
+from sessions.importers.stamps import Numbers
 from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.scene_files.toml_table import TomlTable, parse_toml

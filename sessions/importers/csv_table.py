@@ -18,7 +18,9 @@ import pyarrow.compute as pc
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumns
-from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import PoseTable
+from sessions.importers.stamps import Numbers, Rows, Stamps
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
@@ -33,6 +35,8 @@ ROWS_AT_ONCE: Final = 10_000  # Rows that are lists of text before they become c
 
 DELIMITERS: Final = ",;\t"  # Of a file that no mapping describes the one that its header has most
 
+RAGGED: Final = "with too few or too many cells"
+
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 
 
@@ -44,7 +48,9 @@ class CsvTable:
     the file is ``mapped``.
     """
 
-    def __init__(self, source: Path, layout: CsvLayout | None = None, *, mapped: bool = False) -> None:
+    def __init__(
+        self, source: Path, ledger: Ledger, layout: CsvLayout | None = None, *, mapped: bool = False, body: str = ""
+    ) -> None:
         self.source, self.skipped, self._widest, self._mapped = source, 0, 0, mapped
         self._layout = layout or _layout_of(source)
         self._lines, self._last_is_whole = array("q"), False
@@ -61,6 +67,7 @@ class CsvTable:
             raise ImportFileError(f"{source}: rows have more cells than line {self._above}, which has {width}; {cure}")
         self._is_cut_short = self._last_is_whole and not self._line.endswith(("\n", "\r"))
         """Whether the last number of the last row may lack digits."""
+        ledger.book("rows", body, read=self.skipped, kept=0, dropped={RAGGED: self.skipped})
 
     def _read(self, text: Iterator[str]) -> None:
         """Take in the header, and then the rows that have as many cells."""
@@ -103,8 +110,6 @@ class CsvTable:
     def notes(self) -> list[str]:
         """What is not as it should be in its rows, a sentence each."""
         notes = []
-        if self.skipped:
-            notes.append(f"{self.skipped} rows left out that have too few or too many cells")
         if self._is_cut_short:
             notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
         return notes

@@ -10,55 +10,84 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated, slerp
-from sessions.importers.pose_table import Numbers, PoseTable, is_rotation
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import PoseTable, is_rotation
+from sessions.importers.stamps import Numbers, Stamps, increasing
 
 MOST_NAMED: Final = 5
+NO_STAMP: Final = -(1 << 63)
+"""Stands for the stamp of a transform that bears none; no recording is that early."""
+STATIC: Final = "_static"
+"""The end of the topic whose transforms stay until they are sent again."""
+OUTSIDE: Final = "before or after all transforms of a frame that it hangs from"
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
 
 
 @dataclass
 class _Link:
+    """The transforms from a frame to its parent, as they come in; ``topic`` without ``STATIC``."""
+
     parent: str
+    topic: str
     static: bool
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
+    log_times: "array[int]" = field(default_factory=lambda: array("q"))
     numbers: "array[float]" = field(default_factory=lambda: array("d"))
 
-    def table(self) -> tuple[NDArray[np.int64], Numbers]:
-        """Stamps that increase (n,) and x y z qx qy qz qw (n, 7); of rows with one stamp the last counts."""
+    def table(self, name: str, ledger: Ledger) -> tuple[Stamps, Numbers, int]:
+        """Stamps that increase (n,), x y z qx qy qz qw (n, 7), and how many transforms have no stamp of their own.
+
+        Transforms are taken in the order in which they were logged. A stamp of 0 is none where all are 0, as ROS has
+        it; without a stamp the time of logging counts.
+        """
         stamps = np.frombuffer(self.stamps, dtype=np.int64)
+        logged = np.frombuffer(self.log_times, dtype=np.int64)
         rows = np.frombuffer(self.numbers, dtype=np.float64).reshape(-1, 7)
-        times, last = np.unique(stamps[::-1], return_index=True)
-        return times, rows[::-1][last]
+        unstamped = stamps == NO_STAMP
+        if not (stamps > 0).any():
+            unstamped = np.ones(len(stamps), dtype=np.bool_)
+        stamps = np.where(unstamped, logged, stamps)
+        if (logged[1:] < logged[:-1]).any():
+            order = np.argsort(logged, kind="stable")
+            stamps, rows = stamps[order], rows[order]
+        keep = increasing(name, stamps, (rows,), ledger, kind="transforms")
+        return stamps[keep], rows[keep], int(unstamped.sum())
 
 
 class FrameTree:
     """Transforms from child frames to their parents, as they come in; ``tables`` are the poses in the root."""
 
-    def __init__(self, source: str) -> None:
-        self._source = source
+    def __init__(self, ledger: Ledger) -> None:
+        self._ledger = ledger
         self._links: dict[str, _Link] = {}
-        self._tables: dict[str, tuple[NDArray[np.int64], Numbers]] = {}
+        self._tables: dict[str, tuple[Stamps, Numbers]] = {}
         self._interpolated = False
 
-    def add(self, parent: str, child: str, stamp_ns: int, numbers: Sequence[float], *, static: bool = False) -> None:
-        """One transform: a place and a quaternion xyzw.
+    def add(
+        self, parent: str, child: str, stamp_ns: int | None, log_ns: int, numbers: Sequence[float],
+        *, topic: str, static: bool = False,
+    ) -> None:  # fmt: skip
+        """Take in a transform: a place and a quaternion xyzw; ``stamp_ns`` is ``None`` where it bears no stamp.
 
-        Raises ``ImportFileError``: a frame without a name or with two parents, or a stamp beyond int64.
+        Raises ``ImportFileError``: a frame without a name, with two parents or on two topics, or a stamp beyond int64.
         """
         parent, child = parent.strip("/"), child.strip("/")
         if not child:
             raise self._error("a transform has no child frame; record it again or choose by --topic")
-        link = self._links.setdefault(child, _Link(parent, static))
+        base = topic.removesuffix(STATIC)
+        link = self._links.setdefault(child, _Link(parent, base, static))
         if link.parent != parent:
             raise self._error(f"frame {child!r} hangs from {link.parent!r} and from {parent!r}; choose by --topic")
+        if link.topic != base:
+            raise self._error(f"frame {child!r} comes on the topics {link.topic!r} and {base!r}; choose one by --topic")
         link.static &= static
         try:
-            link.stamps.append(stamp_ns)
+            link.stamps.append(NO_STAMP if stamp_ns is None else stamp_ns)
+            link.log_times.append(log_ns)
         except OverflowError:
             raise self._error(f"frame {child!r} has a stamp of {stamp_ns} ns; no recording is that late") from None
         link.numbers.extend(numbers)
@@ -68,7 +97,11 @@ class FrameTree:
 
         ``join``: several roots are taken for one world; otherwise they are an error.
         """
-        self._tables = {name: link.table() for name, link in self._links.items()}
+        unstamped = 0
+        for name, link in self._links.items():
+            stamps, rows, count = link.table(name, self._ledger)
+            self._tables[name] = stamps, rows
+            unstamped += count
         chains = {name: self._chain(name) for name in self._links}
         root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
         roots = sorted({*root_of.values()} - {""})
@@ -86,13 +119,17 @@ class FrameTree:
         moving = [self._tables[name][0] for name in self._links if self._moves(name)]
         everywhen = np.unique(np.concatenate(moving)) if moving else None
         found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
-        words = [f"poses in the root frame {root!r}" for root in roots]
-        if still:
-            words.append(f"frames left out that stand still and that no transform joins to it: {_named(still)}")
         apart = [name for name, table in found.items() if not len(table.times_ns)]
+        words = [f"poses in the root frame {root!r}" for root in roots]
+        left_out = {}
+        if still:
+            left_out[f"that stand still and that no transform joins to it: {_named(still)}"] = len(still)
         if apart:
-            words.append(f"frames left out that never have stamps together with those above: {_named(apart)}")
+            left_out[f"that never have stamps together with those above: {_named(apart)}"] = len(apart)
             found = {name: table for name, table in found.items() if name not in apart}
+        self._ledger.book("names", read=len(self._links), kept=len(found), dropped=left_out)
+        if unstamped:
+            words.append(f"{unstamped} poses without a stamp have the time they were logged at")
         if self._interpolated:
             words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
         return found, words, assumed
@@ -109,12 +146,15 @@ class FrameTree:
             chain.append(parent)
         return chain
 
-    def _composed(self, chain: list[str], everywhen: NDArray[np.int64] | None) -> PoseTable:
+    def _composed(self, chain: list[str], everywhen: Stamps | None) -> PoseTable:
         moving = [self._tables[name][0] for name in chain if self._moves(name)]
         if moving:
             stamps = np.unique(np.concatenate(moving))
             first, last = max(times[0] for times in moving), min(times[-1] for times in moving)
-            stamps = stamps[(stamps >= first) & (stamps <= last)]
+            inside = (stamps >= first) & (stamps <= last)
+            outside = len(stamps) - int(inside.sum())
+            self._ledger.book("samples", chain[0], read=outside, kept=0, dropped={OUTSIDE: outside})
+            stamps = stamps[inside]
         else:
             stamps = self._tables[chain[0]][0] if everywhen is None else everywhen
         pose = self._at(chain[0], stamps)
@@ -124,7 +164,7 @@ class FrameTree:
             pose = np.concatenate([place, quaternion_product(above[:, 3:], pose[:, 3:])], axis=1)
         return PoseTable(stamps, pose[:, :3], pose[:, 3:])
 
-    def _at(self, name: str, stamps: NDArray[np.int64]) -> Numbers:
+    def _at(self, name: str, stamps: Stamps) -> Numbers:
         """Rows of a link at these stamps (n, 7): its own, held where it is static, else interpolated."""
         times, rows = self._tables[name]
         if not self._moves(name):
@@ -145,7 +185,7 @@ class FrameTree:
         return found
 
     def _error(self, words: str) -> ImportFileError:
-        return ImportFileError(f"{self._source}: {words}")
+        return ImportFileError(f"{self._ledger.source}: {words}")
 
 
 def _named(frames: list[str]) -> str:

@@ -4,6 +4,7 @@ Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 comm
 """
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -13,14 +14,18 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
+from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import SourceFrame, imported, number
+from sessions.importers.stamps import iso_nanoseconds
 from sessions.mcap_format.catalogue import ChannelInfo
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
+from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
 """Axes where none are named: Foxglove and ROS both follow REP 103."""
+DIGITS: Final = re.compile("-?[0-9]{1,20}")
 NAMED_TOPICS: Final = 8  # Topics that an error names
 
 
@@ -42,14 +47,15 @@ def read_mcap(
 
     Raises ``ImportFileError``: names file, topic and what to do.
     """
-    tree, unstamped = FrameTree(str(source)), 0
-    for channel, log_ns, message in _messages(source, topics):
-        unstamped += _add(channel, log_ns, message, tree)
-    tables, words, joined = tree.tables(join=len(topics) > 1)
-    if unstamped:
-        words.append(f"{unstamped} poses without a stamp have the time they were logged at")
+    ledger = Ledger(source)
+    tree = FrameTree(ledger)
+    messages = _PoseMessages(source, topics)
+    for channel, log_ns, message in messages:
+        _add(source, channel, log_ns, message, tree)
+    messages.account(ledger)
+    tables, notes, joined = tree.tables(join=len(topics) > 1)
     frame = SourceFrame.in_axes(convention, ASSUMED, "m", "stamps of the messages, ns", ["lengths in m", *joined])
-    return imported(tables, frame, words)
+    return imported(tables, frame, ledger, notes)
 
 
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
@@ -57,9 +63,9 @@ POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianc
 """Last words of the names of schemas: frames that bear their own names, and poses that are named after their topic."""
 
 
-def _add(channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> int:
-    """Hang the poses of a message into the tree; how many bear no stamp of their own."""
-    are_frames, unstamped = _kind(channel) in FRAMES, 0
+def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> None:
+    """Hang the poses of a message into the tree."""
+    are_frames = _kind(channel) in FRAMES
     topic, static = channel.topic.strip("/") or "pose", channel.topic.endswith("tf_static")
     rows = _part(message, "transforms", "poses")
     for place, row in enumerate([message] if rows is None else rows if hasattr(rows, "__len__") else ()):
@@ -67,8 +73,10 @@ def _add(channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> in
         head = _part(head, "header") or head  # of ROS
         pose = _part(row, "transform", "pose") or row
         pose = _part(pose, "pose") or pose  # with covariance
-        stamp = _stamp_of(_part(head, "timestamp", "stamp"))
-        unstamped += stamp == 0
+        try:
+            stamp = _stamp_of(_part(head, "timestamp", "stamp"))
+        except ValueError as error:
+            raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
         parts = (_part(pose, "translation", "position"), "xyz"), (_part(pose, "rotation", "orientation"), "xyzw")
         numbers = [number(_part(part, axis)) for part, axes in parts for axis in axes]
         name = _part(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{place}"
@@ -76,8 +84,7 @@ def _add(channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> in
         parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
         if not are_frames and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
-        tree.add(parent, name, stamp or log_ns, numbers, static=static)
-    return unstamped
+        tree.add(parent, name, stamp, log_ns, numbers, topic=channel.topic, static=static)
 
 
 def _kind(channel: ChannelInfo) -> str:
@@ -90,47 +97,132 @@ def _part(value: Any, *names: str) -> Any:
     return next((part for name in names if (part := getattr(value, name, None)) is not None), None)
 
 
-def _stamp_of(time: Any) -> int:
-    """Nanoseconds of a timestamp of protobuf, JSON or ROS; 0 where it is absent."""
-    parts = []
-    for names in (("seconds", "sec"), ("nanos", "nsec", "nanosec")):
-        part = _part(time, *names)
-        parts.append(part if type(part) is int else 0)
-    return parts[0] * 1_000_000_000 + parts[1]
+def _stamp_of(time: Any) -> int | None:
+    """Nanoseconds of a timestamp of protobuf, JSON or ROS; ``None`` where it is absent.
+
+    JSON has 64-bit numbers as text, and protobuf's own JSON a timestamp as ISO 8601. ValueError: it is neither.
+    """
+    if time is None:
+        return None
+    if isinstance(time, str):
+        return iso_nanoseconds(time)
+    seconds, nanoseconds = _part(time, "seconds", "sec"), _part(time, "nanos", "nsec", "nanosec")
+    if seconds is None and nanoseconds is None:
+        raise ValueError(f"a timestamp is {_brief(time)}; write it as sec and nsec")
+    stamp = _integer(seconds) * 1_000_000_000 + _integer(nanoseconds)
+    if stamp < 0:
+        raise ValueError(f"a timestamp is {stamp} ns, before 0; correct the stamps")
+    return stamp
 
 
-def _messages(source: Path, topics: Sequence[str]) -> Iterator[tuple[ChannelInfo, int, Any]]:
-    """Every message of poses in file order: its channel, when it was logged, and what it says, read by attribute."""
-    decoders: dict[int, Callable[[bytes], Any]] = {}
-    found = False
-    try:
-        file = McapFile(source)
-        channels = file.catalogue.channels
-        if file.own:
-            raise ImportFileError(f"{source} is a session already; run `replay run {source}`")
-        if file.catalogue.tear is not None:
-            raise _unreadable(source, f"it is cut short at byte {file.catalogue.tear}")
-        posed = [
-            key
-            for key, channel in channels.items()
+def _integer(value: Any) -> int:
+    """An integer of a decoded message, which may be text; 0 where it is absent. ValueError: it is no integer."""
+    if type(value) is int:
+        return value
+    if value is None:
+        return 0
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, str) and DIGITS.fullmatch(value):
+        return int(value)
+    raise ValueError(f"{_brief(value)} in a timestamp is no whole number; write whole seconds and nanoseconds")
+
+
+def _brief(value: Any) -> str:
+    """A value as it is printed, not at length and on a line."""
+    return ascii(vars(value) if isinstance(value, SimpleNamespace) else value)[:40]
+
+
+class _PoseMessages:
+    """Every message of poses in file order: its channel, when it was logged, and its content, read by attribute.
+
+    What is damaged or cut off is left out and counted.
+    """
+
+    def __init__(self, source: Path, topics: Sequence[str]) -> None:
+        self._source, self._topics = source, topics
+        self._decoders: dict[int, Callable[[bytes], Any]] = {}
+        self._damaged: list[SessionFileError] = []
+        self._read = 0
+        try:
+            self._file = McapFile(source, strict=False)
+        except SessionFileError as error:
+            raise _unreadable(source, brief(error)) from None
+        if self._file.own:
+            raise ImportFileError(f"{source} is a session already; {self._own_cure}")
+        catalogue = self._file.catalogue
+        self._damaged += [fault.error for fault in catalogue.faults]
+        self._channels = {
+            number: channel
+            for number, channel in catalogue.channels.items()
             if _kind(channel) in (*FRAMES, *POSES) and (not topics or channel.topic in topics)
-        ]
-        for table in file.tables(*(channels[key].topic for key in posed)):
-            for row in table.of_channels({*posed}).tolist():
-                channel, found = channels[int(table.channel[row])], True
-                yield channel, int(table.log_ns[row]), _decoded(source, channel, table.payload(row), decoders)
-    except SessionFileError as error:
-        raise _unreadable(source, brief(error)) from None
-    seen = {channel.topic: channel.schema_name or "no schema" for channel in channels.values()}
-    absent = [topic for topic in topics if topic not in seen]
-    if absent or not found:
+        }
+
+    @property
+    def _own_cure(self) -> str:
+        """How to go on with a session of ours."""
+        source = self._source
+        is_torn = self._file.catalogue.tear is not None
+        return f"save what is there: replay recover {source} NEW.mcap" if is_torn else f"run `replay run {source}`"
+
+    def __iter__(self) -> Iterator[tuple[ChannelInfo, int, Any]]:
+        for table in together(self._regions()):
+            for row in table.of_channels({*self._channels}).tolist():
+                channel = self._channels[int(table.channel[row])]
+                message = _decoded(self._source, channel, table.payload(row), self._decoders)
+                self._read += 1
+                yield channel, int(table.log_ns[row]), message
+        self._check_topics()
+
+    def _regions(self) -> Iterator[MessageTable]:
+        """The messages of each region that is whole."""
+        topics = [channel.topic for channel in self._channels.values()]
+        with self._source.open("rb") as stream:
+            for region in self._file.regions(*topics):
+                try:
+                    table = read_region(stream, region, self._file.catalogue)
+                except SessionFileError as error:
+                    self._damaged.append(error)
+                    if error.code == "too-much":
+                        raise _unreadable(self._source, brief(error)) from None
+                    continue
+                yield table
+
+    def account(self, ledger: Ledger) -> None:
+        """Book the messages read, and those that the file's statistics count and that could not be read."""
+        catalogue = self._file.catalogue
+        lost = 0
+        if catalogue.counted is not None:
+            declared = sum(catalogue.counted.get(number, 0) for number in self._channels)
+            lost = max(declared - self._read, 0)
+        why = "that are damaged"
+        if self._damaged:
+            why = f"that are damaged ({brief(self._damaged[0])})"
+            lost = max(lost, len(self._damaged))
+        ledger.book("messages", read=self._read + lost, kept=self._read, dropped={why: lost})
+        if catalogue.tear is not None:
+            cut = {f"cut off at byte {catalogue.tear:,}, and perhaps more": 1}
+            ledger.book("messages", "the end of the file", read=1, kept=0, dropped=cut)
+
+    def _check_topics(self) -> None:
+        """Refuse a file without a message of poses, or without a topic that was named."""
+        catalogue = self._file.catalogue
+        seen = {channel.topic: channel.schema_name or "no schema" for channel in catalogue.channels.values()}
+        absent = [topic for topic in self._topics if topic not in seen]
+        if self._read and not absent:
+            return
         what = f"no topic {absent[0]!r}" if absent else f"no message of poses ({', '.join((*FRAMES, *POSES))})"
-        there = ", ".join(f"{topic} ({name})" for topic, name in [*seen.items()][:NAMED_TOPICS])
-        raise ImportFileError(f"{source}: {what}; there are: {there or 'none'}")
+        present = ", ".join(f"{topic} ({name})" for topic, name in [*seen.items()][:NAMED_TOPICS])
+        message = f"{self._source}: {what}; there are: {present or 'none'}"
+        if self._damaged:
+            message = f"{message}; and it is damaged: {brief(self._damaged[0])}; record it again"
+        elif catalogue.tear is not None:
+            message = f"{message}; and it is cut short at byte {catalogue.tear:,}; record it again"
+        raise ImportFileError(message)
 
 
 def _unreadable(source: Path, why: str) -> ImportFileError:
-    return ImportFileError(f"{source} is no whole MCAP file ({why}); record it again, or mend it with `replay recover`")
+    return ImportFileError(f"{source} is no MCAP file that can be read ({why}); record it again")
 
 
 def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:

@@ -13,12 +13,14 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.pose_table import METRES, SourceFrame, imported
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import METRES, SourceFrame, imported, numbered
 from sessions.model.session import Session
 
 BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
+LINES_WITHOUT_ID: Final = 4  # Kinds, names, parts and axes; Motive adds a line of IDs, newer ones of parents, too
 FIRST, TIMES = "Format Version", ("Time (Seconds)", "Time")
 
 
@@ -32,7 +34,8 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     Raises ``ImportFileError``: names file, line and what to export.
     """
     facts, above, heads = _preamble(source)
-    table = CsvTable(source, CsvLayout(skip_lines=above, header_lines=heads))
+    ledger = Ledger(source)
+    table = CsvTable(source, ledger, CsvLayout(skip_lines=above, header_lines=heads))
     euler = facts.get("Rotation Type", "Quaternion")
     if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
         raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
@@ -46,12 +49,16 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
         )
     time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
     stamps = table.stamps(time, "s")
-    tables = {name: table.poses(columns, stamps) for name, columns in _bodies(table, euler).items()}
+    bodies, notes = _bodies(table, euler)
+    ledger.book("rows", read=len(table), kept=len(table))
+    ledger.book("names", read=len(bodies), kept=len(bodies))
+    tables = {name: table.poses(columns, stamps) for name, columns in bodies.items()}
     assumed = [] if "Length Units" in facts else ["lengths in m"]
     if euler != "Quaternion":
         assumed.append(f"Euler angles {euler} in degrees about own axes")
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
-    return imported(tables, SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed), table.notes)
+    frame = SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed)
+    return imported(tables, frame, ledger, [*notes, *table.notes])
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
@@ -82,25 +89,48 @@ def _kinds(row: list[str]) -> bool:
     return bool({*row[2:]} & {*BODIES, "Marker", "Rigid Body Marker"})
 
 
-def _bodies(table: CsvTable, euler: str) -> dict[str, PoseColumns]:
-    """Body -> its columns: place X Y Z, then a quaternion X Y Z W or angles in the order of turning."""
+def _bodies(table: CsvTable, euler: str) -> tuple[dict[str, PoseColumns], list[str]]:
+    """Body -> its columns, and a note of each body that is numbered because another bears its name.
+
+    Columns are a place X Y Z, then a quaternion X Y Z W or angles in the order of turning.
+    """
     turns, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
-    found: dict[str, dict[tuple[str, str], str]] = {}
-    heads = table.heads[0], table.heads[1], table.heads[-2], table.heads[-1]
-    for tracked, name, part, axis, column in zip(*heads, table.columns, strict=True):
-        if tracked in BODIES:
-            found.setdefault(name, {})[part, axis] = column
-    if not found:
-        raise ImportFileError(
-            f"{table.source}: no rigid body or bone is in it, only markers; export it again with rigid bodies on"
-        )
-    bodies = {}
-    for name, columns in found.items():
+    bodies, notes = dict[str, PoseColumns](), list[str]()
+    for name, columns in _tracked(table):
         try:
             place = tuple(columns["Position", axis] for axis in "XYZ")
             turn = tuple(columns["Rotation", axis] for axis in turns)
         except KeyError as missing:
             what = f"{name!r} has no column {' '.join(missing.args[0])!r}"
             raise ImportFileError(f"{table.source}: {what}; export it with Rotation Type Quaternion") from None
-        bodies[name] = PoseColumns(place, turn, kind, euler)
-    return bodies
+        body = numbered(name, bodies)
+        if body != name:
+            notes.append(f"{body}: another body of the name {name}")
+        bodies[body] = PoseColumns(place, turn, kind, euler)
+    if not bodies:
+        raise ImportFileError(
+            f"{table.source}: no rigid body or bone is in it, only markers; export it again with rigid bodies on"
+        )
+    return bodies, notes
+
+
+def _tracked(table: CsvTable) -> list[tuple[str, dict[tuple[str, str], str]]]:
+    """Each rigid body and bone: its name, and its columns by part and axis.
+
+    Bodies of one name differ in kind or ID, or begin anew where a column comes again.
+    """
+    heads = table.heads
+    ids = heads[2] if len(heads) > LINES_WITHOUT_ID else [""] * len(table.columns)
+    tracked: list[tuple[str, dict[tuple[str, str], str]]] = []
+    latest: dict[tuple[str, str, str], dict[tuple[str, str], str]] = {}
+    for kind, name, number, part, axis, column in zip(
+        heads[0], heads[1], ids, heads[-2], heads[-1], table.columns, strict=True
+    ):
+        if kind not in BODIES:
+            continue
+        columns = latest.get((kind, name, number))
+        if columns is None or (part, axis) in columns:
+            columns = latest[kind, name, number] = {}
+            tracked.append((name, columns))
+        columns[part, axis] = column
+    return tracked

@@ -1,17 +1,18 @@
 """Poses as their source has them, and their one way into the canonical frame: axes, lengths, clock.
 
-Numbers beside them come along; what is dropped is counted.
+Numbers beside them come along; what is dropped is in the ledger.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
+from sessions.importers.ledger import FACT, Ledger
+from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.session import Session
@@ -24,10 +25,6 @@ METRES: Final[Mapping[str, float]] = {
     "m": 1.0, "cm": 0.01, "mm": 0.001, "meter": 1.0, "meters": 1.0, "metres": 1.0, "centimeters": 0.01,
     "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048,
 }  # fmt: skip
-
-Numbers = NDArray[np.float64]
-Stamps = NDArray[np.int64]
-Rows = NDArray[np.bool_]
 
 
 class PoseTable(NamedTuple):
@@ -68,9 +65,18 @@ class SourceFrame:
 
 
 def imported(
-    tables: Mapping[str, PoseTable], frame: SourceFrame, notes: Sequence[str] = (), streams: Iterable[Stream] = ()
+    tables: Mapping[str, PoseTable],
+    frame: SourceFrame,
+    ledger: Ledger,
+    notes: Sequence[str] = (),
+    streams: Iterable[Stream] = (),
 ) -> Session:
-    """Tables in the canonical frame and metres, and numbers by their names; every conversion is among the facts."""
+    """Tables in the canonical frame and metres, and numbers by their names.
+
+    Every conversion and the ledger are among the facts. Of several streams of one name the later ones are numbered.
+
+    Raises ``ImportFileError``: a clock starts again.
+    """
     axes = frame.axes
     done = []
     if (axes.axes, axes.signs) != ((0, 1, 2), (1, 1, 1)):
@@ -80,21 +86,22 @@ def imported(
     done += notes
     tracks: dict[str, Track] = {}
     for name, table in tables.items():
-        tracks[name], words = track_of(name, table, frame)
+        tracks[name], words = track_of(name, table, frame, ledger)
         done += words
     scalars: dict[str, ScalarTrack] = {}
-    for name, times_ns, values, unit in streams:
-        keep, words = _increasing(f"scalar {name}", times_ns)
-        done += words
-        while name in scalars:
-            name += " (again)"
-        scalars[name] = ScalarTrack(times_ns[keep], values[keep], unit)
+    for stream in streams:
+        name = numbered(stream.name, scalars)
+        if name != stream.name:
+            done.append(f"scalar {name}: another of the name {stream.name}")
+        keep = increasing(f"scalar {name}", stream.times_ns, (stream.values,), ledger)
+        scalars[name] = ScalarTrack(stream.times_ns[keep], stream.values[keep], stream.unit)
     facts = {
         "conversions": "; ".join(_grouped(done)) or "none",
         "source_units": frame.units,
         "source_convention": axes.name,
         "handedness": axes.handedness,
         "clock": frame.clock,
+        FACT: ledger.as_text(),
     }
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
@@ -110,12 +117,22 @@ def _grouped(notes: Iterable[str]) -> list[str]:
     return [", ".join(filter(None, dict.fromkeys(names))) + words for words, names in about.items()]
 
 
-def track_of(name: str, table: PoseTable, frame: SourceFrame) -> tuple[Track, list[str]]:
-    """The rows whose stamps increase, in the canonical frame, and sentences about rows dropped or flagged.
+def numbered(name: str, taken: Container[str]) -> str:
+    """The name, or where it is taken the name with the first number that is free: ``cup (2)``."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name} ({number})"
+    return free
+
+
+def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) -> tuple[Track, list[str]]:
+    """The rows whose stamps increase, in the canonical frame, and sentences about rows that are flagged.
 
     Rows that hold no rotation are flagged as lost, and keep their numbers.
     """
-    keep, words = _increasing(name, table.times_ns)
+    words = []
+    keep = increasing(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
     places = frame.axes.points(table.positions[keep]) * METRES[frame.units]
     turns = frame.axes.quaternions(table.quaternions_xyzw[keep])
     claimed = np.ones(len(places), dtype=np.bool_) if table.valid is None else table.valid[keep]
@@ -131,14 +148,6 @@ def is_rotation(quaternions: Numbers) -> Rows:
     with np.errstate(over="ignore", invalid="ignore"):
         norm = np.sqrt((quaternions**2).sum(axis=1))
     return np.abs(norm - 1.0) <= QUATERNION_TOLERANCE
-
-
-def _increasing(name: str, times_ns: Stamps) -> tuple[Rows, list[str]]:
-    """Which stamps are later than all before them, (n,), and a sentence about the others."""
-    keep = np.ones(len(times_ns), dtype=np.bool_)
-    keep[1:] = times_ns[1:] > np.maximum.accumulate(times_ns)[:-1]
-    dropped = int((~keep).sum())
-    return keep, [f"{name}: {dropped} rows dropped whose stamp repeats or goes back"] if dropped else []
 
 
 def number(value: Any) -> float:

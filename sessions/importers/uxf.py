@@ -18,7 +18,9 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.pose_table import LARGEST_SECONDS, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
+from sessions.importers.stamps import Numbers, Stamps
 from sessions.input_files import check_regular
 from sessions.model.event import Interval
 from sessions.model.session import Session
@@ -44,14 +46,16 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     Raises ``ImportFileError``: names folder, file, line and column.
     """
     folder = source.parent if source.is_file() else source
+    ledger = Ledger(folder)
     poses: dict[str, list[PoseTable]] = {}
     numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
     notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
     for path, body in _trackers(folder):
         if not _begins_with(path, TIME):
-            notes.append(f"{path.name} left out: its first line does not name {TIME}")
+            ledger.book("files", path.name, read=1, kept=0, dropped={f"whose first line does not name {TIME}": 1})
             continue
-        table = CsvTable(path)
+        table = CsvTable(path, ledger, body=path.name)
+        ledger.book("rows", path.name, read=len(table), kept=len(table))
         stamps = table.stamps(TIME, "s")
         if PLACE[0] in table.columns:
             poses.setdefault(body, []).append(table.poses(POSE, stamps))
@@ -65,12 +69,10 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     for name, parts in numbers.items():
         times, values = map(np.concatenate, zip(*parts, strict=True))
         streams.append(Stream(name, times, values))
-    trials, unended = _trials(folder)
-    if unended:
-        notes.append(f"{unended} trials left out that did not end")
+    trials = _trials(folder, ledger)
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
     frame = SourceFrame.in_axes(convention, "unity", "m", "Unity's Time.time, s", assumed)
-    samples = imported(tables, frame, notes, streams)
+    samples = imported(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 
 
@@ -98,12 +100,12 @@ def _begins_with(path: Path, column: str) -> bool:
         return column in file.readline(LONGEST_HEADER)
 
 
-def _trials(folder: Path) -> tuple[list[Interval], int]:
-    """Every trial that began and ended, with the other columns of its row; and how many others there are."""
+def _trials(folder: Path, ledger: Ledger) -> list[Interval]:
+    """Every trial that began and ended, with the other columns of its row."""
     found, rows = list[Interval](), 0
     for path in folder.rglob(TRIALS):
         check_regular(path, "trial file", ImportFileError)
-        table = CsvTable(path)
+        table = CsvTable(path, ledger, body=path.name)
         rows += len(table)
         spans = table.numbers(("start_time", "end_time"))
         cells = {name: table.texts(name) for name in table.columns if name not in ("start_time", "end_time")}
@@ -112,4 +114,5 @@ def _trials(folder: Path) -> tuple[list[Interval], int]:
                 data = {name: column[row] for name, column in cells.items() if column[row]}
                 name = f"trial {data.get('trial_num', row + 1)}"
                 found.append(Interval(round(start * 1e9), round(end * 1e9), "task", name, data))
-    return found, rows - len(found)
+    ledger.book("trials", read=rows, kept=len(found), dropped={"that did not end": rows - len(found)})
+    return found

@@ -9,10 +9,12 @@ Source: XDF specification, and its wiki, page *MoCap Meta Data*.
 import gzip
 import logging
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
+from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,7 +22,9 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
-from sessions.importers.pose_table import METRES, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
+from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import METRES, PoseTable, SourceFrame, Stream, imported, numbered, stamps_of
+from sessions.importers.stamps import Numbers, Stamps
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.model.event import Event
 from sessions.model.session import Session
@@ -30,6 +34,7 @@ MAGIC: Final = b"XDF:"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
 SAMPLES, HEAD_BYTES = b"\x03\x00", 6
 """The tag of a chunk of samples; behind it and the number of the stream a byte says how wide their count is."""
+PARTS_JOINED: Final = "that go on with a stream of the same name"
 ASSUMED: Final = "openxr"
 UNITY: Final = "unity."
 """How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
@@ -60,23 +65,25 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
 
     Raises ``ImportFileError``: names file, stream and channel.
     """
+    ledger = Ledger(source)
     is_whole = _is_whole(source)
-    streams, notes = _streams(source)
+    streams, notes = _streams(source, ledger)
     bodies: dict[str, tuple[_LslStream, list[int], PoseColumns]] = {}
     units: set[str] = set()
     if mapping is None:
         for stream in streams:
             for name, channels in stream.bodies.items():
-                bodies[name if name not in bodies else f"{stream.name}/{name}"] = stream, channels, TYPED
+                body = name if name not in bodies else numbered(f"{stream.name}/{name}", bodies)
+                if body != name:
+                    notes.append(f"{body}: another body of the name {name}, of stream {stream.name!r}")
+                bodies[body] = stream, channels, TYPED
                 units.add(stream.channels[channels[0]]["unit"].lower())
     else:
         stated, unit, mapped = read_stream_mapping(mapping)
         convention, units = convention or stated, {unit}
-        named = {stream.name: stream for stream in streams}
         for body, (name, columns) in mapped.items():
-            if name not in named:
-                raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
-            bodies[body] = named[name], named[name].labelled(columns), columns
+            stream = _stream_named(name, streams, source)
+            bodies[body] = stream, stream.labelled(columns), columns
     posed = [stream for stream, _, _ in bodies.values()]
     tables = {name: stream.poses(channels, columns) for name, (stream, channels, columns) in bodies.items()}
     if not tables:
@@ -103,7 +110,20 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     frame = SourceFrame.in_axes(convention, min(kinds), max(units) or "m", clock, assumed)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
-    return replace(imported(tables, frame, notes, numbers), events=events)
+    return replace(imported(tables, frame, ledger, notes, numbers), events=events)
+
+
+def _stream_named(name: str, streams: Sequence["_LslStream"], source: Path) -> "_LslStream":
+    """The stream that a mapping names; ImportFileError where there is none, or several that are not one recording."""
+    named = [stream for stream in streams if stream.name == name]
+    if not named:
+        raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, [stream.name for stream in streams])}")
+    if len(named) > 1:
+        raise ImportFileError(
+            f"{source}: {len(named)} streams are called {name!r} and differ in channels or overlap in time, so that "
+            "they are not one stream that was interrupted; record them under names of their own"
+        )
+    return named[0]
 
 
 class _LslStream:
@@ -118,6 +138,18 @@ class _LslStream:
         listed = described.get("channel", []) if isinstance(described, dict) else []
         keys = ("label", "type", "unit", "object", "marker")
         self.channels = [{key: _text(channel, key) for key in keys} for channel in listed]
+
+    @property
+    def description(self) -> tuple[object, ...]:
+        """All that streams have in common where they are one that was interrupted."""
+        info = self.data["info"]
+        return self.name, self.kind, _text(info, "source_id"), _text(info, "channel_format"), self.channels
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Its first and its last stamp, s."""
+        stamps = self.data["time_stamps"]
+        return (float(min(stamps)), float(max(stamps))) if len(stamps) else (inf, -inf)
 
     @property
     def stamps(self) -> Stamps:
@@ -212,8 +244,8 @@ def _text(data: Any, key: str) -> str:
     return text.strip() if isinstance(text, str) else ""
 
 
-def _streams(source: Path) -> tuple[list[_LslStream], list[str]]:
-    """Every stream on the recorder's clock, and whether the reader had to skip anything."""
+def _streams(source: Path, ledger: Ledger) -> tuple[list[_LslStream], list[str]]:
+    """Every stream on the recorder's clock, and notes; the parts of one that was interrupted are joined."""
     try:
         from pyxdf import load_xdf
     except ImportError:
@@ -236,7 +268,48 @@ def _streams(source: Path) -> tuple[list[_LslStream], list[str]]:
         logger.removeFilter(is_printed)
     skipped = sum(level >= logging.ERROR for level in heard)  # a remark about segments is no damage
     notes = [f"{skipped} places of the file could not be read and were skipped"] if skipped else []
-    return [_LslStream(source, stream) for stream in streams], notes
+    return _joined([_LslStream(source, stream) for stream in streams], source, ledger, notes), notes
+
+
+def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list[str]) -> list[_LslStream]:
+    """Streams with the parts of each one that was interrupted joined: all of one description, one after the other.
+
+    A recorder writes a stream that comes back as another stream of the same name. Streams that overlap in time stay
+    apart: they were sent at once.
+    """
+    parts: list[list[_LslStream]] = []
+    for stream in streams:
+        alike = next((group for group in parts if group[0].description == stream.description), None)
+        if alike is None:
+            parts.append([stream])
+        else:
+            alike.append(stream)
+    joined = []
+    for group in parts:
+        group.sort(key=lambda stream: stream.interval)
+        apart = all(before.interval[1] < after.interval[0] for before, after in pairwise(group))
+        samples = sum(len(stream.data["time_stamps"]) for stream in group)
+        if len(group) == 1 or not apart:
+            joined += group
+        else:
+            joined.append(_LslStream(source, _concatenated([stream.data for stream in group])))
+            notes.append(f"stream {group[0].name!r}: {len(group)} parts of {samples:,} samples joined")
+        merged = {PARTS_JOINED: len(group) - 1} if apart else {}
+        ledger.book("streams", read=len(group), kept=len(group) - sum(merged.values()), merged=merged)
+    return joined
+
+
+def _concatenated(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """The data of streams one after the other, as pyxdf holds them."""
+    series = [part["time_series"] for part in parts if len(part["time_series"])]
+    is_text = any(isinstance(values, list) for values in series)
+    return {
+        **parts[0],
+        "time_stamps": np.concatenate([part["time_stamps"] for part in parts]),
+        "time_series": [row for values in series for row in values] if is_text else np.concatenate(series),
+        "clock_times": [time for part in parts for time in part["clock_times"]],
+        "clock_values": [value for part in parts for value in part["clock_values"]],
+    }
 
 
 def _check_size(source: Path) -> None:

@@ -20,6 +20,7 @@ from support.damage import damaged_below_checksums
 from sessions import read_session, write_session
 from sessions.errors import ImportFileError, SessionError
 from sessions.importers import import_session
+from sessions.importers.ledger import ledger_of
 
 MUTANTS = [15, pytest.param(int(os.environ.get("IMPORT_MUTANTS", "200")), marks=pytest.mark.slow)]
 LONGEST_S = 10.0
@@ -56,6 +57,11 @@ def round_trips(session, folder):
             for field, values in vars(one).items():
                 np.testing.assert_array_equal(vars(getattr(found, part)[key])[field], values, err_msg=f"{key} {field}")
     assert (found.events, found.intervals) == (session.events, session.intervals)
+
+
+def books(session):
+    """What the ledger of an import says of losses and mergers."""
+    return "; ".join(ledger_of(session.facts).sentences())
 
 
 def refused(name, path, words, **options):

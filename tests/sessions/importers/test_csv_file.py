@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, refused, round_trips, tried
+from support.import_mutants import MUTANTS, books, refused, round_trips, tried
 
 from replay import guide
 from sessions import MeshData
@@ -173,7 +173,7 @@ def test_empty_cells_are_lost_short_rows_are_counted_and_a_bad_cell_is_named_wit
     lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
     session = import_session("csv", written(*lines))
     assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
-    assert "1 rows left out" in session.facts["conversions"]
+    assert "1 of 3 rows dropped: with too few or too many cells" in books(session)
     refused("csv", written(*lines, "pose,3,cup,1,2,x,0,0,0,1,1"), "line 6, column 'pz': 'x' is no number")
 
 
@@ -222,7 +222,7 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     assert np.allclose(session.hands["student/left"].trigger, np.arange(count) / count)
     contacts = [(one.body_a, one.body_b, one.phase) for one in session.live_contacts]
     assert contacts == [("LeftWheel", "Beaker", "enter"), ("LeftWheel", "Beaker", "exit")]
-    assert "left out" not in session.facts["conversions"]
+    assert "dropped" not in books(session)
     assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
     round_trips(session, tmp_path)
 
@@ -243,9 +243,8 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
         Event(1_000_000_000, "event", "a, b", "Beaker"),
         Event(2_000_000_000, "act", "pouring"),
     ]
-    said = session.facts["conversions"]
-    assert "1 rows left out that have too few" in said
-    assert "8 rows left out of 7 unknown kinds such as 'a', 'b', 'c', 'd', 'e'" in said
+    why = "1 with too few or too many cells; 8 of 7 unknown kinds such as 'a', 'b', 'c', 'd', 'e'"
+    assert books(session).endswith(f"9 of 17 rows dropped: {why}")
 
 
 def test_rows_of_contacts_become_reports_in_order_of_time_to_the_nanosecond(written):

@@ -3,11 +3,12 @@ from importlib.metadata import EntryPoint, EntryPoints
 
 import numpy as np
 import pytest
-from support.import_mutants import refused
+from support.import_mutants import books, refused
 
 from sessions import MeshData, Session, Track, importers
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
 from sessions.importers.finish import finished
+from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
@@ -20,16 +21,20 @@ def samples(*names):
     return Session.from_tracks(dict.fromkeys(names, track))
 
 
-def test_a_stamp_that_goes_back_costs_its_rows_and_a_row_without_a_rotation_is_flagged_and_keeps_its_numbers():
+def test_the_longest_increasing_part_stays_and_rows_without_rotation_are_flagged():
     stamps = np.array([0, 10, 5, 7, 10, 11, 12, 13])
     turns = np.tile([0, 0, 0, 1.0], (8, 1))
     turns[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
-    found = imported({"cup": PoseTable(stamps, np.zeros((8, 3)), turns)}, SourceFrame(CONVENTIONS["gltf"], "m", ""))
+    ledger = Ledger("log")
+    found = imported(
+        {"cup": PoseTable(stamps, np.zeros((8, 3)), turns)}, SourceFrame(CONVENTIONS["gltf"], "m", ""), ledger
+    )
     track = found.tracks["cup"]
-    assert track.times_ns.tolist() == [0, 10, 11, 12, 13]
-    assert track.valid.tolist() == [True, True, False, False, True]
-    assert track.quaternions_xyzw[2].tolist() == [0, 0, 0, 1.1]
-    assert "cup: 3 rows dropped whose stamp repeats or goes back; cup: 2 rows flagged" in found.facts["conversions"]
+    assert track.times_ns.tolist() == [0, 5, 7, 10, 11, 12, 13]
+    assert track.valid.tolist() == [True, True, True, True, False, False, True]
+    assert track.quaternions_xyzw[4].tolist() == [0, 0, 0, 1.1]
+    assert "cup: 2 rows flagged" in found.facts["conversions"]
+    assert books(found) == "cup: 1 of 8 samples merged: that repeat a sample"
 
 
 def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_at_all(tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import refused
+from support.import_mutants import books, refused
 from support.true_poses import UNITY, has_poses
 
 from sessions.importers import import_session
@@ -43,7 +43,7 @@ def test_trials_that_ended_are_intervals_with_their_results(folder):
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
     assert "score" not in second.data and second.name == "trial 2"
-    assert "2 trials left out that did not end" in import_session("uxf", folder).facts["conversions"]
+    assert "trials dropped: that did not end" in books(import_session("uxf", folder))
 
 
 def test_trials_without_numbers_are_counted_in_their_order(folder):
@@ -65,8 +65,8 @@ def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
     pupil = session.scalars["head/pupil"]
     assert pupil.values.tolist() == [float(f"{trial}.{k:02d}") for trial in (1, 2) for k in range(COUNT)]
     assert pupil.times_ns.tolist() == session.tracks["head"].times_ns.tolist()
-    np.testing.assert_array_equal(session.scalars["heart_belt/bpm"].values, [71, np.nan])
-    assert "scalar heart_belt/bpm: 1 rows dropped whose stamp repeats or goes back" in session.facts["conversions"]
+    np.testing.assert_array_equal(session.scalars["heart_belt/bpm"].values, [70, np.nan])
+    assert "scalar heart_belt/bpm: 1 of 3 samples dropped: with a stamp out of order" in books(session)
 
 
 HEAD = "trackers/head_movement_T001.csv"
@@ -105,8 +105,8 @@ def test_a_broken_folder_is_refused_in_one_sentence(folder, change, words):
 def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
     (folder / HEAD).write_bytes(data)
     session = import_session("uxf", folder)
-    words = "head_movement_T001.csv left out: its first line does not name time"
-    assert words in session.facts["conversions"] and len(session.tracks["head"]) == COUNT
+    words = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
+    assert words in books(session) and len(session.tracks["head"]) == COUNT
 
 
 def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
@@ -120,4 +120,4 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
         in session.facts["conversions"]
     )
     path.write_text(text[: text.rindex(",")])
-    assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
+    assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in books(import_session("uxf", folder))

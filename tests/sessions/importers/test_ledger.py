@@ -1,0 +1,77 @@
+"""Losses are known by how the recordings here were made, never from the ledger itself."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.import_mutants import books
+
+from sessions import examine, read_session, write_session
+from sessions.importers import import_session
+from sessions.importers.ledger import FACT, Ledger, ledger_of
+
+COUNTS = st.integers(0, 10**6)
+REASONS = st.dictionaries(st.sampled_from(["torn", "twice", "ragged"]), st.integers(1, 1000), max_size=3)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["rows", "samples"]), st.sampled_from("ab"), COUNTS, REASONS, REASONS)))
+def test_accounts_add_up_and_come_back_from_text(accounts):
+    ledger = Ledger("log.csv")
+    for kind, body, kept, dropped, merged in accounts:
+        read = kept + sum(dropped.values()) + sum(merged.values())
+        ledger.book(kind, body, read=read, kept=kept, dropped=dropped, merged=merged)
+    found = ledger_of({FACT: ledger.as_text()})
+    assert list(found) == list(ledger)
+    total = sum(kept + sum(dropped.values()) + sum(merged.values()) for _, _, kept, dropped, merged in accounts)
+    assert sum(entry.read for entry in found) == total
+
+
+@pytest.mark.parametrize(("read", "kept", "dropped"), [(3, 2, {}), (3, 3, {"torn": 1}), (2, 3, {"torn": -1})])
+def test_an_account_that_does_not_add_up_is_never_booked(read, kept, dropped):
+    with pytest.raises(AssertionError):
+        Ledger("log").book("rows", read=read, kept=kept, dropped=dropped)
+    assert ledger_of({FACT: json.dumps([["rows", "", read, kept, dropped, {}]])}) is None
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[", "{}x", "3", '[["rows"]]', '[["rows","",1,true,{},{}]]', '[["x","",1,1,{},{}]]', "[" * 9999]
+)
+def test_what_is_no_ledger_is_not_known(text):
+    assert ledger_of({FACT: text}) is None
+
+
+HEAD = "time,body,px,py,pz,qx,qy,qz,qw,kind,tracked"
+
+
+def log(tmp_path, rows):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([HEAD, *rows, ""]))
+    return path
+
+
+def row(time, body="cup"):
+    return f"{time:.3f},{body},{time:.3f},0,0,0,0,0,1,pose,1"
+
+
+@pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
+def test_more_than_one_percent_lost_is_a_finding_of_the_file_and_less_is_not(tmp_path, short, warns):
+    rows = [row(0.1 * k) for k in range(200)]
+    session = import_session("csv", log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
+    assert books(session) == f"{short} of 200 rows dropped: with too few or too many cells"
+    write_session(session, tmp_path / "s.mcap")
+    assert ledger_of(read_session(tmp_path / "s.mcap").facts).sentences() == ledger_of(session.facts).sentences()
+    found = [finding for finding in examine(tmp_path / "s.mcap") if finding.code == "import-loss"]
+    assert [finding.count for finding in found] == [short] * warns
+
+
+def test_a_sample_that_is_there_twice_is_merged_and_another_of_its_stamp_is_dropped(tmp_path):
+    rows = [row(0.1 * k) for k in range(50)]
+    other = row(0.3).replace("0.300,0,0", "0.700,0,0")
+    session = import_session("csv", log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))
+    assert np.allclose(session.tracks["cup"].positions[:, 0], 0.1 * np.arange(50))
+    assert books(session).split("; ") == [
+        "cup: 1 of 52 samples dropped: with the stamp of another sample",
+        "cup: 1 of 52 samples merged: that repeat a sample",
+    ]

@@ -1,0 +1,86 @@
+"""The longest part is checked by the quadratic recurrence; wild stamps are planted among known ones."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.errors import ImportFileError
+from sessions.importers.ledger import Ledger
+from sessions.importers.stamps import increasing, iso_nanoseconds, last_of_each_stamp, longest_increasing
+
+STEP = 11_111_111
+STAMPS = STEP * np.arange(180, dtype=np.int64)
+
+
+def longest(values):
+    lengths = []
+    for place, value in enumerate(values):
+        lengths.append(1 + max((lengths[k] for k in range(place) if values[k] < value), default=0))
+    return max(lengths, default=0)
+
+
+@given(st.lists(st.integers(0, 12), max_size=25))
+def test_the_longest_increasing_part_stays(values):
+    stamps = np.array(values, dtype=np.int64)
+    keep = longest_increasing(stamps)
+    assert (np.diff(stamps[keep]) > 0).all()
+    assert keep.sum() == longest(values)
+
+
+def kept(stamps):
+    ledger = Ledger("log")
+    return increasing("cup", stamps, (np.arange(len(stamps), dtype=np.float64),), ledger), ledger
+
+
+@pytest.mark.parametrize(
+    "wild",
+    [{60: 2 * 10**14}, {60: 0}, {0: 10**15}, {179: 5}, {3: 10**15, 90: 10**15 + 1, 91: 0, 178: 7}, {17: -5}],
+    ids=["late", "zero", "first", "last", "four", "before 0"],
+)
+def test_wild_stamps_cost_their_own_rows_and_no_others(wild):
+    stamps = STAMPS.copy()
+    stamps[[*wild]] = [*wild.values()]
+    keep, ledger = kept(stamps)
+    assert np.flatnonzero(~keep).tolist() == [*wild]
+    (entry,) = ledger
+    assert (entry.read, entry.kept, entry.lost) == (180, 180 - len(wild), len(wild))
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        np.concatenate([STAMPS, STAMPS]),
+        np.concatenate([STAMPS, STAMPS[:40] + 7]),
+        np.concatenate([STAMPS[:100], STAMPS[100:130] + 10**15, STAMPS[130:]]),
+        np.concatenate([STAMPS[100:], STAMPS]),
+    ],
+    ids=["twice", "a part again", "ahead for a while", "the end first"],
+)
+def test_a_clock_that_starts_again_is_refused(stamps):
+    with pytest.raises(ImportFileError, match=r"log: the clock of 'cup' starts again: its samples .* correct the stam"):
+        kept(stamps)
+
+
+def test_ninety_samples_of_one_stamp_are_one_and_the_others_are_counted():
+    keep, ledger = kept(np.full(90, 5, dtype=np.int64))
+    assert np.flatnonzero(keep).tolist() == [0]
+    assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]
+
+
+def test_a_state_takes_the_last_value_of_each_stamp():
+    rows = last_of_each_stamp("trigger", np.array([3, 1, 3, 2, 1]), ledger := Ledger("log"))
+    assert rows.tolist() == [4, 3, 2] and [entry.lost for entry in ledger] == [2]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1970-01-01T00:00:01.123456789Z", 1_123_456_789),
+        ("1970-01-01T01:00:02,5+01:00", 2_500_000_000),
+        ("2024-03-01T09:00:00", 1_709_283_600_000_000_000),
+        ("1970-01-01 00:00:00.000000001999Z", 1),
+    ],
+)
+def test_a_date_keeps_its_nanoseconds(text, expected):
+    assert iso_nanoseconds(text) == expected
