@@ -24,9 +24,10 @@ class Advice:
     ----------
     engine : with the pages that its rows are from.
     rows : one a choice that could run, plain data: ``number``, ``knobs``, ``setting`` (as ``replay run`` takes it),
-        ``pages``, ``consequence``, ``contacts``, ``missed``, ``late``, ``false_contacts`` and ``wrong`` (means over the
-        sampling offsets, with ``_smallest`` and ``_largest``), ``undecided``, ``false`` (share of the pair-frames
-        reported), ``ms`` a frame and ``p99_ms``, ``None`` where it is not asked frame by frame.
+        ``pages``, ``consequence``, ``contacts``, ``missed``, ``late`` and ``false_contacts`` (means over the
+        sampling offsets, with ``_smallest`` and ``_largest``), ``undecided``, ``loss``, ``not_reported`` (share of
+        the contact time), ``false`` (share of the reported time), ``ms`` a frame and ``p99_ms``, ``None`` where it is
+        not asked frame by frame.
     sentences : what to change, and what could not be tried.
     result : the run behind it, a detector a row: ``row-1`` and so on.
     """
@@ -38,7 +39,7 @@ class Advice:
 
 
 def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) -> Advice:
-    """Audit the settings that a developer has in an engine, and name the one that gets fewest contacts wrong.
+    """Audit the settings that a developer has in an engine, and name the one with the smallest loss.
 
     Parameters
     ----------

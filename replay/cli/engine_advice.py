@@ -4,6 +4,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from replay import words
 from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
 
 if TYPE_CHECKING:
@@ -56,9 +57,8 @@ def write_colliders(session: Path, folder: Path, people: People, *, as_json: boo
 
 def _sentences(shipped: "Shipped") -> list[str]:
     """What was reached, what the engine does with the files, and how to count it again."""
-    from replay.pipeline.gates import figure
 
-    false, limit = figure(100 * (shipped.after["false"] or 0.0)), figure(100 * shipped.max_false)
+    false, limit = words.percentage(100 * (shipped.after["false"] or 0.0)), words.percentage(100 * shipped.max_false)
     lines = [f"{false} % of the contact time is false; at most {limit} % was wanted."]
     if not shipped.reached:
         lines.append("No cut that was tried makes it less: a faster step or another --max-false.")

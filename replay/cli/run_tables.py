@@ -28,7 +28,7 @@ PAIR_ROWS: Final = 20
 COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), built.LATE, "longest stage")
 
 SCREEN_HEADS: Final = {
-    "detector": "", "what": "", "missed": "missed", built.LATE_OR_SHORT: "late or\ncut short",
+    "detector": "", "what": "", "missed": "missed", built.LATE_OR_SHORT: "late or\ncut\nshort",
     "undecided": "undecided", built.FALSE_CONTACT: "false\ncontact", "mean ms": "mean\nms", "p99 ms": "p99\nms",
 }  # fmt: skip
 """Columns of the ranking that fit into 80 columns, and what stands above them."""
@@ -113,7 +113,7 @@ def _mark(result: RunResult) -> str:
     worst = result.ranking[0]
     if worst.lost and not worst.leads_false:
         return IN_RED
-    if worst.fault or worst.undecided:
+    if worst.loss:
         return INVENTED
     return GOOD if worst.contacts else ""
 

@@ -43,7 +43,7 @@ def study_tables(study: Study | None, runs: ClassRuns) -> Group:
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
     for finding in study.findings:
-        name, outcome = tables.words(finding.name), tables.words(finding.outcome)
+        name, outcome = tables.readable_name(finding.name), tables.readable_name(finding.outcome)
         held = " *" if finding.kind == "multiple" else ""
         what = f"{outcome}: {name}" if finding.kind == "groups" else f"{name}, {outcome}{held}"
         yield what, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]

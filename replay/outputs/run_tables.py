@@ -6,12 +6,14 @@ from functools import partial
 from typing import Any, Final
 
 from cdcore.protocol import DECIDED
+from replay import words
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
+from replay.comparison.loss import Share
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effects_runner import CURVES
 from replay.outputs.words import (
@@ -21,9 +23,9 @@ from replay.outputs.words import (
     span_words,
     tallied,
 )  # fmt: skip
-from replay.pipeline.answer import busy_words, milliseconds
-from replay.pipeline.gates import figure, percent
-from replay.pipeline.ranking import Range, Share, all_unconfirmed, range_words
+from replay.pipeline.answer import busy_words
+from replay.pipeline.gates import percent
+from replay.pipeline.ranking import Range, all_unconfirmed
 from replay.pipeline.run_result import Summarised
 from sessions import Finding
 
@@ -43,7 +45,7 @@ MOST_REASONS = 4
 
 
 def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
-    return otherwise if counts is None else Marked(range_words(counts), mark if counts[1] else "")
+    return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
 
 
 def _false_share(of: tuple[Share | None, bool], *, intervals: bool = False) -> Cell:
@@ -53,12 +55,12 @@ def _false_share(of: tuple[Share | None, bool], *, intervals: bool = False) -> C
     if false["share"] is None:
         return "0 %"
     word = " unconfirmed" if unconfirmed else ""
-    words = percent(false, word.strip()) if intervals else f"{figure(100 * false['share'])} %{word}"
-    return Marked(words, INVENTED if false["count"] else "")
+    text = percent(false, word.strip()) if intervals else f"{words.share(false['share'])}{word}"
+    return Marked(text, INVENTED if false["count"] else "")
 
 
 def _ms(seconds: float | None) -> str:
-    return NOT_APPLICABLE if seconds is None else milliseconds(seconds)
+    return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
 
 def _moment(row: Mapping[str, Any]) -> Cell:
@@ -90,9 +92,10 @@ COLUMNS = columns_of(
         "false_of": lambda rank: (rank.false, rank.unconfirmed),
         "false_share": _false_share,
         "ms": _ms,
+        "loss": words.loss_number,
         "quick_ms": _quick_ms,
-        "percent_or_dash": lambda share: NOT_APPLICABLE if share is None else f"{figure(100 * share)} %",
-        "percent": lambda share: "" if share is None else f"{figure(100 * share)} %",
+        "percent_or_dash": lambda share: NOT_APPLICABLE if share is None else words.share(share),
+        "percent": lambda share: "" if share is None else words.share(share),
         "stage": _stage,
         "cut_of": lambda row: int(row["lengths"].get("cut", 0)),
         "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
-from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of, text_of
-from replay.pipeline.answer import busy_sentence
-from replay.pipeline.gates import figure
+from replay import words
+from replay.base.shown import plural
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.comparison.loss import LOSS_MEANING
+from replay.pipeline.answer import TIMES_ARE, busy_sentence
 from replay.pipeline.run_result import RunResult, Tradeoff
 from replay.tradeoffs.engine_knobs import Engine, knob_words
 from replay.tradeoffs.pareto import Row, count_words
@@ -22,8 +24,8 @@ def _counted(name: str, mark: str = "") -> Callable[[Row], Cell]:
     return lambda row: Marked(count_words(row, name), mark if row[name] else "")
 
 
-def _false(share: float | None) -> Cell:
-    return "-" if share is None else Marked(figure(100 * share), INVENTED if share else "")
+def _false(fraction: float | None) -> Cell:
+    return "-" if fraction is None else Marked(words.share(fraction), INVENTED if fraction else "")
 
 
 COLUMNS: Final = columns_of(
@@ -33,10 +35,10 @@ COLUMNS: Final = columns_of(
         "missed": _counted("missed", IN_RED),
         "late": _counted("late", PARTLY),
         "false_contacts": _counted("false_contacts", INVENTED),
-        "wrong": _counted("wrong"),
+        "loss": words.loss_number,
         "share": _false,
-        "plain_share": lambda share: text_of(_false(share)),
-        "slow_ms": lambda ms: "-" if ms is None else f"{ms:.2f}",
+        "plain_share": lambda fraction: "-" if fraction is None else words.share(fraction),
+        "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
         "front": lambda on: "front" if on else "",
         "or_dash": lambda words: words or "-",
         "choice_of": lambda row: f"{row['number']}  {knob_words(row['knobs'])}",
@@ -50,10 +52,10 @@ def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -
 
 
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
-    """What a terminal shows: the settings by wrong contacts, the front marked, long lists cut short."""
+    """What a terminal shows: the settings by loss, the front marked, long lists cut short."""
     about, rows = done.about, list(done.rows)
     shown = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
-    title = f"{about['contacts']} contacts in {about['seconds']:.0f} s, beside {about['oracle']}"
+    title = f"{plural(about['contacts'], 'contact')} in {words.duration(about['seconds'])}, beside {about['oracle']}"
     notes = _more(done, len(rows) - len(shown))
     if everything:
         notes += how_measured(done)
@@ -68,20 +70,19 @@ def _more(done: Tradeoff, hidden: int) -> list[str]:
         parts.append(f"{hidden} more with -v")
     if done.cut:
         one = len(done.cut) == 1
-        limit = figure(done.about["time_limit"] or 0.0)
-        parts.append(f"{len(done.cut)} {'setting was' if one else 'settings were'} not tried within {limit} s")
+        limit = words.duration(done.about["time_limit"] or 0.0)
+        parts.append(f"{len(done.cut)} {'setting was' if one else 'settings were'} not tried within {limit}")
     return [f"... {'; '.join(parts)}"] if parts else []
 
 
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
     """Which times these are, how often they were taken, and how far they hold."""
     about, made, check = done.about, done.about["machine"], done.about["clock"]
-    between = "" if check["low"] is None else f" [{check['low']:.3g}, {check['high']:.3g}]"
-    tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {check['widened']:.3g}"
+    ends = "" if check["low"] is None else f" [{words.number(check['low'])}, {words.number(check['high'])}]"
+    tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {words.number(check['widened'])}"
     ranges = any(row["offsets"] > 1 for row in done.rows)
     return (
-        "Wrong: missed, late or cut short, and false contacts. On the front is what is surely quicker than all with "
-        "fewer wrong contacts.",
+        f"Loss: {LOSS_MEANING}. On the front is what is surely quicker than all with a smaller loss.",
         *(
             ["A range is the smallest and the largest count over 16 sampling offsets; the order goes by the mean."]
             if ranges
@@ -89,7 +90,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         ),
         f"Times: frame by frame, {about['live_frames']:,} frames a pass, in turns with {about['reference']}; no "
         "compilation is in them. Times of this tool on this machine, not of your engine.",
-        f"The clock's self-check: {about['reference']} timed twice gives {check['ratio']:.3g}{between}, {tie}.",
+        f"The clock's self-check: {about['reference']} timed twice gives {words.number(check['ratio'])}{ends}, {tie}.",
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
         *filter(None, [busy_sentence(1 - about["processor_share"])]),
     )
@@ -98,10 +99,11 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
 def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, settings: bool = False) -> Table:
     """A row a choice: what is set in the engine and what comes of it; the ``settings`` for ``run`` on request."""
     contacts, seconds = result.ranking[-1].contacts, result.summary["session"]["duration"]
-    title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"
+    session = f"{plural(contacts, 'contact')} in {words.duration(seconds)}, beside {result.oracle}"
+    title = f"{engine.name} {engine.version}: {session}"
     notes = (
-        "false %: of the contact time reported. wrong: missed, late or cut short, and false contacts; a range is over "
-        "16 sampling offsets. Times of this tool on this machine, not of your engine.",
+        f"Loss: {LOSS_MEANING}. A range is over 16 sampling offsets.",
+        TIMES_ARE,
         *engine.notes,
         "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
     )
@@ -112,7 +114,7 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
 def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: RunResult, engine: Engine) -> Table:
     """A hull a body, and the pieces, as ``run`` counts them."""
     rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
-    title = f"{result.ranking[-1].contacts} contacts, {engine.name} at {engine.step_hz:g} steps a second"
+    title = f"{result.ranking[-1].contacts} contacts, {engine.name} at {words.number(engine.step_hz)} steps a second"
     return Table.of(COLUMNS["before_after"], rows, title)
 
 

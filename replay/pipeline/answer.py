@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from replay import words
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.pipeline.gates import figure
 
 SESSION: Final = "SESSION"
 """Stands in a command for the recording that was replayed."""
@@ -87,12 +87,12 @@ def cost(summary: Mapping[str, Any], oracle: str) -> str:
     figures = summary["detectors"][oracle]
     seconds = figures["seconds"]
     mean = seconds["per_frame_mean"]
-    percentage = figure(1e5 * mean / BUDGET_MS)
-    words = f"{oracle} takes {milliseconds(mean)} ms a frame, {percentage} % of a {HEADSET_HZ:g} Hz frame"
+    percentage = words.share(1e3 * mean / BUDGET_MS)
+    text = f"{oracle} takes {words.frame_time(mean)} a frame, {percentage} of a {HEADSET_HZ:g} Hz frame"
     if "per_frame" in seconds:
-        words += f"; p99 {milliseconds(seconds['per_frame']['p99'])} ms"
+        text += f"; p99 {words.frame_time(seconds['per_frame']['p99'])}"
     how = "" if figures["live"] else " Asked of all frames at once, not frame by frame."
-    return f"{words}.{how}"
+    return f"{text}.{how}"
 
 
 def busy_words(summary: Mapping[str, Any]) -> str:
@@ -103,17 +103,4 @@ def busy_words(summary: Mapping[str, Any]) -> str:
 
 def busy_sentence(share: float) -> str:
     """That other programs had this share of the clock; ``""``: too little to matter."""
-    return "" if share <= BUSY else f"The machine was busy ({figure(100 * share)} %): run again for reliable times."
-
-
-def milliseconds(seconds: float) -> str:
-    """Two decimals, below a tenth of a millisecond two digits, below a hundredth one: ``0.86``, ``0.041``, ``0.009``.
-
-    More would not fit beside the names of detectors in 80 columns.
-    """
-    number = 1e3 * seconds
-    if number >= 10.0:
-        return f"{number:.1f}"
-    if number >= 0.1:
-        return f"{number:.2f}"
-    return f"{number:.2g}" if number >= 0.01 else f"{number:.1g}"
+    return "" if share <= BUSY else f"The machine was busy ({words.share(share)}): run again for reliable times."

@@ -10,15 +10,16 @@ import numpy as np
 from replay.base.shown import plural
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
+from replay.comparison.loss import Share, fraction_of
 from replay.comparison.misses import NEVER_FOUND, by_depth
 from replay.comparison.outcome import Miss, Outcome
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.recorded import RECORDED
-from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, milliseconds
-from replay.pipeline.gates import figure
-from replay.pipeline.ranking import Rank, Share, counts_over_offsets, fault_words, lost_words, part_of
+from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment
+from replay.pipeline.ranking import Rank, counts_over_offsets, fault_words, lost_words
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import detector_words, sentence_of
+from replay.words import frame_time, rate, share
 
 
 def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -39,13 +40,13 @@ def _sentence(result: RunResult, summary: Mapping[str, Any], rank: Rank, worst: 
     """What is wrong with a detector; ``worst``: it is the worst of several."""
     cut = summary["audit"][rank.label].get("contacts_cut", 0)
     more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
-    if not rank.contacts and not part_of(rank.false):
+    if not rank.contacts and not fraction_of(rank.false):
         return _nothing_happened(result, summary, rank.label) + more
     who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
     whose = "its" if code else "their"
     if not worst:
         return f"{who}: {fault_words(rank, whose=whose)}.{more}"
-    if not (rank.lost or rank.fault):
+    if not rank.loss:
         return f"No detector missed a contact or reported a false one.{more}"
     verb = "is" if code or rank.setting == RECORDED else "are"
     return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
@@ -149,7 +150,7 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
         settings = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
         return _unmeasured(f"{words}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
     missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
-    took = "" if every.seconds is None else f"; {milliseconds(every.seconds)} ms a frame"
+    took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
     told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
     return Fix(f"{words}: {told}{took} (measured on this session).", True)
 
@@ -157,13 +158,13 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
 def _recorded_rate(result: RunResult) -> str:
     """`` (90 Hz)``, the usual rate of the recording; ``""`` of a single frame."""
     steps = np.diff(result.assembly.motion.times)
-    return f" ({1.0 / float(np.median(steps)):.3g} Hz)" if len(steps) else ""
+    return f" ({rate(1.0 / float(np.median(steps)))})" if len(steps) else ""
 
 
 def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:
     """With the figures of another detector of this run, or of the reference itself."""
     figures, audit = summary["detectors"][label], summary["audit"].get(label)
-    took = f"{milliseconds(figures['seconds']['per_frame_mean'])} ms a frame"
+    took = f"{frame_time(figures['seconds']['per_frame_mean'])} a frame"
     if audit is None:
         return Fix(f"{words} ({label}), the reference here: {took} (measured on this session).", True)
     missed, late = (counts_over_offsets(audit, name) for name in ("contacts_missed", "contacts_in_part"))
@@ -173,7 +174,7 @@ def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:
 
 def figures_words(lost: str, false: Share) -> str:
     """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
-    return f"{lost or 'none missed or late'}, {figure(100 * part_of(false))} % false"
+    return f"{lost or 'none missed or late'}, {share(fraction_of(false))} false"
 
 
 def _alike(spec: DetectorSpec, settings: Mapping[str, Any]) -> bool:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import floor, log10
 from sys import float_info
 from typing import Any, Final
 
+from replay import words
 from replay.base.wilson import share
 from replay.comparison.look_phases import PHASES
 from replay.errors import AuditError
@@ -136,7 +136,7 @@ def percent(part: Mapping[str, Any], word: str = "") -> str:
     """``0.3 % [0.1, 0.6]``: a share and its interval for people; ``word``: of what, before the interval."""
     if part["share"] is None:
         return "none"
-    share, low, high = (figure(100 * part[name]) for name in ("share", "low", "high"))
+    share, low, high = (words.percentage(100 * part[name]) for name in ("share", "low", "high"))
     sure = f"[{low}, {high}]" if part["high"] - part["low"] <= WIDEST else TOO_FEW
     return f"{share} %{' ' if word else ''}{word} {sure}"
 
@@ -145,11 +145,3 @@ WIDEST: Final = 0.6
 """An interval wider than this spans most of 0 to 100 %."""
 
 TOO_FEW: Final = "(too few contacts to say)"
-
-
-def figure(percentage: float) -> str:
-    """Two digits of the distance from 0 or 100, whichever is nearer; no exponent: ``2.6``, ``50``, ``99.98``."""
-    away = min(percentage, 100.0 - percentage)
-    decimals = max(0, 1 - floor(log10(away))) if away > 0.0 else 0
-    text = f"{percentage:.{decimals}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text

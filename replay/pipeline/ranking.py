@@ -4,16 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from replay import words
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.wilson import share
 from replay.comparison.look_phases import PHASES
+from replay.comparison.loss import Share, fraction_of, loss, lost
 from replay.detection.recorded import RECORDED
-from replay.pipeline.gates import figure
 from replay.pipeline.sentences import detector_words
-
-Share = Mapping[str, Any]
-"""``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high``, as ``replay.base.wilson.share`` makes it."""
 
 Range = tuple[int, int]
 """Smallest and largest count over the sampling offsets; equal where a detector has no rate."""
@@ -34,6 +32,7 @@ class Rank:
     p99: float | None  # seconds in which 99 of 100 of these frames were decided; ``None``: not timed one by one
     missed: Share | None = None  # of the contacts, never found
     in_part: Share | None = None  # of the contacts, found late or cut short
+    time_missed: Share | None = None  # of the pair-frames in contact, those that it does not report
     missed_counts: Range | None = None  # contacts never found
     late_counts: Range | None = None  # contacts found late or cut short
     false: Share | None = None  # of the pair-frames it reports as contact, those that are none
@@ -43,19 +42,24 @@ class Rank:
     phases: int = 1  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
 
     @property
+    def contact_loss(self) -> float:
+        """The part of the loss that is contact missed, not reported or left undecided, 0 to 2."""
+        return lost(self.missed, self.time_missed, self.undecided / max(1, self.contacts))
+
+    @property
+    def loss(self) -> float:
+        """The loss that orders the ranking, 0 to 3; 0 of the reference."""
+        return loss(self.missed, self.time_missed, self.false, self.undecided / max(1, self.contacts))
+
+    @property
     def lost(self) -> bool:
         """Whether any contact is missed, late or cut short."""
-        return part_of(self.missed) + part_of(self.in_part) > 0.0
+        return fraction_of(self.missed) + fraction_of(self.in_part) > 0.0
 
     @property
     def leads_false(self) -> bool:
-        """Whether what it says falsely is the larger fault."""
-        return part_of(self.false) > part_of(self.missed)
-
-    @property
-    def fault(self) -> float:
-        """The larger of what it misses or leaves undecided, and of what it says falsely, 0 to 1."""
-        return max(part_of(self.missed) + self.undecided / max(1, self.contacts), part_of(self.false))
+        """Whether what it reports falsely is the larger part of its loss."""
+        return fraction_of(self.false) > self.contact_loss
 
     @property
     def of_frame(self) -> float | None:
@@ -64,12 +68,13 @@ class Rank:
 
 
 def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
-    """The audited detectors of a run's summary, the one with the largest fault first, and the oracle last.
+    """The audited detectors of a run's summary, the one with the largest loss first, and the oracle last.
 
-    A run computes it once (``RunResult.ranking``), and so does a run folder that is read.
+    Of equal losses the one that misses more contacts comes first. A run computes it once (``RunResult.ranking``), and
+    so does a run folder that is read.
     """
     found = [_rank(summary, label) for label in summary["audit"]]
-    found.sort(key=lambda rank: (-rank.fault, -part_of(rank.in_part)))
+    found.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.in_part)))
     return (*found, _asked(summary, summary["oracle"], found[0].contacts)) if found else ()
 
 
@@ -93,6 +98,7 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     return replace(
         _asked(summary, label, contacts),
         missed=over["contacts_missed"] if over else share(audit["contacts_missed"], contacts),
+        time_missed=over["missed"] if over else audit["missed"],
         in_part=over["contacts_in_part"] if over else share(audit["contacts_in_part"], contacts),
         missed_counts=counts_over_offsets(audit, "contacts_missed"),
         late_counts=counts_over_offsets(audit, "contacts_in_part"),
@@ -118,22 +124,16 @@ def all_unconfirmed(audit: Mapping[str, Any]) -> bool:
     return count > 0 and count == audit["pair_frames"]["INVENTED"]
 
 
-def range_words(counts: Range) -> str:
-    """``0-1``: smallest to largest; one number where they are equal."""
-    smallest, largest = counts
-    return str(smallest) if smallest == largest else f"{smallest}-{largest}"
-
-
 def false_words(share: Share | None, unconfirmed: bool, whose: str) -> str:
     """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
-    false = part_of(share)
+    false = fraction_of(share)
     if not false:
         return ""
     what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
-    return f"{figure(100 * false)} % of {whose} contact time is {what}"
+    return f"{words.share(false)} of {whose} contact time is {what}"
 
 
 def lost_words(missed: Range, late: Range, contacts: int) -> str:
@@ -141,11 +141,11 @@ def lost_words(missed: Range, late: Range, contacts: int) -> str:
     parts = []
     things = plural(contacts, "contact")
     if missed[1]:
-        parts.append(f"{range_words(missed)} of {things} missed")
+        parts.append(f"{words.count_range(missed)} of {things} missed")
         things = ""
     if late[1]:
         of = f" of {things}" if things else ""
-        parts.append(f"{range_words(late)}{of} late or cut short")
+        parts.append(f"{words.count_range(late)}{of} late or cut short")
     return ", ".join(parts)
 
 
@@ -154,12 +154,12 @@ def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str
 
     ``largest``: that fault alone; ``whose`` the contact time is, that is false.
     """
-    lost = lost_words(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
+    lost_contacts = lost_words(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
     undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
     words = [
         (2.0, undecided),
-        (part_of(rank.missed), lost),
-        (part_of(rank.false), false_words(rank.false, rank.unconfirmed, whose)),
+        (rank.contact_loss, lost_contacts),
+        (fraction_of(rank.false), false_words(rank.false, rank.unconfirmed, whose)),
     ]
     told = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
     if told:
@@ -168,8 +168,3 @@ def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str
 
 
 NOTHING: Final = "no contact to miss, and none false"
-
-
-def part_of(share: Share | None) -> float:
-    """A share from 0 to 1; 0 of nothing."""
-    return 0.0 if share is None or share["share"] is None else float(share["share"])

@@ -31,9 +31,9 @@ class Tradeoff:
 
     Parameters
     ----------
-    rows : one per setting that was tried, by wrong contacts and then by mean time: plain data, the columns of
+    rows : one per setting that was tried, by loss and then by mean time: plain data, the columns of
         ``tradeoff.parquet``.
-    front : labels, quickest first: each has fewer wrong contacts than all before it.
+    front : labels, quickest first: each has a smaller loss than all before it.
     advice : sentences: what being right costs and what less costs, or why there is no advice.
     cut : labels that the time limit left out.
     about : session, oracle, machine, versions, seed, ``clock`` (its self-check) and ``processor_share``: of the seconds

@@ -5,16 +5,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, Final
 
 from replay.base.shown import plural
 from replay.detection.detector_spec import spec_text
 from replay.errors import TradeoffError
-from replay.pipeline.gates import figure
 from replay.tradeoffs.pareto import wrong_words
 from replay.tradeoffs.settings import FASTEST
 
 Row = Mapping[str, Any]
+
+WORTH_CHANGING: Final = 0.05
+"""A row whose loss is not less than the first one's by this share of it is not advised."""
 
 
 @dataclass(frozen=True)
@@ -82,29 +84,25 @@ def knob_words(knobs: Mapping[str, str]) -> str:
 
 
 def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
-    """What the first row gets wrong, and the row that gets least wrong; ``rows`` are of one session.
+    """What the first row gets wrong, and the row with the smallest loss; ``rows`` are of one session.
 
-    Of rows with equally few wrong contacts the one that turns the fewest knobs is taken.
+    Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
+    ``WORTH_CHANGING`` off the loss of the first one: what changes nothing is no advice.
     """
     first = rows[0]
     if not first["contacts"]:
         none = f"No contact happened, so none for {engine} to miss."
         return [none, "All that row 1 reports is false."] if first["false"] else [none]
-    if not first["wrong"]:
+    if not first["loss"]:
         return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]
-    best = min(rows, key=lambda row: (row["wrong"], len(row["knobs"]), row["false"] or 0.0, row["number"]))
+    best = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
     sentences = [f"Row {first['number']}: {_all_wrong(first)}."]
-    if best["wrong"] >= first["wrong"]:
-        return [*sentences, "No row gets fewer contacts wrong."]
+    if best["loss"] > (1.0 - WORTH_CHANGING) * first["loss"]:
+        return [*sentences, "No other row is clearly better."]
     cure = f"Take row {best['number']} ({knob_words(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
     return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
 
 
 def _all_wrong(row: Row) -> str:
-    """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
-    parts = [wrong_words(row)]
-    if row["undecided"]:
-        parts.append(f"{row['undecided']} undecided")
-    if row["false"] is not None:
-        parts.append(f"{figure(100 * row['false'])} % of its contact time false")
-    return ", ".join(parts)
+    """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false, 2 undecided``."""
+    return f"{wrong_words(row)}, {row['undecided']} undecided" if row["undecided"] else wrong_words(row)

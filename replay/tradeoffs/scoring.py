@@ -1,13 +1,14 @@
 """The oracle's answer, and what a detection makes of its contacts: counted as the audit counts them."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from cdcore import Detection
 from cdcore.numerics import IntArray
+from replay.base.wilson import share
 from replay.comparison.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.comparison.episodes import column_runs
 from replay.comparison.look_phases import PHASES, OffsetCounts, offset_counts, spread
+from replay.comparison.loss import Share, loss
 from replay.comparison.outcome import Outcome
 from replay.comparison.tolerance import Reference, Tolerance
 from replay.detection.detector_spec import DetectorSpec
@@ -19,22 +20,30 @@ from sessions import Session
 
 
 def wrong_counts(
-    once: ContactCounts, false: int, invented: Mapping[str, Any], offsets: OffsetCounts | None
+    once: ContactCounts, false_contacts: int, false: Share, offsets: OffsetCounts | None
 ) -> dict[str, Any]:
-    """What a detector gets wrong as columns: ``missed``, ``late`` (or cut short), ``false_contacts``; ``wrong``: all.
+    """What a detector gets wrong, as columns.
 
-    Each is the mean over the sampling offsets, beside ``missed_smallest`` and ``missed_largest``, and so on; without
-    ``offsets`` it is counted ``once``, with ``false`` contacts and the share ``invented``. ``false`` is the share of
-    the pair-frames reported.
+    ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
+    beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted ``once``.
+    ``not_reported`` is the share of the contact time that is not reported, ``false`` the share of the reported time
+    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.comparison.loss``.
     """
     if offsets is None:
-        counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false]}
+        counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false_contacts]}
+        contacts_missed, time_missed = share(once.missed, once.contacts), once.share(Outcome.MISSED)
     else:
         missed, late = (part.sum(axis=1).tolist() for part in offsets.faults.values())
         counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
-        invented = offsets.invented
-    counts["wrong"] = [sum(each) for each in zip(*counts.values(), strict=True)]
-    row: dict[str, Any] = {"false": invented["share"], "false_low": invented["low"], "false_high": invented["high"]}
+        shares = offsets.shares()
+        contacts_missed, time_missed, false = (shares[name] for name in ("contacts_missed", "missed", "invented"))
+    row: dict[str, Any] = {
+        "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
+        "not_reported": time_missed["share"],
+        "false": false["share"],
+        "false_low": false["low"],
+        "false_high": false["high"],
+    }
     for name, values in counts.items():
         over = spread(values)
         row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}

@@ -14,12 +14,13 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
     for name, count in {"missed": missed, "late": late, "false_contacts": false}.items():
         low, high = count if isinstance(count, tuple) else (count, count)
         counts |= {name: (low + high) / 2, f"{name}_smallest": low, f"{name}_largest": high}
-    for end in ("", "_smallest", "_largest"):
-        counts[f"wrong{end}"] = sum(counts[f"{name}{end}"] for name in ("missed", "late", "false_contacts"))
+    # Any order of losses will do for a front: here a contact missed, late or false costs the same.
+    loss = sum(counts[name] for name in ("missed", "late", "false_contacts")) / 18
     return {
         "label": label, "settings": label, "detector": label, "line": "", "value": "", "rate_hz": None,
         "complete": False, "oracle": False, "contacts": 18, "contacts_undecided": 0,
-        "contact_frames_undecided": 0, "offsets": 1, "false": 0.0, **counts,
+        "contact_frames_undecided": 0, "offsets": 1, "not_reported": 0.0,
+        "false": counts["false_contacts"] / 50, "loss": loss, **counts,
         "mean_ms": ms, "mean_low": None if spread is None else (1 - spread) * ms,
         "mean_high": None if spread is None else (1 + spread) * ms,
         "p99_ms": 2 * ms if p99 is None else p99, "p99_low": None, "p99_high": None,
@@ -38,8 +39,8 @@ def front(rows):
     """Labels, most accurate first: the next is the first by accuracy that is surely quicker than the one before."""
     left = [row for row in rows if not row["contact_frames_undecided"]]
     labels, last = [], None
-    for wrong in sorted({row["wrong"] for row in left}):
-        alike = [row for row in left if row["wrong"] == wrong]
+    for least in sorted({row["loss"] for row in left}):
+        alike = [row for row in left if row["loss"] == least]
         quickest = sorted(alike, key=lambda row: row["mean_ms"])[0]
         tied = [row for row in alike if row is quickest or not surely_quicker(quickest, row)]
         best = sorted(tied, key=lambda row: not row["complete"])[0]

@@ -5,7 +5,8 @@ from typing import Final
 
 from replay.base.shown import plural
 from replay.base.tables import text_of
-from replay.outputs.plots import Axis, Dot, Plot, scatter
+from replay.outputs.accuracy import accuracy_plot, run_dots
+from replay.outputs.plots import SIZE, Plot
 from replay.outputs.report.charts import KIND_WORDS, Lane, lane, ruler
 from replay.outputs.report.run_view import Fault, RunView, spans
 from replay.outputs.run_tables import happened, ranking_table
@@ -91,7 +92,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     for rank, cells in zip(view.ranking, table.cells(), strict=True):
         words = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = ""
-        if rank is view.ranking[0] and (rank.fault or rank.lost):
+        if rank is view.ranking[0] and rank.loss:
             leads = _leads(rank)
             bad = (
                 "false contact"
@@ -114,19 +115,9 @@ def _leads(rank: Rank) -> str:
 
 
 def _scatter(view: RunView) -> Plot | None:
-    """Wrong contacts against the mean time of a frame."""
-    dots = []
-    for rank in view.ranking:
-        audit = view.summary["audit"].get(rank.label)
-        wrong = 0 if audit is None else audit["contacts_missed"] + audit["contacts_in_part"] + audit["false_contacts"]
-        kind = "reference" if audit is None else _leads(rank) if rank is view.ranking[0] and wrong else ""
-        if rank.mean is not None and not rank.undecided and _compared(view):
-            dots.append(Dot(f"{rank.label}: {wrong:g}", 1e3 * rank.mean, wrong, kind))
-    if not dots:
-        return None
-    up = Axis.of("wrong contacts", [1.0, *(dot.y for dot in dots)], 3, zero=True)
-    said = f"Accuracy against cost: {', '.join(f'{dot.name} at {dot.x:.2g}' for dot in dots)}"
-    return scatter(dots, said, "mean ms a frame", up)
+    """The losses of the ranking against the mean time of a frame."""
+    dots = run_dots(view)
+    return accuracy_plot(dots, SIZE) if dots else None
 
 
 def _timeline(view: RunView, mark: float | None) -> Timeline:

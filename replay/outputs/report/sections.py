@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from replay.base.shown import plural
 from replay.base.tables import Table, table
+from replay.comparison.loss import LOSS_MEANING
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.plots import Plot
@@ -38,7 +39,7 @@ FRAME_WORDS: Final = (
 )
 GLOSSARY: Final = {
     **{column.name: column.meaning for column in RANKING if column.name in RANK_COLUMNS},
-    "wrong contacts": "missed, late or cut short, and false contacts, at the sampling offset of this run",
+    "loss": LOSS_MEANING,
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
 }

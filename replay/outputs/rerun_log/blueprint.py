@@ -154,11 +154,11 @@ def _pipeline(picture: Picture, run: SearchRun) -> Any:
 
 
 def _accuracy(picture: Picture) -> Any:
-    """Both scatters over one axis of cost, what they mean, and the time of every frame."""
+    """Losses over costs, what they mean, and the time of every frame."""
     name = "Accuracy against cost"
     bounds = rrb.VisualBounds2D(x_range=timing.WIDE, y_range=timing.HIGH)
     dots = rrb.Spatial2DView(
-        origin=f"/{timing.SCATTERS}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
+        origin=f"/{timing.SCATTER}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
     )
     detections = picture.result.detections
     high = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])

@@ -5,21 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from replay import words
 from replay.base.constants import CAVEAT
 from replay.base.shown import plural
 from replay.base.tables import Column, Table, markdown, table
 from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
-from replay.outputs.palette import Rgba
+from replay.outputs.accuracy import run_dots, tradeoff_dots
+from replay.outputs.palette import TICKS, Rgba
 from replay.outputs.plots import Dot
 from replay.outputs.report.markup import filled
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS
-from replay.pipeline.answer import milliseconds
 from replay.pipeline.headline import doubts, price, undecided
-from replay.pipeline.ranking import part_of
 from replay.pipeline.run_result import RunResult
 
 FOLDER: Final = "outputs/rerun_log"
@@ -67,21 +67,13 @@ def accuracy_text(result: RunResult) -> str:
     return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
 
 
-def dots_of(result: RunResult) -> list[tuple[Dot, float, Rgba]]:
-    """A dot a detector, or a setting on the front, whose time was measured, its false share of the time, its colour."""
-    labels, dots = [*result.detections], []
-    if result.tradeoff is not None and result.tradeoff.front:
-        rows = {row["label"]: row for row in result.tradeoff.rows}
-        for number, label in enumerate(result.tradeoff.front):
-            row = rows[label]
-            dots.append((label, row["mean_ms"], row["missed"] + row["late"], row["false"] or 0.0, colour_of(number)))
-    else:
-        for rank in result.ranking:
-            if rank.mean is not None:
-                wrong = (part_of(rank.missed) + part_of(rank.in_part)) * rank.contacts
-                colour = colour_of(labels.index(rank.label))
-                dots.append((rank.label, 1e3 * rank.mean, wrong, part_of(rank.false), colour))
-    return [(Dot(f"{name}: {round(wrong, 1):g}", ms, wrong), false, colour) for name, ms, wrong, false, colour in dots]
+def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:
+    """A dot a detector, or a setting of a tradeoff, as on the page, and its colour."""
+    if result.tradeoff is not None and result.tradeoff.rows:
+        dots = tradeoff_dots(result.tradeoff)
+        return [(dot, colour_of(number) if dot.kind else TICKS) for number, dot in enumerate(dots)]
+    labels = [*result.detections]
+    return [(dot, colour_of(labels.index(dot.name.rpartition(": ")[0]))) for dot in run_dots(result)]
 
 
 def series_names(result: RunResult) -> dict[str, str]:
@@ -89,8 +81,8 @@ def series_names(result: RunResult) -> dict[str, str]:
     names = {}
     for label, figures in result.summary["detectors"].items():
         seconds, frame = figures["seconds"], figures["seconds"].get("per_frame")
-        slow = f", p99 {milliseconds(frame['p99'])}, longest {1e3 * frame['max']:.3g}" if frame else ""
-        names[label] = f"{label}: mean {milliseconds(seconds['per_frame_mean'])}{slow}"
+        slow = f", p99 {words.milliseconds(frame['p99'])}, longest {1e3 * frame['max']:.3g}" if frame else ""
+        names[label] = f"{label}: mean {words.milliseconds(seconds['per_frame_mean'])}{slow}"
     return names
 
 

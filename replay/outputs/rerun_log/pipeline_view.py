@@ -20,6 +20,7 @@ from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
+from replay import words
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.shown import plural
 from replay.base.tables import markdown, table
@@ -40,7 +41,6 @@ from replay.outputs.rerun_log.recording_file import (
 )
 from replay.outputs.rerun_log.scene import log_shape
 from replay.outputs.rerun_log.timing import stage_ms, total_ms
-from replay.pipeline.gates import figure
 from replay.pipeline.run_result import RunResult
 
 if TYPE_CHECKING:
@@ -319,7 +319,7 @@ def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
         cells[CONFIRMED] += f", missed: {result.assembly.pair_name(search.pair)}"
     times = [(stage, f"{1e3 * ms[search.frame]:.0f} µs") for stage, ms in stage_ms(run.detection).items()]
     total = total_ms(run.detection)[search.frame]
-    price = f"{total:.2f} ms for this frame: {figure(100 * total / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame"
+    price = f"{total:.2f} ms for this frame: {words.share(total / BUDGET_MS)} of a {HEADSET_HZ:g} Hz frame"
     left = table("", ("stage", "pairs that it leaves"), [*cells.items()])
     return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
 

@@ -11,11 +11,12 @@ import rerun as rr
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray
+from replay import words
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.outputs.accuracy import accuracy_plot
 from replay.outputs.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
-from replay.outputs.plots import LETTER, Axis, Dot, Plot, Point, scatter, ticks_of
+from replay.outputs.plots import LETTER, Dot, Plot, Point
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
-from replay.pipeline.gates import figure
 
 BUDGET_LINE: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9
@@ -30,19 +31,19 @@ STAGES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
-SCATTERS: Final = "accuracy/plot"
+SCATTER: Final = "accuracy/plot"
 UNIT: Final = 1.3
 """Units of a view, one a pixel at 1,920 x 1,080, for one of a plot."""
 
-SIZE: Final = (690.0, 340.0)
-"""Of each of the two scatters, in units of a plot."""
+SIZE: Final = (690.0, 680.0)
+"""Of the plot of losses over costs, in its units."""
 
 UP: Final = 30.0
 """How far words are moved up, in units of the view: the viewer centres them on their place and hangs them below."""
 
 WIDE: Final = (-10.0, UNIT * SIZE[0] + 10.0)
-HIGH: Final = (-40.0, UNIT * SIZE[1] * 2 + 10.0)
-"""What the view of both shows of its axes."""
+HIGH: Final = (-40.0, UNIT * SIZE[1] + 10.0)
+"""Range of its view along both axes."""
 
 
 def colour_of(number: int) -> Rgba:
@@ -87,16 +88,16 @@ def stages_path(label: str) -> str:
     return entity("timing", label, "stages")
 
 
-def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], words: Mapping[str, str]) -> None:
-    """Send totals, stages added up, counters and the line of the budget; ``words``: what a legend calls a detector."""
+def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
+    """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
     totals = {label: total_ms(detection) for label, detection in detections.items()}
     share = budget_share(ceiling([*totals.values()]))
-    part = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{share:g} of ")
-    name = f"{part}a {HEADSET_HZ:g} Hz frame: {share * BUDGET_MS:.2g} ms"
+    part = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{words.number(share)} of ")
+    name = f"{part}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(share * BUDGET_MS / 1e3)}"
     frames = len(writer.clock.ns)
     writer.curve(BUDGET_LINE, np.full(frames, share * BUDGET_MS), name, BUDGET)
     for number, (label, detection) in enumerate(detections.items()):
-        writer.curve(total_path(label), totals[label], words[label], colour_of(number))
+        writer.curve(total_path(label), totals[label], legends[label], colour_of(number))
         _log_stages(writer, label, stage_ms(detection))
         for rank, (counter, value) in enumerate(detection.work.items()):
             if np.any(value):
@@ -112,28 +113,19 @@ def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatA
         writer.curve(path, total, f"+ {stage}" if rank else stage, colour_of(rank))
 
 
-def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, float, Rgba]]) -> None:
-    """Send two scatters over the same costs, in a flat view: Rerun plots over time alone.
-
-    Each of ``dots`` is one of wrong contacts, the false share of the time, and its colour.
-    """
-    wrong, colours = [dot for dot, *_ in dots], [colour for *_, colour in dots]
-    up = Axis("missed + late or cut short", ticks_of(max(1.0, *(dot.y for dot in wrong)), 3))
-    _log_plot(writer, "wrong", scatter(wrong, "", "mean ms a frame", up, SIZE), colours, top=0.0)
-    false = [
-        Dot(f"{dot.name.rpartition(': ')[0]}: {figure(100 * share)} %", dot.x, 100 * share) for dot, share, _ in dots
-    ]
-    up = Axis("false, % of the reported contact time", [0, 25, 50, 75, 100])
-    below = scatter(false, "", "mean ms a frame; left is cheaper, down is better", up, SIZE)
-    _log_plot(writer, "false", below, colours, top=SIZE[1])
+def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, Rgba]]) -> None:
+    """Send losses over costs, the plot of the page, in a flat view: Rerun plots over time alone."""
+    if dots:
+        plot = accuracy_plot([dot for dot, _ in dots], SIZE, "; left is cheaper, down is better")
+        _log_plot(writer, plot, [colour for _, colour in dots])
 
 
-def _log_plot(writer: RecordingWriter, name: str, plot: Plot, colours: Sequence[Rgba], top: float) -> None:
-    """Send a plot so far below the top of its view; ``colours`` of its dots."""
-    root, radius = f"{SCATTERS}/{name}", rr.Radius.ui_points
+def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> None:
+    """Send a plot with the ``colours`` of its dots."""
+    root, radius = SCATTER, rr.Radius.ui_points
 
     def placed(points: Sequence[Point]) -> FloatArray:
-        return UNIT * (np.reshape(points, (-1, 2)) + np.array([0.0, top]))
+        return UNIT * np.reshape(points, (-1, 2))
 
     lines = [placed(corners) for _, corners in plot.lines]
     writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))

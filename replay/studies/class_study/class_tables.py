@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
+from replay import words
 from replay.base.shown import plural
 from replay.base.tables import Cell, Column, Marked, Table
 from replay.outputs.report.markup import moment_address
 from replay.outputs.results.run_folder import REPORT
-from replay.pipeline.gates import figure
 from replay.studies.class_study.class_runs import ClassRuns, Row
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
@@ -47,7 +47,7 @@ Counts = Mapping[tuple[str, ...], FloatArray]
 
 def percent(value: float) -> str:
     """A share in percent: ``2.6 %``."""
-    return f"{figure(100.0 * value)} %"
+    return f"{words.share(value)}"
 
 
 def rate(value: float) -> str:

@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
+from replay import words
 from replay.base.tables import STRONG, Cell, Column, Marked, Table
-from replay.pipeline.gates import figure
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import UNDECIDED, Finding
@@ -27,7 +27,7 @@ PRINTED: Final = {
 """The sample as Table II of the paper prints it."""
 
 
-def words(name: str) -> str:
+def readable_name(name: str) -> str:
     """A column's name as words: ``contacts_per_min`` is contacts per minute."""
     return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
 
@@ -42,7 +42,7 @@ def headlines(study: Study) -> list[str]:
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
         held = "" if c.kind == "simple" else ", the other predictors held equal"
-        what = f"{_capital(c.name)} is associated with {_more(c)} {words(c.outcome)}{held}"
+        what = f"{_capital(c.name)} is associated with {_more(c)} {readable_name(c.outcome)}{held}"
         lines.append(f"{what}: {_between(c)}, n = {c.students}")
     for two in study.groups:
         if two.associated:
@@ -71,23 +71,24 @@ def _between(finding: Finding) -> str:
 
 
 def _capital(name: str) -> str:
-    return words(name)[:1].upper() + words(name)[1:]
+    return readable_name(name)[:1].upper() + readable_name(name)[1:]
 
 
 def behind(study: Study) -> str:
     """Whose behaviour was looked at, by which detector, and what that finds."""
     finds = "recall not measured"
     if study.recall is not None:
-        finds = f"which finds {figure(100 * study.recall)} % of contact frames"
+        finds = f"which finds {words.share(study.recall)} of contact frames"
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {finds}"
 
 
 def _recall(value: float | None) -> str:
-    return "not measured" if value is None else f"{figure(100 * value)} %"
+    return "not measured" if value is None else words.share(value)
 
 
 WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
-    "outcome": words, "predictor": words, "construct": str, "regression": str, "detector": str, "groups": ", ".join,
+    "outcome": readable_name, "predictor": readable_name, "construct": str, "regression": str, "detector": str,
+    "groups": ", ".join,
     "conclusion": lambda value: Marked(value, STRONG if value == "associated" else ""),
     "means": lambda pair: "{:.4g}, {:.4g}".format(*pair),
 }  # fmt: skip
@@ -181,7 +182,7 @@ def _verdict(study: Study | None) -> str:
 
 def _changed(study: Study, row: Sensitivity) -> str:
     """With which detector a conclusion holds, and with which it does not."""
-    what = f"{words(row.before.name)} with {words(row.before.outcome)}"
+    what = f"{readable_name(row.before.name)} with {readable_name(row.before.outcome)}"
     if row.after is not None and row.before.associated and row.after.associated:
         return f"{what} has another sign with {row.detector} than with {study.detector}"
     detectors = (study.detector, row.detector) if row.before.associated else (row.detector, study.detector)

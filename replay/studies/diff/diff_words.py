@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+from replay import words
 from replay.base.shown import plural
 from replay.base.tables import Table, columns_of
-from replay.pipeline.gates import figure
 
 if TYPE_CHECKING:
     from replay.studies.diff.runs import DetectorDiff, RunDiff, Shares, Shift
@@ -47,7 +47,7 @@ def _change(shares: "Shares") -> str:
     """``2.6 -> 0.7 %``; of one that was not audited nothing."""
     if set(shares) == {None}:
         return ""
-    before, after = ("?" if share is None else figure(100 * share) for share in shares)
+    before, after = ("?" if share is None else words.percentage(100 * share) for share in shares)
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 

@@ -90,7 +90,7 @@ def test_what_came_from_a_recording_is_text_in_html():
 
 def test_its_plot_is_a_frame_with_every_detector_over_its_cost_and_over_time(result):
     shown = unescape(result.plot()._repr_html_())
-    assert shown.startswith("<iframe") and "Accuracy against cost: slow" in shown
+    assert shown.startswith("<iframe") and "Accuracy against cost, as losses: slow" in shown
     assert 'aria-label="slow: ' in shown and 'aria-label="exact: ' in shown
 
 

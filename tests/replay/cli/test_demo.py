@@ -9,7 +9,8 @@ from support.looks import predicted
 
 from replay.cli.main import main
 from replay.outputs.results.run_folder import read_run_folder
-from replay.pipeline.ranking import range_words, ranking
+from replay.pipeline.ranking import ranking
+from replay.words import count_range
 from sessions import read_session
 from sessions.synthetic.scenes import make_scene_session
 
@@ -64,7 +65,7 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)
     readme = (Path(__file__).resolve().parents[3] / "README.md").read_text("utf-8")
     for rank in ranking(report)[:-1]:
-        counts = f"| {range_words(rank.missed_counts)} | {range_words(rank.late_counts)} |"
+        counts = f"| {count_range(rank.missed_counts)} | {count_range(rank.late_counts)} |"
         assert f"{counts} {100 * rank.false['share']:.0f} % |" in readme
     assert {figures["contacts"] for figures in report["audit"].values()} == {len(truth.episodes)} and expected.caught
 

@@ -6,8 +6,8 @@ from support.small_worlds import cubes
 from replay.api import advisor
 from replay.cli import engine_advice
 from replay.cli.main import main
-from replay.pipeline.gates import figure
 from replay.prepare import convex_pieces
+from replay.words import share
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -53,5 +53,5 @@ def test_how_false_the_shipped_colliders_are_is_said_and_what_would_cut_them_onl
         assert main([*words, most]) == code
         said = capsys.readouterr().out
         false = json.loads((tmp_path / "made" / "colliders.json").read_text("utf-8"))["after"]["false"]
-        assert f"{figure(100 * false)} % of the contact time is false" in said and false > 0
+        assert f"{share(false)} of the contact time is false" in said and false > 0
         assert ("pip install" in said) == (code == 1) and "do not push" not in said

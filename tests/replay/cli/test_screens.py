@@ -37,4 +37,4 @@ def test_the_ranking_of_five_detectors_one_of_them_the_engine_itself_is_one_tabl
 
 def test_the_times_of_quick_detectors_leave_a_line_of_80_columns():
     shown = printed(run_screen(steady("unasked", 9.5e-6), SEE_IT), 100)
-    assert "0.009" in shown and max(map(len, shown.splitlines())) <= 80
+    assert "0.0095" in shown and max(map(len, shown.splitlines())) <= 80

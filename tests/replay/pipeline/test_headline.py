@@ -20,7 +20,7 @@ def took(mean, p99, *, live=True, busy=0.0):
 def test_the_price_is_that_of_the_reference_and_a_busy_machine_is_said_beside_it(busy):
     summary = {"audit": {"slow": {}}, "detectors": {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}}
     first, second, *more = price(SimpleNamespace(summary=summary, oracle="exact"))
-    assert first == "exact takes 0.041 ms a frame, 0.37 % of a 90 Hz frame; p99 0.10 ms."
+    assert first == "exact takes 0.041 ms a frame, 0.37 % of a 90 Hz frame; p99 0.1 ms."
     assert "not of your engine" in second
     assert more == ["The machine was busy (69 %): run again for reliable times."] * (busy > 0.05)
     assert price(SimpleNamespace(summary={**summary, "audit": {}}, oracle="exact")) == []

@@ -79,13 +79,17 @@ STATES = {
         "Row 1: 1-2 of 4 contacts missed, 1 late or cut short, 90 % of its contact time false.",
         "Take row 3 (Step 2): 0 of 4 contacts missed, 0-2 late or cut short, 0 % of its contact time false "
         "(measured on this session)."]),
-    "mended by two alike, the one with less false contact": ([
-        row(1, 3, **START), row(2, 0, share=0.5, Step="1"), row(3, 0, share=None, Step="2")], [
+    "mended by two alike, the one that changes fewer settings": ([
+        row(1, 3, **START), row(2, 0, share=None, Step="1", Shape="box"), row(3, 0, share=None, Step="2")], [
         "Row 1: 3 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false.",
         "Take row 3 (Step 2): 0 of 4 contacts missed, 0 late or cut short (measured on this session)."]),
     "not mended": ([row(1, 0, 2, **START), row(2, 1, 2, Step="1")], [
         "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
-        "No row gets fewer contacts wrong."]),
+        "No other row is clearly better."]),
+    "another setting that gives the same": ([
+        row(1, 0, 0, 40, share=0.86, **START), row(2, 0, 0, 39, share=0.858, Shape="box")], [
+        "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
+        "No other row is clearly better."]),
     "undecided": ([row(1, 1, undecided=1, share=None, **START), row(2, 0, Step="1", consequence="It reports only.")], [
         "Row 1: 1 of 4 contacts missed, 0 late or cut short, 1 undecided.",
         "Take row 2 (Step 1): 0 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false "

@@ -1,0 +1,177 @@
+"""Numbers as people read them: lengths, times, shares, counts, ranges, rates and dates, each by one rule.
+
+A measured quantity has three significant digits, no exponent, and the unit that suits its size; zeros at the end of a
+fraction are left out: ``0.7 mm``, ``18.2 mm``, ``300 mm``, ``1.2 m``; ``0.13 ms``, ``120 ms``. Every screen calls these
+functions, so that a number is the same wherever it stands.
+"""
+
+from collections.abc import Sequence
+from datetime import datetime
+from math import floor, isfinite, log10
+from typing import Final
+
+NOT_MEASURED: Final = "not measured"
+"""Stands for a quantity that nobody measured, or that is no finite number."""
+
+DIGITS: Final = 3
+"""Significant digits of a measured quantity."""
+
+FRAME_TIME_DIGITS: Final = 2
+"""Significant digits of what a detector takes for a frame: the third one differs from run to run."""
+
+MOST_DECIMALS: Final = 12
+"""Decimals of the smallest number that is told from 0."""
+
+Scale = Sequence[tuple[float, str]]
+"""Units from the smallest to the largest, each with its size."""
+
+LENGTHS: Final[Scale] = ((1e-9, "nm"), (1e-6, "µm"), (1e-3, "mm"), (1.0, "m"), (1e3, "km"))
+TIMES: Final[Scale] = ((1e-9, "ns"), (1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
+
+SMALLEST_SHARE: Final = 0.01
+"""The next larger unit is taken from this share of it on: ``0.13 ms`` and ``0.041 mm``, but ``9 µm``."""
+
+LONGEST_SECONDS, LONGEST_MINUTES = 600.0, 7200.0
+"""Seconds up to which a duration is told in seconds, and in minutes; beyond them in hours."""
+
+
+def number(value: float | None, digits: int = DIGITS) -> str:
+    """A number with so many significant digits and without exponent: ``0.0412``, ``18.2``, ``300``, ``12,346``."""
+    if value is None or not isfinite(value):
+        return NOT_MEASURED
+    if value == 0.0:
+        return "0"
+    decimals = min(MOST_DECIMALS, max(0, digits - 1 - _exponent(value, digits)))
+    text = f"{value:,.{decimals}f}"
+    text = text.rstrip("0").rstrip(".") if decimals else text
+    return "0" if text == "-0" else text
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """A number with its unit, where that is the same at any size: ``24.9 mL``, ``62.5 degC``."""
+    text = number(value)
+    return text if text == NOT_MEASURED else f"{text} {unit}"
+
+
+def reading(value: float, unit: str, decimals: int) -> str:
+    """What an instrument of so many decimals shows: ``24.85 mL`` of a burette, ``7.00`` of a pH meter."""
+    return f"{value:.{decimals}f} {unit}".rstrip()
+
+
+def length(metres: float | None) -> str:
+    """A length in the unit of its size: ``0.7 mm``, ``300 mm``, ``1.2 m``."""
+    return _in_unit_of_size(metres, LENGTHS)
+
+
+def millimetres(metres: float | None) -> str:
+    """The number alone, in millimetres, for a column or an axis whose head names the unit."""
+    return number(None if metres is None else 1e3 * metres)
+
+
+def duration(seconds: float | None) -> str:
+    """How long something takes or lasts, in the unit of its size: ``0.13 ms``, ``120 ms``, ``60 s``, ``12 min``."""
+    if seconds is None or not isfinite(seconds) or abs(seconds) < LONGEST_SECONDS:
+        return _in_unit_of_size(seconds, TIMES)
+    if abs(seconds) < LONGEST_MINUTES:
+        return f"{number(seconds / 60)} min"
+    return f"{number(seconds / 3600)} h"
+
+
+def milliseconds(seconds: float | None) -> str:
+    """The number of a ``frame_time`` alone, for a column or an axis whose head names the unit: ``0.041``, ``120``."""
+    return number(None if seconds is None else 1e3 * seconds, FRAME_TIME_DIGITS)
+
+
+def frame_time(seconds: float | None) -> str:
+    """What a detector takes for a frame, always in milliseconds so that two can be compared: ``0.041 ms``."""
+    return NOT_MEASURED if seconds is None else f"{milliseconds(seconds)} ms"
+
+
+def moment(seconds: float) -> str:
+    """A moment on the clock of a session, in a sentence: ``20.7 s``."""
+    return f"{seconds:.1f} s"
+
+
+def timestamp(seconds: float | None) -> str:
+    """A moment on the clock of a session to the millisecond, the number alone: ``20.700``; ``""``: there is none."""
+    return "" if seconds is None else f"{seconds:.3f}"
+
+
+def time_span(start: float | None, end: float | None) -> str:
+    """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
+    if start is None or end is None:
+        return ""
+    return timestamp(start) if start == end else f"{timestamp(start)} to {timestamp(end)}"
+
+
+def rate(hertz: float) -> str:
+    """A rate: ``50 Hz``, ``22.5 Hz``."""
+    return quantity(hertz, "Hz")
+
+
+def percentage(percent: float) -> str:
+    """The number of a percentage, with two digits of its distance from 0 or 100, whichever is nearer.
+
+    ``2.6``, ``50``, ``99.98``: of what is nearly all, the digits that tell are those of what is missing.
+    """
+    nearer = min(percent, 100.0 - percent)
+    decimals = max(0, 1 - floor(log10(nearer))) if nearer > 0.0 else 0
+    text = f"{percent:.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def share(fraction: float | None) -> str:
+    """A share of a whole: ``86 %``, ``0.4 %``, ``99.98 %``."""
+    return NOT_MEASURED if fraction is None else f"{percentage(100 * fraction)} %"
+
+
+def loss_number(loss: float) -> str:
+    """A loss as ``replay.comparison.loss`` defines it, with two digits: ``0.94``, ``0.0031``, ``2.1``."""
+    return number(loss, digits=2)
+
+
+def ratio(value: float) -> str:
+    """One quantity as a multiple of another: ``x 1.25``."""
+    return f"x {number(value)}"
+
+
+def count_range(counts: tuple[int, int]) -> str:
+    """``0-1``: smallest to largest; one number where they are equal."""
+    smallest, largest = counts
+    return f"{smallest:,}" if smallest == largest else f"{smallest:,}-{largest:,}"
+
+
+def mean_count(mean: float) -> str:
+    """A mean of counts, which need not be whole: ``0.5``, ``1.25``, ``12``."""
+    return number(mean)
+
+
+def date(when: datetime) -> str:
+    """A day and a time of day: ``2026-11-27 19:54``."""
+    return f"{when:%Y-%m-%d %H:%M}"
+
+
+def _in_unit_of_size(value: float | None, units: Scale) -> str:
+    """A value in the largest unit of which it is a hundredth at least; from 1 on for the larger two."""
+    if value is None or not isfinite(value):
+        return NOT_MEASURED
+    size, name = units[0]
+    if value == 0.0:
+        size, name = next(entry for entry in units if entry[1] in ("mm", "s"))
+    for larger, larger_name in units[1:]:
+        least = SMALLEST_SHARE if larger_name in ("mm", "ms") else 1.0
+        # Rounding comes first: 999.9 mm would be told as 1000 mm.
+        if _rounded(abs(value) / larger) >= least:
+            size, name = larger, larger_name
+    return f"{number(value / size)} {name}"
+
+
+def _rounded(value: float) -> float:
+    """The value to as many significant digits as are printed."""
+    return value if value == 0.0 else round(value, DIGITS - 1 - floor(log10(abs(value))))
+
+
+def _exponent(value: float, digits: int) -> int:
+    """The power of ten of the first digit, once the value is rounded: 9.999 to three digits is 10.0."""
+    exponent = floor(log10(abs(value)))
+    return floor(log10(abs(round(value, digits - 1 - exponent))))

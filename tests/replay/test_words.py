@@ -1,0 +1,75 @@
+"""Numbers as people read them: the rule against decimal arithmetic, and never an exponent."""
+
+import re
+from decimal import ROUND_HALF_EVEN, Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replay import words
+
+SIZES = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "m": 1.0, "km": 1e3, "ns": 1e-9, "µs": 1e-6, "ms": 1e-3, "s": 1.0}
+MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"),
+    [
+        (0.0007, "0.7 mm"), (0.018, "18 mm"), (0.0182, "18.2 mm"), (0.3, "300 mm"), (1.2, "1.2 m"), (0.9996, "1 m"),
+        (0.99949, "999 mm"), (1300, "1.3 km"), (2e-6, "2 µm"), (4e-5, "0.04 mm"), (3e-9, "3 nm"), (0.0, "0 mm"),
+        (-0.0042, "-4.2 mm"), (float("nan"), "not measured"), (float("inf"), "not measured"), (None, "not measured"),
+    ],
+)  # fmt: skip
+def test_a_length_has_the_unit_of_its_size(metres, text):
+    assert words.length(metres) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.00013, "0.13 ms"), (0.12, "120 ms"), (4.12e-5, "0.0412 ms"), (9e-6, "9 µs"), (1.0, "1 s"), (60.0, "60 s"),
+        (719.0, "12 min"), (8000.0, "2.22 h"), (0.0, "0 s"), (None, "not measured"),
+    ],
+)  # fmt: skip
+def test_a_duration_has_the_unit_of_its_size(seconds, text):
+    assert words.duration(seconds) == text
+
+
+@given(MEASURED)
+def test_a_number_is_its_decimal_rounded_to_three_digits(value):
+    exact = Decimal(value)
+    digits = max(0, 2 - exact.adjusted())
+    rounded = exact.quantize(Decimal(1).scaleb(-min(12, digits)), ROUND_HALF_EVEN)
+    text = words.number(value)
+    assert "e" not in text
+    # A carry, as of 9.996, leaves one digit more in the decimal than the text has.
+    assert abs(Decimal(text.replace(",", "")) - rounded) <= Decimal("0.005") * abs(exact) * (rounded != exact)
+
+
+@given(st.floats(1e-8, 1e5))
+def test_no_length_or_duration_has_an_exponent_or_the_wrong_size(value):
+    for text in (words.length(value), words.duration(value) if value < 600 else "1 s"):
+        figure, unit = re.fullmatch(r"([\d,.]+) (\S+)", text).groups()
+        back = float(figure.replace(",", "")) * SIZES[unit]
+        assert text == "1 s" or back == pytest.approx(value, rel=0.0051)
+        assert len(figure.replace(",", "").replace(".", "").lstrip("0")) <= 3 or float(figure.replace(",", "")) >= 1000
+
+
+@pytest.mark.parametrize(
+    ("fraction", "text"),
+    [(0.864, "86 %"), (0.004, "0.4 %"), (0.9998, "99.98 %"), (0.0, "0 %"), (1.0, "100 %"), (None, "not measured")],
+)
+def test_a_share_keeps_the_digits_that_tell_it_from_all_and_nothing(fraction, text):
+    assert words.share(fraction) == text
+
+
+def test_ranges_rates_moments_and_losses():
+    assert [words.count_range(counts) for counts in ((0, 1), (3, 3), (999, 1200))] == ["0-1", "3", "999-1,200"]
+    assert [words.rate(hertz) for hertz in (50.0, 22.5, 89.94, 1e6)] == ["50 Hz", "22.5 Hz", "89.9 Hz", "1,000,000 Hz"]
+    assert [words.time_span(1.0, 1.0), words.time_span(1.0, 2.5), words.time_span(None, 1.0)] == [
+        "1.000",
+        "1.000 to 2.500",
+        "",
+    ]
+    assert [words.loss_number(loss) for loss in (0.0, 0.944, 0.00312, 2.09)] == ["0", "0.94", "0.0031", "2.1"]
