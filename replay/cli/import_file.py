@@ -13,8 +13,8 @@ from replay.cli.options import meshes as meshes_option
 
 if TYPE_CHECKING:
     from sessions import Session
-    from sessions.mesh_data import MeshData
 
+AXES_WORDS = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
 OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 
 
@@ -29,9 +29,10 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
-@click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
+@click.option("--convention", metavar="NAME", help="Axes of the source: unity, unreal, ... or 'z up, left-handed'.")
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
-@click.option("--mesh-axes", metavar="NAME", help="Axes of the mesh files, same or x-flipped.")
+@click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_WORDS)
+@click.option("--collider-axes", metavar="NAME", help="Axes of the colliders' file. Default: the recording's.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_WORDS)
 @reporting
@@ -77,32 +78,22 @@ def _large_losses(imported: "Session", people: People) -> bool:
 
 
 def _imported(
-    kind: str, source: Path, out: Path, *, named: tuple[str, ...], meshes: Path | None, mesh_units: str | None,
-    colliders: Path | None, scene: Path | None, **options: Any,
+    kind: str, source: Path, out: Path, *, named: tuple[str, ...], meshes: Path | None, scene: Path | None,
+    **options: Any,
 ) -> "Session":  # fmt: skip
     """The recording with the meshes, the colliders and the scene given, and with what was assumed of all of them."""
     from sessions.importers import import_session
-    from sessions.importers.finish import HALF_TURN
-    from sessions.meshes.mesh_match import UNITS, matched
-    from sessions.scene_files.scene_meshes import with_colliders, with_meshes
 
     given = {name: value for name, value in options.items() if value}
-    given["meshes"], assumed = _meshes(named, mesh_units)
+    given["meshes"] = _meshes(named)
+    if meshes is not None:
+        given["mesh_folder"] = meshes
     if scene is not None:
         from sessions.scene_files.scene_toml import read_scene
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
     with _drafted(source, out):
-        imported = import_session(kind, source, **given)
-    found = {}
-    if meshes is not None:
-        matches, left = matched(meshes, imported.names, UNITS[mesh_units] if mesh_units else None)
-        turned = given.get("mesh_axes") == "x-flipped"
-        found = {name: match.mesh.transformed(HALF_TURN) if turned else match.mesh for name, match in matches.items()}
-        assumed += [*(match.words for match in matches.values()), *left]
-    if assumed or meshes is not None:
-        imported = with_meshes(imported, found, assumed)
-    return with_colliders(imported, ".", colliders) if colliders else imported
+        return import_session(kind, source, **given)
 
 
 @contextmanager
@@ -138,22 +129,15 @@ def _contacts(
     return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
 
 
-def _meshes(named: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshData], list[str]]":
-    """Body -> mesh in metres, and what was assumed."""
-    from sessions.mesh_data import MeshData
-    from sessions.meshes.mesh_files import load_mesh
-    from sessions.meshes.mesh_match import UNITS, guessed
-
-    meshes, assumed = {}, list[str]()
+def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
+    """Body -> mesh file."""
+    meshes = {}
     for text in named:
         body, _, file = text.partition("=")
         if not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
-        mesh = load_mesh(SESSION_FILE.convert(file, None, None))
-        scale, words = (UNITS[units], "") if units else guessed(mesh, f"{body}: {Path(file).name}")
-        meshes[body] = MeshData(mesh.vertices * scale, mesh.faces)
-        assumed += filter(None, [words])
-    return meshes, assumed
+        meshes[body] = SESSION_FILE.convert(file, None, None)
+    return meshes
 
 
 def _notes(session: "Session") -> Iterator[str]:

@@ -31,8 +31,8 @@ FOLDERS: Final = ("uxf", AUTO)
 ROBOTS: Final = ("mcap", "ros2")
 """Formats in which names like ``left_wheel`` mean no headset or controller."""
 
-COMMON: Final = ("meshes", "scene", "scene_folder", "mesh_axes")
-"""Options of every importer above; see ``sessions.importers.finish.finished``."""
+COMMON: Final = ("scene", "scene_folder")
+"""Options of every importer above beside those of ``MeshOptions``; see ``sessions.importers.finish.finished``."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
@@ -50,20 +50,22 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
     source : the file, or the folder of a format in ``FOLDERS``.
-    options : keywords of that importer, and those in ``COMMON``.
+    options : keywords of that importer, those in ``COMMON``, and the fields of ``MeshOptions``.
 
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
     from sessions.importers.finish import finished
+    from sessions.importers.given_meshes import MESH_OPTIONS, MeshOptions
 
     path = Path(source)
     common = {name: options.pop(name) for name in COMMON if name in options}
+    given = MeshOptions(**{name: options.pop(name) for name in MESH_OPTIONS if name in options})
     name, why = _taken_for(format, path)
     session = _read(name, path, options)
     if why:
         session = replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
-    return finished(session, path, stand_ins=name not in ROBOTS, **common)
+    return finished(session, path, given, stand_ins=name not in ROBOTS, **common)
 
 
 def _taken_for(format: str, path: Path) -> tuple[str, str]:
@@ -81,12 +83,14 @@ def _taken_for(format: str, path: Path) -> tuple[str, str]:
 
 def _read(format: str, path: Path, options: dict[str, Any]) -> Session:
     """The poses of a source, and what else is in it."""
+    from sessions.importers.given_meshes import MESH_OPTIONS
+
     try:
         read = _importer(format)
         known = [*signature(read).parameters][1:]
         for option in options:
             if option not in known:
-                there = ", ".join([*known, *COMMON])
+                there = ", ".join([*known, *COMMON, *MESH_OPTIONS])
                 raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {there}")
         session: Session = read(path, **options)
     except (SessionError, OSError):

@@ -6,19 +6,20 @@ triggers and collisions.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from sessions.errors import ImportFileError
+from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix
 from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE
 from sessions.importers.stamps import Numbers
 from sessions.input_files import read_text
-from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
+from sessions.meshes.axes_text import axes_as_text
+from sessions.meshes.conventions import Convention, convention, quaternion_from_euler, same_euler_order
 from sessions.scene_files.toml_table import TomlTable, parse_toml
 
 MOST_LINES: Final = 1000
@@ -48,16 +49,43 @@ class PoseColumns:
     order: str = ""
     degrees: bool = True
     valid: str = ""
+    signs: tuple[int, int, int] = (1, 1, 1)
+    """Signs of Euler angles, in the order of their columns."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
         """The columns that hold numbers."""
         return self.position + self.turn
 
+    def in_order_of(self, convention: Convention, where: str) -> "PoseColumns":
+        """Returns the columns with the Euler order and the signs that a convention fixes.
+
+        Raises ImportFileError: the mapping says another order, or nobody says one.
+        """
+        if self.kind != "euler":
+            return self
+        fixed = convention.euler_order
+        if fixed and self.order and not same_euler_order(fixed, self.order):
+            text = axes_as_text(convention.matrix)
+            raise ImportFileError(
+                f"{where}: order = {self.order!r} contradicts convention {convention.name!r}, whose Euler order is "
+                f"{fixed!r}; leave order out, or give the axes as text: convention = {text!r}"
+            )
+        if not fixed and not self.order:
+            raise ImportFileError(
+                f"{where}: nothing says the order of the Euler angles; give order, for example order = 'YXZ'"
+            )
+        order = self.order or fixed
+        by_axis = dict(zip(self.order.lower() or "xyz", self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
+        turn = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
+        signs = tuple(convention.euler_signs["xyz".index(axis)] for axis in order.lower())
+        return replace(self, turn=turn, order=order, signs=(signs[0], signs[1], signs[2]))
+
     def quaternions(self, turns: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
         if self.kind == "euler":
-            return quaternion_from_euler(np.radians(turns) if self.degrees else turns, self.order)
+            angles = turns * np.array(self.signs)
+            return quaternion_from_euler(np.radians(angles) if self.degrees else angles, self.order)
         return _of_matrices(turns.reshape(-1, 3, 3)) if self.kind == "matrix" else turns
 
 
@@ -90,7 +118,8 @@ class CsvMapping:
     time: str
     unit: str
     convention: str = ""
-    units: str = "m"
+    units: str = ""
+    """m, cm or mm; "": that of the convention, or else metres."""
     layout: CsvLayout = CsvLayout()
     name: str = ""
     body: PoseColumns | None = None
@@ -154,8 +183,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         return CsvMapping(
             time=column,
             unit=unit,
-            convention=whole.text("convention", "", CONVENTIONS),
-            units=whole.text("units", "m", LENGTHS),
+            convention=convention_key(whole),
+            units=whole.text("units", "", LENGTHS),
             layout=CsvLayout(
                 delimiter=_letter(whole, "delimiter", ","),
                 decimal=_letter(whole, "decimal", "."),
@@ -171,6 +200,16 @@ def read_mapping(path: str | Path) -> CsvMapping:
             bodies={name: pose_columns(table) for name, table in wide.items()},
             scalars=scalars,
         )
+
+
+def convention_key(whole: TomlTable) -> str:
+    """Returns the name or the text of axes under ``convention``; one that nobody knows is refused."""
+    name = whole.text("convention")
+    try:
+        return convention(name).name if name else ""
+    except SessionError as error:
+        whole.refuse(str(error))
+        return ""
 
 
 def _of_matrices(matrices: Numbers) -> Numbers:
@@ -203,7 +242,7 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     kind = kinds[0] if kinds else ""
     turn, order, degrees = tuple[str, ...](), "", True
     if kind == "euler":
-        order = table.text("order", None, ORDERS)
+        order = table.text("order", "", ORDERS)
         axes = table.table(kind) or table.within({}, kind)
         turn = tuple(axes.text(axis, None) for axis in order.lower() or "xyz")
         axes.done()

@@ -1,7 +1,7 @@
 """Makes an imported session complete: adds meshes and stand-ins, and records which file it is of."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from operator import attrgetter
 from pathlib import Path
@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.assumptions import collider_assumptions, with_assumptions
+from sessions.importers.given_meshes import MeshOptions, placed_meshes
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
+from sessions.scene_files.body_axes import pose_convention
+from sessions.scene_files.scene_meshes import COLLIDER_AXES, scene_meshes, with_colliders, with_meshes
 from sessions.scene_files.scene_toml import scene_to_toml
-from sessions.scene_files.toml_table import nearest
-
-MeshSource = str | Path | MeshData
 
 PROXIES = {
     "proxy_headset": re.compile("camera|head|hmd|headset"),
@@ -29,63 +29,55 @@ SIDES = ("left", "right")
 
 PROXY_FACES = 2000
 
-MESH_AXES = ("same", "x-flipped")
-
-HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
-"""From a glTF that Unity wrote to the frame of its poses: F_z F_m^-1 with F_m = diag(-1, 1, 1)."""
+NO_MESHES = MeshOptions()
 
 
 def finished(
     session: Session,
     source: Path,
+    given: MeshOptions = NO_MESHES,
     *,
-    meshes: Mapping[str, MeshSource] | None = None,
     scene: Scene | None = None,
     scene_folder: str | Path = ".",
-    mesh_axes: str = "same",
     stand_ins: bool = False,
 ) -> Session:
-    """The session of a source with its meshes; all keywords but ``stand_ins`` are options of every importer.
+    """The session of a source with its meshes and with everything that was assumed of it.
 
     Parameters
     ----------
-    meshes : body name -> mesh file or mesh; they win over the scene's.
+    given : meshes and colliders beside the recording; they win over the scene's.
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
-    mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
-        without this every mesh is turned by 180 degrees about Y).
     stand_ins : whether headset and controllers get a mesh where none is given at all.
 
-    Raises ``ImportFileError``: no pose that is not lost, a mesh for a body that is not there, an unknown ``mesh_axes``.
+    Raises ``ImportFileError``: no pose that is not lost, a mesh for a body that is not there, unknown axes.
     """
-    from sessions.meshes.mesh_files import load_mesh
-
     _check_poses(session, source)
-    if mesh_axes not in MESH_AXES:
-        raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     declared = scene or session.scene
-    given = {**session.meshes, **(scene_meshes(scene, scene_folder) if scene else {})}
-    known = [*session.names, *(body.id for body in declared.bodies)]
-    for name, mesh in (meshes or {}).items():
-        if name not in known:
-            raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
-        given[name] = mesh if isinstance(mesh, MeshData) else load_mesh(mesh)
+    poses = pose_convention(session.facts)
+    names = [*session.names, *(body.id for body in declared.bodies if body.id not in session.names)]
+    try:
+        placed = placed_meshes(given, declared, scene_meshes(scene, scene_folder) if scene else {}, names, poses)
+    except ImportFileError as error:
+        raise ImportFileError(f"{source}: {error}") from None
+    meshes = {**session.meshes, **placed.meshes}
     facts = {"source_file": source.name, "conversions": "none", **session.facts}
-    if mesh_axes != "same":
-        files = {*(meshes or ()), *(body.id for body in declared.bodies if body.mesh)}
-        given |= {name: given[name].transformed(HALF_TURN) for name in files}
-        words = "mesh files were exported from Unity as glTF, which flips X instead of Z: turned by 180 degrees"
-        facts["conversions"] = f"{facts['conversions']}; {words}".removeprefix("none; ")
-    if stand_ins and not given:
-        declared = _with_proxies(declared, session.names, given)
+    if stand_ins and not meshes:
+        declared = _with_proxies(declared, session.names, meshes)
     complete = replace(
         session,
-        meshes=given,
+        meshes=meshes,
         scene=declared,
         facts=facts,
         events=tuple(sorted(session.events, key=attrgetter("time_ns"))),
         live_contacts=tuple(sorted(session.live_contacts, key=attrgetter("time_ns"))),
     )
-    return with_colliders(complete, scene_folder)
+    by_user = {name: meshes[name] for name in placed.from_options}
+    complete = with_meshes(complete, by_user, [*placed.conversions, *placed.notes])
+    colliders_folder = "." if given.colliders else scene_folder
+    axes = given.collider_axes or COLLIDER_AXES
+    complete = with_colliders(complete, colliders_folder, given.colliders or "", axes)
+    assumed = [*placed.assumptions, *collider_assumptions(complete, given, poses)]
+    return with_assumptions(complete, assumed)
 
 
 def _check_poses(session: Session, source: Path) -> None:

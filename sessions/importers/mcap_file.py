@@ -54,7 +54,7 @@ def read_mcap(
         _add(source, channel, log_ns, message, tree)
     messages.account(ledger)
     tables, notes, joined = tree.tables(join=len(topics) > 1)
-    frame = SourceFrame.in_axes(convention, ASSUMED, "m", "stamps of the messages, ns", ["lengths in m", *joined])
+    frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined)
     return imported(tables, frame, ledger, notes)
 
 

@@ -11,10 +11,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.assumptions import pose_assumptions
 from sessions.importers.ledger import FACT, Ledger
 from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, assumptions_fact
 from sessions.model.session import Session
 from sessions.model.track import ScalarTrack, Track
 
@@ -47,21 +49,41 @@ class Stream(NamedTuple):
 
 @dataclass(frozen=True)
 class SourceFrame:
-    """What the numbers of a source mean; ``clock`` is a sentence for a reader, ``assumed`` what no file said."""
+    """What the numbers of a source mean, and who says so; ``clock`` is a sentence for a reader.
+
+    ``assumed``: sentences on what no file said. ``rotations``: order of quaternions or Euler angles.
+    """
 
     axes: Convention
     units: str
     clock: str
     assumed: tuple[str, ...] = ()
+    axes_origin: Origin = Origin.FORMAT
+    units_origin: Origin = Origin.FORMAT
+    clock_origin: Origin = Origin.FORMAT
+    rotations: tuple[Assumption, ...] = ()
 
     @classmethod
     def in_axes(
         cls, convention: str | None, usual: str, units: str, clock: str, assumed: Sequence[str] = ()
     ) -> "SourceFrame":
-        """In the axes that somebody named, else in those that are usual for a source, which is then assumed."""
+        """In the axes that somebody named, else in those that are usual for a source, which is then assumed.
+
+        ``units``: ``""`` where the file states none; then that of the axes, or metres.
+        """
         axes = convention_named(convention or usual)
-        words = [] if convention else [f"axes {axes.name} ({axes.words})"]
-        return cls(axes, units, clock, (*words, *assumed))
+        words = [] if convention else [f"axes {axes.name} ({axes.description})"]
+        unit = units or axes.unit or "m"
+        if not units:
+            words.append(f"lengths in {unit}")
+        return cls(
+            axes=axes,
+            units=unit,
+            clock=clock,
+            assumed=(*words, *assumed),
+            axes_origin=Origin.USER if convention else Origin.GUESS,
+            units_origin=Origin.FILE if units else Origin.GUESS,
+        )
 
 
 def imported(
@@ -79,8 +101,8 @@ def imported(
     """
     axes = frame.axes
     done = []
-    if (axes.axes, axes.signs) != ((0, 1, 2), (1, 1, 1)):
-        done.append(f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward")
+    if not axes.is_canonical:
+        done.append(f"axes {axes.name} ({axes.description}) to right-handed, +Y up, -Z forward")
     if METRES[frame.units] != 1.0:
         done.append(f"lengths in {frame.units} to m")
     done += notes
@@ -105,7 +127,17 @@ def imported(
     }
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
+    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, farthest_position(tracks.values())))
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
+
+
+def farthest_position(tracks: Iterable[Track]) -> float:
+    """Returns how far the farthest valid position is from the origin, metres; 0 without any."""
+    farthest = 0.0
+    for track in tracks:
+        distances = np.linalg.norm(track.positions[track.valid], axis=1)
+        farthest = max(farthest, float(distances.max(initial=0.0)))
+    return farthest
 
 
 def _grouped(notes: Iterable[str]) -> list[str]:

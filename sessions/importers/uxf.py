@@ -22,6 +22,7 @@ from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
 from sessions.importers.stamps import Numbers, Stamps
 from sessions.input_files import check_regular
+from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Interval
 from sessions.model.session import Session
 
@@ -70,8 +71,9 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         times, values = map(np.concatenate, zip(*parts, strict=True))
         streams.append(Stream(name, times, values))
     trials = _trials(folder, ledger)
-    assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
-    frame = SourceFrame.in_axes(convention, "unity", "m", "Unity's Time.time, s", assumed)
+    assumed = ("clock in s since the start of the program (Unity's Time.time)",)
+    frame = SourceFrame.in_axes(convention, "unity", "", "Unity's Time.time, s", assumed)
+    frame = replace(frame, rotations=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
     samples = imported(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 

@@ -21,11 +21,11 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
+from sessions.importers.csv_mapping import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import METRES, PoseTable, SourceFrame, Stream, imported, numbered, stamps_of
 from sessions.importers.stamps import Numbers, Stamps
-from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 from sessions.model.session import Session
 from sessions.scene_files.toml_table import nearest
@@ -36,6 +36,7 @@ SAMPLES, HEAD_BYTES = b"\x03\x00", 6
 """The tag of a chunk of samples; behind it and the number of the stream a byte says how wide their count is."""
 PARTS_JOINED: Final = "that go on with a stream of the same name"
 ASSUMED: Final = "openxr"
+UNITY_AXES: Final = "unity"
 UNITY: Final = "unity."
 """How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
 UNITY_KINDS: Final = ("position in world space", "quaternion component")
@@ -83,7 +84,9 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
         convention, units = convention or stated, {unit}
         for body, (name, columns) in mapped.items():
             stream = _stream_named(name, streams, source)
-            bodies[body] = stream, stream.labelled(columns), columns
+            axes = convention_named(convention or (UNITY_AXES if stream.is_unity else ASSUMED))
+            ordered = columns.in_order_of(axes, f"{source}: [bodies.{body}]")
+            bodies[body] = stream, stream.labelled(ordered), ordered
     posed = [stream for stream, _, _ in bodies.values()]
     tables = {name: stream.poses(channels, columns) for name, (stream, channels, columns) in bodies.items()}
     if not tables:
@@ -100,14 +103,14 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     lengths = {METRES.get(unit or "m") for unit in units}
     if len(lengths) > 1 or None in lengths:
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
-    kinds = {"unity" if stream.is_unity else ASSUMED for stream in posed}
+    kinds = {UNITY_AXES if stream.is_unity else ASSUMED for stream in posed}
     if len(kinds) > 1 and not convention:
         raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
-    assumed = ["lengths in m"] if "" in units else []
+    assumed = list[str]()
     for stream in streams:
         (notes if stream.data["clock_times"] else assumed).append(stream.clock)
     clock = "LSL clock of the recording computer, s"
-    frame = SourceFrame.in_axes(convention, min(kinds), max(units) or "m", clock, assumed)
+    frame = SourceFrame.in_axes(convention, min(kinds), max(units), clock, assumed)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(imported(tables, frame, ledger, notes, numbers), events=events)
@@ -355,4 +358,4 @@ def read_stream_mapping(path: str | Path) -> tuple[str, str, dict[str, tuple[str
         }
         if not bodies:
             whole.refuse("give [bodies.NAME] with stream, position and a rotation for every body")
-        return whole.text("convention", "", CONVENTIONS), whole.text("units", "m", LENGTHS), bodies
+        return convention_key(whole), whole.text("units", "", LENGTHS), bodies

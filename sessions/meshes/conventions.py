@@ -3,28 +3,45 @@
 Each convention exchanges axes and changes signs. A left-handed source is mirrored by this: the rotation axis of a
 quaternion then changes its sign, the angle and ``w`` do not.
 
-Source: the coordinate systems as documented by Unity, OpenVR, OpenXR, glTF 2.0 and ROS REP 103.
+Source: the coordinate systems as documented by Unity, Unreal, Godot, OpenVR, OpenXR, glTF 2.0 and ROS REP 103.
 """
 
+import re
 import tomllib
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sessions.errors import SessionError
 from sessions.geometry.rotations import Array, quaternion_about, quaternion_product
+from sessions.meshes.axes_text import axes_as_text, matrix_of_axes_text
 
 
 @dataclass(frozen=True)
 class Convention:
-    """A coordinate system: canonical axis i is source axis ``axes[i]`` times ``signs[i]``."""
+    """A coordinate system: canonical axis i is source axis ``axes[i]`` times ``signs[i]``.
+
+    Parameters
+    ----------
+    euler_order : the order of turning that the system fixes, as `quaternion_from_euler` takes it; ``""``: none.
+    euler_signs : signs of its angles about X, Y and Z.
+    unit : its unit of lengths, or ``""``: none is fixed.
+    assumed_handedness : whether the text that describes it leaves the handedness out.
+    """
 
     name: str
     axes: tuple[int, int, int]
     signs: tuple[int, int, int]
-    words: str
+    description: str
+    euler_order: str = ""
+    euler_signs: tuple[int, int, int] = (1, 1, 1)
+    unit: str = ""
+    assumed_handedness: bool = False
 
     @property
     def handedness(self) -> str:
@@ -32,9 +49,25 @@ class Convention:
         return "right" if self._determinant > 0 else "left"
 
     @property
+    def is_canonical(self) -> bool:
+        """Whether its axes are those of the canonical frame."""
+        return self.axes == (0, 1, 2) and self.signs == (1, 1, 1)
+
+    @property
+    def up(self) -> tuple[int, int]:
+        """The source axis that points up, and its sign."""
+        return self.axes[1], self.signs[1]
+
+    @property
+    def matrix(self) -> Array:
+        """The signed permutation (3, 3) that takes source points to canonical ones, column convention."""
+        matrix = np.zeros((3, 3))
+        matrix[[0, 1, 2], list(self.axes)] = self.signs
+        return matrix
+
+    @cached_property
     def _determinant(self) -> int:
-        even = self.axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-        return int(np.prod(self.signs)) * (1 if even else -1)
+        return round(float(np.linalg.det(self.matrix)))
 
     def points(self, points: ArrayLike) -> Array:
         """Source points (..., 3) in the canonical frame; lengths keep their unit."""
@@ -47,18 +80,47 @@ class Convention:
         return np.concatenate([self._determinant * self.points(given[..., :3]), given[..., 3:]], axis=-1)
 
 
-CONVENTIONS: dict[str, Convention] = {
-    name: Convention(name, tuple(row["axes"]), tuple(row["signs"]), row["words"])
-    for name, row in tomllib.loads(Path(__file__).with_name("conventions.toml").read_text("utf-8")).items()
-}
+def _read_table() -> dict[str, Convention]:
+    rows = tomllib.loads(Path(__file__).with_name("conventions.toml").read_text("utf-8"))
+    return {
+        name: Convention(
+            name=name,
+            axes=tuple(row["axes"]),
+            signs=tuple(row["signs"]),
+            description=row["description"],
+            euler_order=row.get("euler", ""),
+            euler_signs=tuple(row.get("euler_signs", (1, 1, 1))),
+            unit=row.get("unit", ""),
+        )
+        for name, row in rows.items()
+    }
+
+
+CONVENTIONS: Final[dict[str, Convention]] = _read_table()
 """Name -> convention of a source."""
+
+AXES_TEXT: Final = "or axes as text, such as 'x forward, y up, right-handed'"
 
 
 def convention(name: str) -> Convention:
-    """The row of ``CONVENTIONS`` of this name; SessionError with the names there are."""
-    if name not in CONVENTIONS:
-        raise SessionError(f"no convention {name!r}; there are: {', '.join(CONVENTIONS)}")
-    return CONVENTIONS[name]
+    """Returns the row of ``CONVENTIONS`` of this name, or the convention that a text of axes describes.
+
+    Capitals and signs between letters do not count: ``A-Frame`` is ``aframe``. Raises SessionError with the names.
+    """
+    plain = re.sub(r"[\W_]", "", name.lower())
+    for row in CONVENTIONS.values():
+        if re.sub(r"\W", "", row.name) == plain:
+            return row
+    described = matrix_of_axes_text(name)
+    if described is None:
+        near = get_close_matches(name.lower(), CONVENTIONS, n=1)
+        suggestion = f"; did you mean {near[0]!r}?" if near else ""
+        raise SessionError(f"no convention {name!r}{suggestion}; there are: {', '.join(CONVENTIONS)}, {AXES_TEXT}")
+    matrix, states_handedness = described
+    text = axes_as_text(matrix)
+    right, up, back = (int(np.flatnonzero(row)[0]) for row in matrix)
+    signs = round(matrix[0, right]), round(matrix[1, up]), round(matrix[2, back])
+    return Convention(text, (right, up, back), signs, text, assumed_handedness=not states_handedness)
 
 
 def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
@@ -79,3 +141,12 @@ def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
     turns = [quaternion_about(np.eye(3)["xyz".index(axis)], given[..., k]) for k, axis in enumerate(order.lower())]
     first, second, third = turns if own else turns[::-1]
     return quaternion_product(quaternion_product(first, second), third)
+
+
+def same_euler_order(first: str, second: str) -> bool:
+    """Whether two orders turn alike: ``zxy`` about fixed axes is ``YXZ`` about the body's own."""
+    return _about_own_axes(first) == _about_own_axes(second)
+
+
+def _about_own_axes(order: str) -> str:
+    return order if order.isupper() else order[::-1].upper()

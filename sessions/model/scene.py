@@ -29,6 +29,7 @@ class SceneBody:
     scale : factor from the mesh file's unit to metres.
     group : bodies of one group are never paired with each other.
     parent : the body whose frame this one's pose is relative to (a joint), or ``""``.
+    mesh_axes : axes of the mesh file, as ``--mesh-axes`` takes them; ``""``: those that its type is taken to have.
     offset : pose of the mesh in its tracker's frame.
     fixed : pose of a body that has no track because it never moves (relative to ``parent`` or the world).
     tags : words effects and pairs can refer to, for example ``glass``.
@@ -43,6 +44,7 @@ class SceneBody:
     instrument: str = ""
     size: Mapping[str, Any] = field(default_factory=dict)
     scale: float = 1.0
+    mesh_axes: str = ""
     group: str = ""
     parent: str = ""
     offset: Pose = field(default_factory=Pose)

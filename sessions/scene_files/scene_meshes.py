@@ -11,9 +11,12 @@ from sessions.meshes.mesh_match import read_colliders
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.scene_files.body_axes import in_body_axes, pose_convention, scene_meshes_in_body_axes
 from sessions.scene_files.scene_toml import read_scene, scene_and_faults
 
 INSTRUMENT_FACES = 5000
+COLLIDER_AXES = "canonical"
+"""Axes of a file of colliders where nobody says: those of the recording, in which ``VrLabColliders.cs`` writes them."""
 
 
 def with_scene(session: Session, path: str | Path) -> Session:
@@ -23,13 +26,16 @@ def with_scene(session: Session, path: str | Path) -> Session:
     ``scene_file`` names the file. Raises SceneError: as `read_scene` and `scene_meshes`.
     """
     scene = read_scene(path)
-    meshes = {**session.meshes, **scene_meshes(scene, Path(path).parent)}
+    declared = scene_meshes_in_body_axes(scene, scene_meshes(scene, Path(path).parent), session.facts)
+    meshes = {**session.meshes, **declared}
     replaced = replace(session, scene=scene, meshes=meshes, facts={**session.facts, SCENE_FACT: Path(path).name})
     return with_colliders(replaced, Path(path).parent)
 
 
-def with_colliders(session: Session, folder: str | Path, file: str | Path = "") -> Session:
+def with_colliders(session: Session, folder: str | Path, file: str | Path = "", axes: str = COLLIDER_AXES) -> Session:
     """The session with the colliders of a GLB: the one given, else that which its scene names, else its own ones.
+
+    ``axes`` of the file, as ``--mesh-axes`` takes them.
 
     Raises MeshFileError: as `read_colliders`.
     """
@@ -38,7 +44,9 @@ def with_colliders(session: Session, folder: str | Path, file: str | Path = "") 
         return session
     bodies = [*session.names, *(body.id for body in session.scene.bodies if body.id not in session.names)]
     found, words = read_colliders(Path(folder) / named, bodies)
-    return replace(session, colliders=found, facts=_converted(session, [words]))
+    poses = pose_convention(session.facts)
+    turned = {name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in found.items()}
+    return replace(session, colliders=turned, facts=_converted(session, [words]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
@@ -90,7 +98,9 @@ def _converted(session: Session, said: Sequence[str]) -> dict[str, str]:
 def _bare(body: SceneBody) -> SceneBody:
     """The body without a word on its mesh."""
     extra = {key: value for key, value in body.extra.items() if key not in ("faces", "options")}
-    return replace(body, mesh="", node="", shape="", instrument="", size={}, scale=1.0, proxy=False, extra=extra)
+    return replace(
+        body, mesh="", node="", shape="", instrument="", size={}, scale=1.0, mesh_axes="", proxy=False, extra=extra
+    )
 
 
 Planned = Callable[[Scene, str], Sequence[str]]

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from sessions.errors import SceneError
+from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
 from sessions.input_files import read_text
-from sessions.meshes.conventions import quaternion_from_euler
+from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
+from sessions.meshes.mesh_axes import mesh_axes_matrix
 from sessions.model.constants import SPACE_RADIUS
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
@@ -94,6 +95,7 @@ def _body(table: TomlTable) -> SceneBody:
         instrument=table.text("instrument"),
         size=_size(table, shape),
         scale=table.number("scale", 1.0, above=0.0),
+        mesh_axes=table.text("mesh_axes"),
         group=table.text("group"),
         parent=table.text("parent"),
         offset=_pose(table.table("offset")) or Pose(),
@@ -105,6 +107,8 @@ def _body(table: TomlTable) -> SceneBody:
     sources = [key for key in ("mesh", "shape", "instrument") if getattr(body, key)]
     if len(sources) > 1:
         table.refuse(f"it has {' and '.join(sources)}; give one of them")
+    if body.mesh_axes:
+        _check_mesh_axes(table, body)
     if body.node and not body.mesh:
         table.refuse("it has node and no mesh; name the GLB that holds the node")
     if body.instrument:
@@ -117,6 +121,16 @@ def _body(table: TomlTable) -> SceneBody:
             options.done(instrument_options(body.instrument))
     table.done()
     return body
+
+
+def _check_mesh_axes(table: TomlTable, body: SceneBody) -> None:
+    """Refuse axes that nobody knows, and those of no mesh file."""
+    if not body.mesh:
+        table.refuse("it has mesh_axes and no mesh; name the mesh file")
+    try:
+        mesh_axes_matrix(body.mesh_axes, CONVENTIONS["canonical"])
+    except SessionError as error:
+        table.refuse(f"mesh_axes: {error}")
 
 
 def _size(table: TomlTable, shape: str) -> dict[str, float]:
@@ -251,7 +265,7 @@ def body_keys(body: SceneBody) -> dict[str, Any]:
     """What a scene says of a body, key by key; nothing that is as it is without being said."""
     keys: dict[str, Any] = {"id": body.id}
     plain = SceneBody(id=body.id)
-    for key in ("mesh", "node", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
+    for key in ("mesh", "node", "shape", "instrument", "scale", "mesh_axes", "group", "parent", "tags", "proxy"):
         if getattr(body, key) != getattr(plain, key):
             keys[key] = getattr(body, key)
     keys.update({"size": [body.size[axis] for axis in "xyz"]} if body.shape == "box" else body.size)

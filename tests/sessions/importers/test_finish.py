@@ -8,6 +8,7 @@ from support.import_mutants import books, refused
 from sessions import MeshData, Session, Track, importers
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
 from sessions.importers.finish import finished
+from sessions.importers.given_meshes import MeshOptions
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import CONVENTIONS
@@ -40,7 +41,7 @@ def test_the_longest_increasing_part_stays_and_rows_without_rotation_are_flagged
 def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_at_all(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
     session = finished(
-        samples("left", "camera"), tmp_path / "x", meshes={"left": TRIANGLE}, scene=scene, stand_ins=True
+        samples("left", "camera"), tmp_path / "x", MeshOptions({"left": TRIANGLE}), scene=scene, stand_ins=True
     )
     assert list(session.meshes) == ["left"] and len(session.meshes["left"].faces) == 1
     session = finished(samples("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
@@ -87,7 +88,12 @@ def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_pat
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
     assert session.names == ("cup", "plate") and list(session.meshes) == ["cup"]
-    refused("outside", tmp_path / "x", "importer .*has no option 'colour'; it has: number, meshes", colour=1)
+    refused(
+        "outside",
+        tmp_path / "x",
+        "importer .*has no option 'colour'; it has: number, scene, scene_folder, meshes",
+        colour=1,
+    )
 
 
 def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in(outside, tmp_path):

@@ -9,7 +9,6 @@ from support.import_mutants import MUTANTS, tried
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, is_closed
-from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted, united
 
@@ -40,22 +39,6 @@ def test_another_program_reads_what_is_written():
     (read,) = scene.geometry.values()
     assert [*scene.graph.nodes_geometry] == ["Becherglas ä"] and np.array_equal(read.faces, mesh.faces)
     assert np.array_equal(read.vertices, mesh.vertices.astype(np.float32))
-
-
-TABLE = {
-    "unity": ((1, 2, -3), (-1, -2, 3, 4), "left"), "openvr": ((1, 2, 3), (1, 2, 3, 4), "right"),
-    "openxr": ((1, 2, 3), (1, 2, 3, 4), "right"), "gltf": ((1, 2, 3), (1, 2, 3, 4), "right"),
-    "ros": ((-2, 3, -1), (-2, 3, -1, 4), "right"), "z-up": ((1, 3, -2), (1, 3, -2, 4), "right"),
-}  # fmt: skip
-"""Point (1, 2, 3) and quaternion (1, 2, 3, 4) of each source in the canonical frame, written out by hand."""
-
-
-@pytest.mark.parametrize("name", CONVENTIONS)
-def test_points_and_quaternions_are_those_of_the_table(name):
-    point, quaternion, side = TABLE[name]
-    assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point)
-    assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion)
-    assert CONVENTIONS[name].handedness == side
 
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -1,0 +1,256 @@
+"""Meshes that come beside a recording: read from their files, in metres, in the axes of their bodies.
+
+What a file does not say, its axes and its unit, is assumed; every assumption is kept with who says it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Final
+
+from sessions.errors import ImportFileError, SessionError
+from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import Convention
+from sessions.meshes.mesh_axes import (
+    GLTF,
+    default_mesh_axes,
+    mesh_axes_alternatives,
+    mesh_axes_description,
+    mesh_axes_matrix,
+)
+from sessions.meshes.mesh_match import UNITS, guessed, matched
+from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.model.scene import Scene
+from sessions.scene_files.body_axes import file_type_of, in_body_axes
+from sessions.scene_files.toml_table import nearest
+
+MeshSource = str | Path | MeshData
+
+FORMAT_UNIT: Final = {"glb": "m"}
+"""Type of a mesh file -> the unit that its standard defines."""
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """What a user says of meshes; the options of ``replay import``.
+
+    Parameters
+    ----------
+    meshes : body name -> mesh file, or a mesh in metres and canonical axes; they win over the scene's.
+    mesh_folder : a folder of mesh files, or a GLB of nodes, named like the bodies.
+    mesh_units : m, cm or mm of the mesh files; ``""``: by their standard or size.
+    mesh_axes : axes of the mesh files, as `mesh_axes_matrix` takes them; of several, ``BODY=NAME`` is for one body.
+    colliders : a GLB with the colliders of an engine.
+    collider_axes : axes of that file; ``""``: those of the recording.
+    """
+
+    meshes: Mapping[str, MeshSource] | None = None
+    mesh_folder: str | Path | None = None
+    mesh_units: str = ""
+    mesh_axes: str | Sequence[str] = ()
+    colliders: str | Path | None = None
+    collider_axes: str = ""
+
+    def axes_by_body(self, names: Sequence[str], poses: Convention) -> dict[str, str]:
+        """Returns body -> axes, and ``""`` -> those of all others where they are given.
+
+        Raises ImportFileError: unknown axes, or a body that is not there.
+        """
+        texts = [self.mesh_axes] if isinstance(self.mesh_axes, str) else self.mesh_axes
+        chosen: dict[str, str] = {}
+        for text in filter(None, texts):
+            body, equals, axes = text.partition("=")
+            if not equals or (body not in names and _is_axes(text, poses)):
+                body, axes = "", text
+            if body and body not in names:
+                raise ImportFileError(f"--mesh-axes {text}: there is no body {body!r}{nearest(body, names)}")
+            if not _is_axes(axes, poses):
+                mesh_axes_or_refusal(axes, poses)
+            chosen[body] = axes
+        return chosen
+
+
+MESH_OPTIONS: Final = tuple(one.name for one in fields(MeshOptions))
+
+
+def _is_axes(text: str, poses: Convention) -> bool:
+    try:
+        mesh_axes_matrix(text, poses)
+    except SessionError:
+        return False
+    return True
+
+
+def mesh_axes_or_refusal(text: str, poses: Convention) -> None:
+    """Raise ImportFileError where no axes of meshes have this name."""
+    try:
+        mesh_axes_matrix(text, poses)
+    except SessionError as error:
+        raise ImportFileError(str(error)) from None
+
+
+@dataclass(frozen=True, eq=False)
+class FileMesh:
+    """A mesh as its file has it: its axes are the file's.
+
+    Parameters
+    ----------
+    mesh : in metres by ``unit_factor``.
+    file : its name; ``""``: an array, in the axes of the recording.
+    unit : assumed unit, with who says it.
+    """
+
+    mesh: MeshData
+    file: str
+    unit: Assumption | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedMeshes:
+    """Meshes in the axes of their bodies, with everything that was assumed of their files.
+
+    Parameters
+    ----------
+    meshes : body name -> mesh.
+    from_options : bodies whose mesh the options give.
+    assumptions : axes and units of the files.
+    notes : sentences on which file is whose, and on guessed units.
+    conversions : sentences on how meshes were turned.
+    """
+
+    meshes: dict[str, MeshData]
+    from_options: tuple[str, ...] = ()
+    assumptions: list[Assumption] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    conversions: list[str] = field(default_factory=list)
+
+
+def placed_meshes(
+    options: MeshOptions, scene: Scene, scene_meshes: Mapping[str, MeshData], names: Sequence[str], poses: Convention
+) -> PlacedMeshes:
+    """Returns the meshes of a scene and of the options in canonical axes; those of the options win.
+
+    Parameters
+    ----------
+    scene, scene_meshes : what was declared, and its meshes as `scene_meshes` reads them.
+    names : every body that there is.
+    poses : the convention of the poses.
+
+    Raises ImportFileError: a mesh for a body that is not there, unknown axes.
+    """
+    from_scene = {body.id: FileMesh(scene_meshes[body.id], body.mesh) for body in scene.bodies if body.mesh}
+    given, notes = _given(options, names)
+    axes_by_body = options.axes_by_body(names, poses)
+    for body in scene.bodies:
+        if body.mesh and body.mesh_axes and body.id not in given:
+            axes_by_body.setdefault(body.id, body.mesh_axes)
+    placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
+    placed.assumptions.extend(_grouped(row.unit for row in given.values() if row.unit is not None))
+    axes_rows: dict[str, Assumption] = {}
+    for name, row in {**from_scene, **given}.items():
+        stated = axes_by_body.get(name, axes_by_body.get("", ""))
+        if not row.file and not stated:
+            placed.meshes[name] = row.mesh
+            continue
+        axes = axes_assumption(name, row.file or f"the array of {name}", stated, poses)
+        axes_rows[name] = axes
+        placed.meshes[name] = in_body_axes(row.mesh, axes.value, poses)
+    grouped = _grouped(axes_rows.values())
+    placed.assumptions.extend(grouped)
+    for assumption in grouped:
+        if placed.meshes and mesh_axes_matrix(assumption.value, poses).trace() < 3:
+            words = mesh_axes_description(assumption.value, poses)
+            placed.conversions.append(f"{', '.join(assumption.files)} turned into the recording's axes from: {words}")
+    return placed
+
+
+def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Assumption:
+    """Returns the axes of a mesh file: as stated, else as its type and the convention of the poses suggest."""
+    file_type = file_type_of(file)
+    axes = stated or default_mesh_axes(file_type, poses)
+    alternatives = mesh_axes_alternatives(axes, poses)
+    origin, reason = Origin.USER, ""
+    if not stated and len(alternatives) == 1:
+        origin, reason = Origin.FORMAT, "all axes it may have are those of the recording"
+    elif not stated:
+        origin = Origin.GUESS
+        usual = "glTF is Y up by its standard" if axes == GLTF else f"usual for {file_type.upper()}"
+        reason = f"{usual} beside poses of {poses.name}; the file does not say"
+    return Assumption(
+        subject=Subject.MESH_AXES,
+        value=axes,
+        origin=origin,
+        confidence=Confidence.SURE if stated or len(alternatives) == 1 else Confidence.OPEN,
+        bodies=(body,),
+        files=(Path(file).name,),
+        description=mesh_axes_description(axes, poses),
+        reason=reason,
+        alternatives=alternatives,
+    )
+
+
+def _grouped(rows: Iterable[Assumption]) -> list[Assumption]:
+    """Assumptions that differ in nothing but body and file as one."""
+    merged: dict[Assumption, Assumption] = {}
+    for row in rows:
+        key = replace(row, bodies=(), files=())
+        before = merged.get(key, key)
+        merged[key] = replace(
+            row, bodies=before.bodies + row.bodies, files=tuple(dict.fromkeys(before.files + row.files))
+        )
+    return list(merged.values())
+
+
+def _given(options: MeshOptions, names: Sequence[str]) -> tuple[dict[str, FileMesh], list[str]]:
+    """Body -> mesh of the options, and sentences on the files of a folder."""
+    from sessions.meshes.mesh_files import load_mesh
+
+    given, notes = dict[str, FileMesh](), list[str]()
+    for name, source in (options.meshes or {}).items():
+        if name not in names:
+            raise ImportFileError(f"there is no body {name!r} to put a mesh on{nearest(name, names)}")
+        if isinstance(source, MeshData):
+            given[name] = FileMesh(source, "")
+        else:
+            given[name] = _in_metres(load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", options)
+    notes += [note for row in given.values() for note in row.notes]
+    if options.mesh_folder is not None:
+        bare = [name for name in names if name not in given]
+        scale = UNITS[options.mesh_units] if options.mesh_units else None
+        matches, without = matched(Path(options.mesh_folder), bare, scale)
+        for name, match in matches.items():
+            unit = _unit_assumption(name, match.file.name, options, match.scale)
+            given[name] = FileMesh(match.mesh, match.file.name, unit)
+            notes.append(match.words)
+        notes += without
+    return given, notes
+
+
+def _in_metres(mesh: MeshData, file: str, what: str, options: MeshOptions) -> FileMesh:
+    body = what.partition(":")[0]
+    if options.mesh_units:
+        factor, note = UNITS[options.mesh_units], ""
+    else:
+        factor, note = guessed(mesh, what)
+    scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
+    return FileMesh(scaled, file, _unit_assumption(body, file, options, factor), (note,) if note else ())
+
+
+def _unit_assumption(body: str, file: str, options: MeshOptions, factor: float) -> Assumption:
+    """The unit of a mesh file: said, of its format, or by its size."""
+    unit = next(name for name, metres in UNITS.items() if metres == factor)
+    origin, reason = Origin.GUESS, "by its size"
+    if options.mesh_units:
+        origin, reason = Origin.USER, ""
+    elif FORMAT_UNIT.get(file_type_of(file)) == unit:
+        origin, reason = Origin.FORMAT, ""
+    return Assumption(
+        subject=Subject.MESH_UNIT,
+        value=unit,
+        origin=origin,
+        bodies=(body,),
+        files=(file,),
+        reason=reason,
+        alternatives=(unit, *(other for other in UNITS if other != unit)),
+    )

@@ -1,0 +1,142 @@
+"""Assumptions of an import: what the numbers of its files were taken to mean, and who says so."""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
+from typing import Any, Final
+
+from sessions.errors import SessionError
+
+ASSUMPTIONS_FACT: Final = "assumptions"
+"""The fact of a recording that holds its assumptions as JSON."""
+
+
+class Subject(StrEnum):
+    """The thing that is assumed."""
+
+    POSE_AXES = "axes of poses"
+    HANDEDNESS = "handedness"
+    LENGTH_UNIT = "unit of lengths"
+    TIME_UNIT = "unit of times"
+    CLOCK = "clock"
+    QUATERNION_ORDER = "quaternion order"
+    EULER_ORDER = "Euler order"
+    MESH_AXES = "axes of meshes"
+    MESH_UNIT = "unit of meshes"
+    COLLIDER_AXES = "axes of colliders"
+
+
+class Origin(StrEnum):
+    """Who says it."""
+
+    FILE = "the file says it"
+    FORMAT = "the format defines it"
+    GUESS = "guessed"
+    USER = "you said it"
+    NOT_KNOWN = "not known"
+
+
+class Confidence(StrEnum):
+    """How sure a guess is; ``OPEN`` ones are asked where they change the answer."""
+
+    SURE = "sure"
+    OPEN = "open"
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One thing that was assumed of a source.
+
+    Parameters
+    ----------
+    value : what it was taken for, as the option takes it.
+    bodies : whose meshes it is about; none: the whole recording.
+    files : the mesh files it is about.
+    description : the value in words, where its name does not say enough.
+    reason : why it was guessed.
+    alternatives : values that it may have instead; the one it has is among them.
+    guessed_value : the value before a user answered; ``""``: nobody answered.
+    """
+
+    subject: Subject
+    value: str
+    origin: Origin
+    confidence: Confidence = Confidence.SURE
+    bodies: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    description: str = ""
+    reason: str = ""
+    alternatives: tuple[str, ...] = ()
+    guessed_value: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nobody decided between its alternatives."""
+        unsure = self.origin is Origin.NOT_KNOWN or (self.origin is Origin.GUESS and self.confidence is Confidence.OPEN)
+        return unsure and len(self.alternatives) > 1
+
+    @property
+    def title(self) -> str:
+        """What it is about: ``axes of beaker.obj and rod.obj``."""
+        if not self.files:
+            return str(self.subject)
+        *first, last = self.files
+        what = "unit" if self.subject is Subject.MESH_UNIT else "axes"
+        return f"{what} of {', '.join(first)}{' and ' if first else ''}{last}"
+
+    @property
+    def sentence(self) -> str:
+        """The value and who says it: ``unity (left-handed, +Y up); guessed: Unity's own axes``."""
+        value = f"{self.value} ({self.description})" if self.description else self.value
+        origin = str(self.origin)
+        if self.origin is Origin.GUESS:
+            origin = f"guessed{'' if self.confidence is Confidence.SURE else ', not sure'}"
+        return f"{value}; {origin}{f': {self.reason}' if self.reason else ''}"
+
+    def answered(self, value: str, description: str = "") -> "Assumption":
+        """Returns the assumption as a user decided it."""
+        before = self.guessed_value or self.value
+        return replace(self, value=value, description=description, origin=Origin.USER, guessed_value=before)
+
+    def as_json(self) -> dict[str, Any]:
+        """Returns the fields that hold something."""
+        return {key: value for key, value in asdict(self).items() if value}
+
+
+def assumptions_fact(assumptions: Iterable[Assumption]) -> str:
+    """Returns the text that a recording keeps of assumptions."""
+    return json.dumps([row.as_json() for row in assumptions], ensure_ascii=False)
+
+
+def assumptions_of(facts: Mapping[str, str]) -> tuple[Assumption, ...] | None:
+    """Returns the assumptions that a recording keeps; ``None``: it keeps none.
+
+    Raises SessionError: the text is not what `assumptions_fact` writes.
+    """
+    text = facts.get(ASSUMPTIONS_FACT)
+    if text is None:
+        return None
+    try:
+        return tuple(_assumption(row) for row in json.loads(text))
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise SessionError(f"the assumptions of the recording cannot be read ({error}); import it again") from None
+
+
+def _assumption(row: Mapping[str, Any]) -> Assumption:
+    return Assumption(
+        subject=Subject(row["subject"]),
+        origin=Origin(row["origin"]),
+        confidence=Confidence(row.get("confidence", Confidence.SURE)),
+        value=str(row.get("value", "")),
+        bodies=_texts(row, "bodies"),
+        files=_texts(row, "files"),
+        description=str(row.get("description", "")),
+        reason=str(row.get("reason", "")),
+        alternatives=_texts(row, "alternatives"),
+        guessed_value=str(row.get("guessed_value", "")),
+    )
+
+
+def _texts(row: Mapping[str, Any], key: str) -> tuple[str, ...]:
+    return tuple(map(str, row.get(key, ())))

@@ -1,0 +1,196 @@
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+from support.import_mutants import refused
+
+from sessions.importers import import_session
+from sessions.model.assumption import Origin, Subject, assumptions_of
+from sessions.scene_files.scene_meshes import with_scene
+
+VERTICES = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.1]])  # no two axes alike, so no turn goes unseen
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+# Written out by hand, from a right-handed room (x right, y up, z back) to each program's own axes.
+TO_SOURCE = {
+    "canonical": lambda x, y, z: (x, y, z), "openxr": lambda x, y, z: (x, y, z), "openvr": lambda x, y, z: (x, y, z),
+    "gltf": lambda x, y, z: (x, y, z), "godot": lambda x, y, z: (x, y, z), "aframe": lambda x, y, z: (x, y, z),
+    "unity": lambda x, y, z: (x, y, -z), "unreal": lambda x, y, z: (-z, x, y), "ros": lambda x, y, z: (-z, -x, y),
+    "z-up": lambda x, y, z: (x, -z, y), "x forward, y up": lambda x, y, z: (-z, y, x),
+    "z up, left-handed": lambda x, y, z: (x, z, y),
+}  # fmt: skip
+EXPORTERS = {
+    "unity": ("x-flipped", lambda x, y, z: (-x, y, z)), "unreal": ("yz-swapped", lambda x, y, z: (x, z, y)),
+    "ros": ("y-up", lambda x, y, z: (x, z, -y)), "z-up": ("y-up", lambda x, y, z: (x, z, -y)),
+    "z up, left-handed": ("yz-swapped", lambda x, y, z: (x, z, y)),
+}  # fmt: skip
+"""Convention -> name of the exporter's turn, and what it writes of a point in the engine's axes."""
+
+
+def changed(points, map_point):
+    return np.array([map_point(*point) for point in np.atleast_2d(points)])
+
+
+def mesh_file(folder, kind, vertices, faces):
+    path = folder / f"tool.{kind}"
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if kind == "obj":
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+        path.write_text("\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist())]))
+    else:
+        path.write_bytes(mesh.export(file_type=kind))
+    return path
+
+
+def recording(folder, convention, turn, place):
+    """A CSV of one pose of ``tool`` in the axes of a convention."""
+    to_source = TO_SOURCE[convention]
+    matrix = changed(np.eye(3), to_source).T
+    rotation = Rotation.from_matrix(matrix @ turn.as_matrix() @ matrix.T)
+    numbers = [*changed(place, to_source)[0], *rotation.as_quat()]
+    (folder / "take.csv").write_text("t,x,y,z,qx,qy,qz,qw\n0," + ",".join(map(repr, map(float, numbers))) + "\n")
+    (folder / "map.toml").write_text(
+        f'convention = "{convention}"\nunits = "m"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.tool]\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'
+    )
+    return folder / "take.csv"
+
+
+def corners_in_room(session):
+    track, mesh = session.tracks["tool"], session.meshes["tool"]
+    placed = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.triangles.reshape(-1, 3)) + track.positions[0]
+    return placed.reshape(-1, 3, 3)
+
+
+def stand_alike(found, truth):
+    """Whether two sets of triangles are the same ones, in whatever order: their corners, and the sums of these."""
+    pairs = [(one.sum(axis=1), one.reshape(-1, 3)) for one in (found, truth)]
+    return all(
+        np.allclose(np.sort(here, axis=0), np.sort(there, axis=0), rtol=0, atol=1e-7)
+        for here, there in zip(*pairs, strict=True)
+    )
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "ply", "glb"])
+@pytest.mark.parametrize("convention", TO_SOURCE)
+@pytest.mark.parametrize("exported", [False, True], ids=["axes of the body", "turned by the exporter"])
+def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exported):
+    turn, place = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    axes, export = EXPORTERS.get(convention, ("gltf", lambda x, y, z: (x, y, z))) if exported else ("body", None)
+    to_file = TO_SOURCE[convention]
+    in_body = changed(VERTICES, to_file)
+    in_file = in_body if export is None else changed(in_body, export)
+    if exported and convention == "x forward, y up":
+        in_file = VERTICES  # a glTF of the room's own axes
+    mirrored = np.linalg.det(changed(np.eye(3), to_file)) < 0
+    if export is not None and np.linalg.det(changed(np.eye(3), export)) < 0:
+        mirrored = not mirrored
+    path = mesh_file(tmp_path, kind, in_file, FACES[:, ::-1] if mirrored else FACES)
+    source = recording(tmp_path, convention, turn, place)
+    session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path}, mesh_axes=axes)
+    truth = (turn.apply(VERTICES) + place)[FACES]
+    assert stand_alike(corners_in_room(session), truth)
+    assert session.meshes["tool"].volume == pytest.approx(0.3 * 0.2 * 0.1 / 6)  # faces still look outwards
+    (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
+    assert axes_row.origin is Origin.USER and not axes_row.is_open
+
+
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
+@pytest.mark.parametrize("convention", ["z-up", "ros", "unity", "unreal", "z up, left-handed"])
+def test_a_mesh_of_its_body_is_turned_with_the_poses_unasked_and_the_guess_is_open(tmp_path, convention, kind):
+    turn, place = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    path = mesh_file(tmp_path, kind, changed(VERTICES, TO_SOURCE[convention]), FACES)
+    source = recording(tmp_path, convention, turn, place)
+    session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path})
+    truth = (turn.apply(VERTICES) + place)[FACES]
+    assert stand_alike(corners_in_room(session), truth)
+    (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
+    assert axes_row.is_open and axes_row.value == "body" and axes_row.files == (f"tool.{kind}",)
+
+
+def test_axes_are_given_per_body_and_an_unknown_body_or_name_is_refused(tmp_path):
+    path = mesh_file(tmp_path, "obj", VERTICES, FACES)
+    source = recording(tmp_path, "unity", Rotation.identity(), np.zeros(3))
+    given = {"mapping": tmp_path / "map.toml", "meshes": {"tool": path}}
+    for axes, vertex in (
+        (["x-flipped", "tool=gltf"], [0.3, 0, 0]),
+        (["tool=x-flipped"], [-0.3, 0, 0]),
+        (["tool=z up, x forward"], [0, 0, -0.3]),
+    ):
+        session = import_session("csv", source, mesh_axes=axes, **given)
+        assert session.meshes["tool"].vertices[1].tolist() == vertex
+    refused("csv", source, "no body 'tol'; did you mean 'tool'", mesh_axes=["tol=gltf"], **given)
+    refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="sideways", **given)
+    refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="tool=sideways", **given)
+
+
+def test_a_mesh_of_a_scene_is_turned_on_import_and_when_the_scene_comes_later(tmp_path):
+    mesh_file(tmp_path, "stl", VERTICES, FACES)
+    source = recording(tmp_path, "ros", Rotation.identity(), np.zeros(3))
+    bare = import_session("csv", source, mapping=tmp_path / "map.toml")
+    for key, corner in (
+        ("", [0, 0, -0.3]),
+        ('mesh_axes = "y-up"\n', [0, 0, -0.3]),
+        ('mesh_axes = "gltf"\n', [0.3, 0, 0]),
+    ):
+        (tmp_path / "scene.toml").write_text(f'[[body]]\nid = "tool"\nmesh = "tool.stl"\n{key}')
+        session = with_scene(bare, tmp_path / "scene.toml")
+        farthest = max(session.meshes["tool"].vertices.tolist(), key=lambda point: np.abs(point).max())
+        assert np.allclose(farthest, corner, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("order", "convention", "message"),
+    [
+        ("XYZ", "unity", "contradicts convention 'unity', whose Euler order is 'zxy'"),
+        ("", "openxr", "nothing says the order of the Euler angles"),
+        ("xyz", "godot", r"contradicts .*convention = '\+x right, \+y up, -z forward, right-handed'"),
+    ],
+)
+def test_an_euler_order_that_contradicts_or_is_missing_is_a_fault(tmp_path, order, convention, message):
+    refused("csv", angles(tmp_path, order, convention), message, mapping=tmp_path / "map.toml")
+
+
+def angles(folder, order, convention, row=(0, 0, 0)):
+    (folder / "a.csv").write_text("t,x,y,z,rx,ry,rz\n0,0,0,0," + ",".join(map(str, row)) + "\n")
+    said = f'order = "{order}"\n' if order else ""
+    (folder / "map.toml").write_text(
+        f'convention = "{convention}"\nunits = "m"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.tool]\n'
+        f'position = ["x", "y", "z"]\neuler = {{x = "rx", y = "ry", z = "rz"}}\n{said}'
+    )
+    return folder / "a.csv"
+
+
+def test_the_order_that_a_convention_fixes_needs_no_saying_and_unreal_turns_as_its_own_formula(tmp_path):
+    roll, pitch, yaw = np.radians([20.0, -35.0, 110.0])
+    sines, cosines = np.sin(np.array([roll, pitch, yaw]) / 2), np.cos(np.array([roll, pitch, yaw]) / 2)
+    (sr, sp, sy), (cr, cp, cy) = sines, cosines
+    # FRotator::Quaternion of Unreal's UnrealMath.cpp, in Unreal's own axes.
+    own = [
+        cr * sp * sy - sr * cp * cy,
+        -cr * sp * cy - sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    ]
+    matrix = changed(np.eye(3), TO_SOURCE["unreal"]).T
+    truth = matrix.T @ Rotation.from_quat(own).as_matrix() @ matrix
+    source = angles(tmp_path, "", "unreal", (20.0, -35.0, 110.0))
+    found = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
+    assert np.allclose(Rotation.from_quat(found.quaternions_xyzw[0]).as_matrix(), truth, rtol=0, atol=1e-12)
+    for order in ("", "zxy", "YXZ"):
+        source = angles(tmp_path, order, "unity", (20.0, -35.0, 110.0))
+        found = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
+        flip = np.diag([1.0, 1.0, -1.0])
+        unity = Rotation.from_euler("zxy", [110.0, 20.0, -35.0], degrees=True).as_matrix()
+        assert np.allclose(Rotation.from_quat(found.quaternions_xyzw[0]).as_matrix(), flip @ unity @ flip, atol=1e-12)
+
+
+def test_lengths_are_in_the_unit_of_the_convention_unless_said(tmp_path):
+    source = recording(tmp_path, "unreal", Rotation.identity(), np.array([30.0, 110.0, -70.0]))
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(mapping.read_text().replace('units = "m"\n', ""))
+    session = import_session("csv", source, mapping=mapping)
+    assert np.allclose(session.tracks["tool"].positions[0], [0.3, 1.1, -0.7], rtol=0, atol=1e-12)
+    rows = {row.subject: row for row in assumptions_of(session.facts)}
+    assert rows[Subject.LENGTH_UNIT].value == "cm" and rows[Subject.LENGTH_UNIT].origin is Origin.FORMAT
+    assert rows[Subject.HANDEDNESS].value == "left" and rows[Subject.POSE_AXES].origin is Origin.USER

@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import SessionError
+from sessions.meshes.conventions import CONVENTIONS, convention, quaternion_from_euler, same_euler_order
+
+AS_IS = ((1, 2, 3), (1, 2, 3, 4), "right")
+TABLE = {
+    "canonical": AS_IS, "openvr": AS_IS, "openxr": AS_IS, "webxr": AS_IS, "aframe": AS_IS, "gltf": AS_IS,
+    "godot": AS_IS, "unity": ((1, 2, -3), (-1, -2, 3, 4), "left"), "unreal": ((2, 3, -1), (-2, -3, 1, 4), "left"),
+    "ros": ((-2, 3, -1), (-2, 3, -1, 4), "right"), "z-up": ((1, 3, -2), (1, 3, -2, 4), "right"),
+}  # fmt: skip
+"""Point (1, 2, 3) and quaternion (1, 2, 3, 4) of each source in the canonical frame, written out by hand."""
+
+TEXTS = {
+    "x forward, y up": ("right", "x", "y"), "+X forward, +Y left, +Z up": ("right", "x", "z"),
+    "z up, left-handed": ("left", None, "z"), "forward=+X up=+Z left handed": ("left", "x", "z"),
+    "up: y; forward: -z": ("right", "-z", "y"), "x right, z up, y back": ("left", "-y", "z"),
+    "LH y-up z-forward": ("left", "z", "y"), "x up": ("right", None, "x"),
+}  # fmt: skip
+"""Axes as text -> handedness, and the source axis that points forward and up."""
+
+
+def axis(name):
+    return np.eye(3)["xyz".index(name[-1])] * (-1 if name[0] == "-" else 1)
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+def test_points_and_quaternions_are_those_of_the_table(name):
+    point, quaternion, side = TABLE[name]
+    assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point)
+    assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion)
+    assert CONVENTIONS[name].handedness == side
+    assert np.array_equal(CONVENTIONS[name].matrix @ [1, 2, 3], point)
+
+
+@pytest.mark.parametrize("name", [*CONVENTIONS, *TEXTS])
+def test_a_rotated_point_is_the_same_in_both_frames(name):
+    rng, source = np.random.default_rng(3), convention(name)
+    turn = Rotation.random(random_state=5)
+    point = rng.standard_normal(3)
+    # The turn of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
+    there = source.points(turn.apply(point))
+    here = Rotation.from_quat(source.quaternions(turn.as_quat())).apply(source.points(point))
+    assert np.allclose(there, here, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_axes_as_text_point_where_the_words_say(text):
+    handedness, forward, up = TEXTS[text]
+    described = convention(text)
+    assert described.handedness == handedness and described.points(axis(up)).tolist() == [0, 1, 0]
+    assert forward is None or described.points(axis(forward)).tolist() == [0, 0, -1]
+    again = convention(described.name)
+    assert np.array_equal(again.matrix, described.matrix) and not again.assumed_handedness
+
+
+def test_only_a_text_that_leaves_handedness_open_assumes_it():
+    assert convention("x forward, y up").assumed_handedness
+    assert not convention("x forward, y up, left-handed").assumed_handedness
+    assert not convention("x forward, y up, z right").assumed_handedness
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("unitty", "did you mean 'unity'"),
+        ("x forward", "which axis is up"),
+        ("y up, y forward", "twice"),
+        ("x up, y up", "twice"),
+        ("x right, y up, z forward, right-handed", "are not right-handed"),
+        ("sideways", "there are: canonical"),
+    ],
+)
+def test_unknown_axes_are_refused_with_the_cure(text, message):
+    with pytest.raises(SessionError, match=message):
+        convention(text)
+
+
+def test_names_are_read_whatever_their_signs():
+    assert convention("A-Frame").name == "aframe" and convention("Z_UP").name == "z-up"
+
+
+@pytest.mark.parametrize(("order", "other"), [("zxy", "YXZ"), ("xyz", "ZYX"), ("xyx", "XYX")])
+def test_orders_about_fixed_and_own_axes_turn_alike(order, other):
+    angles = np.array([0.3, -1.1, 2.0])
+    assert same_euler_order(order, other) and not same_euler_order(order, other[::-1] if order != "xyx" else "YXY")
+    first = quaternion_from_euler(angles, order)
+    second = quaternion_from_euler(angles[::-1], other)
+    assert np.allclose(first, second, rtol=0, atol=1e-15)

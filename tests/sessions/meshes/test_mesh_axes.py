@@ -1,0 +1,40 @@
+import pytest
+
+from sessions.errors import SessionError
+from sessions.meshes.conventions import CONVENTIONS, convention
+from sessions.meshes.mesh_axes import BODY, MESH_TURNS, default_mesh_axes, mesh_axes_alternatives, mesh_axes_matrix
+
+POINTS = {
+    ("body", "unity"): (1, 2, -3), ("body", "unreal"): (2, 3, -1), ("body", "ros"): (-2, 3, -1),
+    ("body", "z-up"): (1, 3, -2), ("gltf", "unity"): (1, 2, 3), ("z-flipped", "unity"): (1, 2, 3),
+    ("x-flipped", "unity"): (-1, 2, -3), ("x-flipped", "openxr"): (-1, 2, -3),
+    ("yz-swapped", "unreal"): (3, 2, -1), ("y-up", "ros"): (3, 2, -1), ("y-up", "z-up"): (1, 2, 3),
+    ("ros", "unity"): (-2, 3, -1), ("z up, left-handed", "ros"): (1, 3, 2),
+}  # fmt: skip
+"""Axes of a mesh and convention of its poses -> where its vertex (1, 2, 3) is in canonical axes of the body, by hand:
+Unity's exporter writes (-x, y, z), Unreal's (x, z, y), Blender's (x, z, -y)."""
+
+
+@pytest.mark.parametrize(("axes", "poses"), POINTS)
+def test_a_vertex_lands_where_the_program_had_it(axes, poses):
+    assert (mesh_axes_matrix(axes, CONVENTIONS[poses]) @ [1, 2, 3]).tolist() == list(POINTS[axes, poses])
+
+
+@pytest.mark.parametrize("poses", [*CONVENTIONS, "x forward, y up", "z up, left-handed"])
+@pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
+def test_alternatives_turn_meshes_differently_and_hold_the_default(file_type, poses):
+    source = convention(poses)
+    default = default_mesh_axes(file_type, source)
+    names = mesh_axes_alternatives(default, source)
+    matrices = {mesh_axes_matrix(name, source).tobytes() for name in names}
+    assert names[0] == default and len(matrices) == len(names)
+    assert (
+        mesh_axes_matrix(BODY, source).tobytes() in matrices and mesh_axes_matrix("gltf", source).tobytes() in matrices
+    )
+    assert (len(names) == 1) == source.is_canonical
+    assert file_type == "glb" or default == BODY
+
+
+def test_unknown_axes_of_meshes_are_refused_with_all_names():
+    with pytest.raises(SessionError, match=f"body, {', '.join(MESH_TURNS)}, or no convention 'sideways'"):
+        mesh_axes_matrix("sideways", CONVENTIONS["unity"])
