@@ -3,21 +3,27 @@
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+
+import numpy as np
 
 from replay.base.progress import Progress
-from replay.comparison.clock_offset import ClockOffset, estimate_offset
-from replay.detection.recorded import reported_spans
+from replay.comparison.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
+from replay.detection.recorded import (
+    CLOCK_FACT,
+    DRIFT_FACT,
+    OFFSET_FACT,
+    ReportClock,
+    physics_steps,
+    reported_spans,
+)
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import RESIDUAL_FACT
+from replay.prepare.frame_times import frame_ends
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.model.event import LiveContact
-
-OFFSET_FACT: Final = "contacts_clock_offset_s"
-DRIFT_FACT: Final = "contacts_clock_drift"
 
 Found = dict[tuple[str, str, str], list[float]]
 
@@ -41,15 +47,39 @@ def import_contacts(
     if not known:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    found = estimate_offset(_reported(contacts), _true(result), offset)
+    found = estimate_offset(_reported(contacts), _true(result), offset, _known(contacts, result))
     placed = tuple(
         replace(one, time_ns=one.time_ns + result.assembly.first_ns + round(1e9 * found.at(one.time_ns / 1e9)))
         for one in contacts
     )
-    residual = "unknown" if found.residual is None else f"{found.residual:.9f}"
-    fitted = {OFFSET_FACT: f"{found.seconds:.9f}", DRIFT_FACT: f"{found.drift:.9f}", RESIDUAL_FACT: residual}
-    facts = {**session.facts, **fitted}
+    if found.own:
+        clock, residual = ReportClock.OWN, "0"
+    else:
+        clock = ReportClock.FITTED if offset is None else ReportClock.GIVEN
+        residual = "unknown" if found.residual is None else f"{found.residual:.9f}"
+    facts = {
+        **session.facts,
+        CLOCK_FACT: clock.value,
+        OFFSET_FACT: f"{found.seconds:.9f}",
+        DRIFT_FACT: f"{found.drift:.9f}",
+        RESIDUAL_FACT: residual,
+    }
     return replace(session, live_contacts=placed, facts=facts), found
+
+
+def _known(contacts: Iterable[LiveContact], result: RunResult) -> ClockKnowledge:
+    """The steps of both sides, and the offsets of a file on the recording's own clock.
+
+    Its seconds count from the first frame, or are the recording's stamps.
+    """
+    moments = np.array([contact.time_ns / 1e9 for contact in contacts])
+    steps = physics_steps([moments], None)
+    times = result.assembly.motion.times
+    return ClockKnowledge(
+        frame=float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
+        step=None if steps is None else 1.0 / steps[0],
+        own=(0.0, -result.assembly.first_ns / 1e9),
+    )
 
 
 def _reported(contacts: Iterable[LiveContact]) -> Found:
@@ -63,13 +93,15 @@ def _reported(contacts: Iterable[LiveContact]) -> Found:
 
 
 def _true(result: RunResult) -> Found:
+    """Begins and ends of the true contacts; a contact ends at the first frame without it, as engines report it."""
     moments: Found = {}
-    last = len(result.assembly.motion) - 1
+    times = result.assembly.motion.times
+    last, ends = len(times) - 1, frame_ends(times)
     for episode in result.episodes["exact"]:
         i, j = result.assembly.pairs[episode.pair].tolist()
         a, b = sorted((result.assembly.names[i], result.assembly.names[j]))
         if episode.first > 0:
             moments.setdefault((a, b, "begin"), []).append(episode.start)
         if episode.last < last:
-            moments.setdefault((a, b, "end"), []).append(float(result.assembly.motion.times[episode.last]))
+            moments.setdefault((a, b, "end"), []).append(float(ends[episode.last]))
     return moments

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from replay.base.shown import plural
 from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
@@ -57,6 +58,8 @@ def command(
         imported = _imported(kind, source, out, **given)
         notes = [*_notes(imported)]
     if imported.live_contacts:
+        if kind != "contacts":
+            notes.append(f"{plural(len(imported.live_contacts), 'report')} of the engine, on the recording's own clock")
         notes.append(f"what the engine reported is in it; compare it: replay run {out} --out runs/{out.stem}")
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)

@@ -15,7 +15,7 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
-from replay.pipeline.headline import beside, doubts, price, undecided
+from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
 from replay.pipeline.run_result import RunResult
 
 FAULT_ROWS: Final = 20
@@ -42,7 +42,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     parts: list[Table | RenderableType] = [line(words, INVENTED) for words in doubts(result)]
     if result.ranking:
         parts += [built.ranking_table(result).only(*SCREEN_HEADS, heads=SCREEN_HEADS)]
-        parts += [Paragraph("", words) for words in undecided(result)]
+        parts += [Paragraph("", words) for words in (*undecided(result), *engine_reports(result))]
     elif result.detections:
         parts += [built.contact_table(result, label) for label in result.detections]
     else:

@@ -1,4 +1,9 @@
-"""The offset of another clock: the shift at which most reported begins and ends fall on true ones; and its drift."""
+"""The offset and the drift of an engine's clock, apart from the delay with which the engine reports.
+
+Both move a report: the shift at which most reported begins and ends fall on true ones is their sum. Where that sum is
+one that a delay alone explains, the clock is the recording's own and the offset is 0. Otherwise the part that the
+engine's wait for its next physics step explains is delay, and the rest is offset.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.comparison.delay import LATEST
 from replay.errors import AuditError
 
 WINDOW: Final = 0.05
@@ -41,56 +47,113 @@ class ClockOffset:
     drift: float = 0.0  # seconds a second; 0 where none fits much better
     first: float = 0.0  # the other clock's seconds at its first report
     rivals: int = 0  # other offsets at which as many reports find a partner
+    own: bool = False  # whether the engine's clock was taken for the recording's own
+    # median seconds from a true begin or end to its report, after the offset; ``None``: not told from the offset
+    delay: float | None = None
 
     def at(self, seconds: float) -> float:
         """What to add to a stamp of the other clock."""
         return self.seconds + self.drift * (seconds - self.first)
 
     def __str__(self) -> str:
-        said = f"clock offset {self.seconds:+.4f} s"
+        text = f"clock offset {self.seconds:+.4f} s"
+        if self.own:
+            text += " (taken for the recording's own clock)"
         if self.drift:
-            said += f" at the first report, drift {100 * self.drift:+.3f} %"
+            text += f" at the first report, drift {100 * self.drift:+.3f} %"
+        if self.delay is not None:
+            text += f", {delay_text(self.delay)}"
         far = f"{1e3 * WINDOW:g} ms"
         if self.residual is None:
-            return f"{said}, residual unknown: none of {self.of} begins and ends is within {far} of a true one"
-        said += f", residual {1e3 * self.residual:.1f} ms of {self.matched} of {self.of} begins and ends"
+            return f"{text}, residual unknown: none of {self.of} begins and ends is within {far} of a true one"
+        text += f", residual {1e3 * self.residual:.1f} ms of {self.matched} of {self.of} begins and ends"
         if self.matched < self.of:
-            said += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"
+            text += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"
         if self.rivals:
-            said += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
-        return said
+            text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
+        elif self.own and self.delay:
+            text += f"; if the engine had another clock, {SAY_IT}"
+        return text
 
 
-def estimate_offset(reported: Moments, truth: Moments, given: float | None = None) -> ClockOffset:
+def delay_text(seconds: float) -> str:
+    """``reports 4.5 ms late in the median``."""
+    if round(1e4 * seconds) == 0:
+        return "reports on time in the median"
+    return f"reports {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'} in the median"
+
+
+@dataclass(frozen=True)
+class ClockKnowledge:
+    """What is known about the two clocks before anything is fitted."""
+
+    frame: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
+    step: float | None = None  # seconds of the engine's physics step; ``None``: not known
+    own: Sequence[float] = ()  # offsets that the recording's own clock would have
+
+
+NOTHING_KNOWN: Final = ClockKnowledge()
+
+
+def estimate_offset(
+    reported: Moments, truth: Moments, given: float | None = None, known: ClockKnowledge = NOTHING_KNOWN
+) -> ClockOffset:
     """Estimate the offset of a clock, and its drift, from the begins and ends of contacts that two sides report.
 
-    A constant delay of the engine and an offset of its clock have the same effect: the estimate is their sum. Contacts
-    that come at equal intervals support several shifts equally; of those the smallest is taken.
+    A delay that is the same for all reports and longer than a physics step cannot be told from an offset of another
+    clock. Contacts that come at equal intervals support several shifts equally; of those the smallest is taken.
 
     ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``given``: take this offset, without a
-    drift, and only say how well it fits.
+    drift, and only say how well it fits; ``known``: see ``ClockKnowledge``.
 
     Raises ``AuditError``: at most one report has a partner, and one alone fits every clock.
     """
     first = min((moment for moments in reported.values() for moment in moments), default=0.0)
-    partners, offset, drift, rivals = _Partners(reported, truth, first), given or 0.0, 0.0, 0
+    partners, shift, drift, rivals = _Partners(reported, truth, first), given or 0.0, 0.0, 0
     if given is None:
         if not len(partners.gap):
             raise AuditError(
                 "no reported contact is of a pair that truly touches, so its clock cannot be estimated; "
                 f"check the body names, or {SAY_IT}"
             )
-        offset, rivals = _densest(partners.gap)
-        still = np.minimum(partners.nearest(offset, 0.0), WINDOW).mean()
+        shift, rivals = _densest(partners.gap)
+        still = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
         moving = _drifting(partners)
         if still > WORTH_A_DRIFT and 2.0 * np.minimum(partners.nearest(*moving), WINDOW).mean() < still:
-            (offset, drift), rivals = moving, 0
-    nearest = partners.nearest(offset, drift)
-    held = nearest[nearest <= WINDOW]
-    if len(held) < 2 and given is None:
+            (shift, drift), rivals = moving, 0
+    nearest = partners.nearest(shift, drift)
+    paired = nearest[nearest <= WINDOW]
+    if len(paired) < 2 and given is None:
         raise AuditError(f"one report alone fits every clock, so no offset can be estimated; {SAY_IT}")
-    residual = float(np.quantile(held, 0.95)) if len(held) else None
-    return ClockOffset(offset, residual, len(held), sum(map(len, reported.values())), drift, first, rivals)
+    own = None if given is not None or drift else _own_clock(shift, known)
+    if own is not None:
+        offset, rivals = own, 0
+    elif given is not None or known.step is None:
+        offset = shift
+    else:
+        # A report waits for the next step, a true moment for the next frame: by half of each in the mean.
+        offset = shift + max(0.0, known.step - known.frame) / 2.0
+    # Fitted without a step, the offset holds the delay too, and no report would seem late.
+    separate = own is not None or given is not None or known.step is not None
+    lateness = partners.lateness(shift, drift, offset)
+    return ClockOffset(
+        seconds=offset,
+        residual=float(np.quantile(paired, 0.95)) if len(paired) else None,
+        matched=len(paired),
+        of=sum(map(len, reported.values())),
+        drift=drift,
+        first=first,
+        rivals=rivals,
+        own=own is not None,
+        delay=float(np.median(lateness)) if separate and len(lateness) else None,
+    )
+
+
+def _own_clock(shift: float, known: ClockKnowledge) -> float | None:
+    """The offset of the recording's own clock from which a delay of the engine alone explains a shift, if any."""
+    # Half a frame early: the engine saw the contact before the next frame was recorded.
+    offsets = [own for own in known.own if -(known.frame + WORTH_A_DRIFT) <= own - shift <= LATEST]
+    return min(offsets, key=lambda own: abs(own - shift), default=None)
 
 
 class _Partners:
@@ -105,6 +168,12 @@ class _Partners:
         self.report = np.repeat(np.arange(len(said)), sizes)
         self.later = np.repeat(np.array([moment for moment, _ in said], dtype=np.float64) - first, sizes)
         self.gap = np.array([one - moment for moment, true in said for one in true], dtype=np.float64)
+
+    def lateness(self, shift: float, drift: float, offset: float) -> NDArray[np.float64]:
+        """Seconds from its partner to each report that has one under ``shift``, with the ``offset`` added."""
+        gap = self.gap - shift - drift * self.later
+        paired = (np.abs(gap) <= WINDOW) & (np.abs(gap) == self.nearest(shift, drift)[self.report])
+        return offset - shift - gap[paired]
 
     def nearest(self, offset: float, drift: float) -> NDArray[np.float64]:
         """How far each report is from its nearest under a clock, (R,) seconds."""

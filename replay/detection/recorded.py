@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from time import perf_counter
 from typing import ClassVar, Final
 
@@ -18,6 +19,20 @@ from sessions.model.event import LiveContact
 
 RECORDED: Final = "recorded"
 """Its name in a list of detectors."""
+
+CLOCK_FACT: Final = "contacts_clock"
+OFFSET_FACT: Final = "contacts_clock_offset_s"
+DRIFT_FACT: Final = "contacts_clock_drift"
+"""Facts of a session about the clock of its reports; without them the reports are on the recording's own clock."""
+
+
+class ReportClock(StrEnum):
+    """How the clock of an engine's reports was related to the recording's."""
+
+    OWN = "own"
+    GIVEN = "given"
+    FITTED = "fitted"
+
 
 STEP_RATES: Final = (20.0, 25.0, 30.0, 40.0, 45.0, 50.0, 60.0, 72.0, 75.0, 80.0, 90.0, 100.0, 120.0, 144.0, 200.0)
 """Physics steps a second that engines are set to; the slowest that fits is taken, for its multiples fit too."""
@@ -54,9 +69,11 @@ class _RecordedMemory:
 
 
 class RecordedDetector(PairDetector[RecordedSettings]):
-    """Says of every frame what the engine's reports say: contact from a begin to the next end, both included.
+    """Says of every frame what the engine's reports say: contact from a begin on, until the next end.
 
-    A stamp up to a microsecond from a frame's is at that frame: engines and scripts write six decimals. A contact that
+    An engine reports the end of a contact in the first step without it (Unity's ``OnCollisionExit``), so the frame at
+    the stamp of an end is no contact. A stamp up to a microsecond from a frame's is at that frame: engines and scripts
+    write six decimals. A contact that
     began and ended between two frames is reported at the next one. With ``shape`` a miss is explained as that collider
     would explain it. It lists no faces.
     """
@@ -82,6 +99,9 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         self._elsewhere = sum(len(found) for pair, found in spans.items() if pair not in columns)
         self._collider = self._make_collider()
         self._steps = physics_steps([span for found in self._spans.values() for span in found], settings.rate_hz)
+        # A report waits for the next physics step: of the residual, one step says nothing about the clock.
+        step = 0.0 if self._steps is None else 1.0 / self._steps[0]
+        self._clock_uncertainty = max(0.0, (settings.residual or 0.0) - step)
 
     def _fresh_memory(self) -> _RecordedMemory:
         return _RecordedMemory(-np.inf)
@@ -106,13 +126,16 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         )
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
-        """Whether the frame is within the clock's residual of a report, and what the engine's collider says of it."""
+        """Whether the clock's uncertainty reaches from a report to the frame, and what the engine's collider says.
+
+        The uncertainty of the clock is what its residual has beyond one physics step.
+        """
         stages = Explanation()
         if self._collider is not None:
             stages = self._collider.explain(motion, frame, pair, faces)
-        time, residual = float(motion.times[frame]), self.settings.residual or 0.0
+        time, uncertainty = float(motion.times[frame]), self._clock_uncertainty
         spans = self._spans.get(pair, np.zeros((0, 2)))
-        near = bool((np.abs(spans - time) <= residual).any()) if residual > 0.0 else None
+        near = bool((np.abs(spans - time) <= uncertainty).any()) if uncertainty > 0.0 else None
         return replace(stages, within_clock=near)
 
     def stepped(self, start: float, end: float) -> bool | None:
@@ -175,22 +198,24 @@ def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -
 
 
 def _seconds(spans: Sequence[Span], first_ns: int) -> NDArray[np.float64]:
-    """Spans (n, 2) in seconds of the session, open ends at infinity; a stamp near a frame's is made to hold it."""
-    return np.array(
+    """Spans (n, 2) in seconds of the session, from a begin until an end; open ends at infinity.
+
+    Both lie a microsecond earlier, so that a frame whose stamp is rounded differently is at the stamp.
+    """
+    seconds = [
         [
-            [
-                far if at is None else (at - first_ns) / 1e9 + np.copysign(TICK_SLACK, far)
-                for at, far in zip(span, (-np.inf, np.inf), strict=True)
-            ]
-            for span in spans
+            far if at is None else (at - first_ns) / 1e9 - TICK_SLACK
+            for at, far in zip(span, (-np.inf, np.inf), strict=True)
         ]
-    ).reshape(-1, 2)
+        for span in spans
+    ]
+    return np.array(seconds).reshape(-1, 2)
 
 
 def _rows(times: NDArray[np.float64], spans: NDArray[np.float64], before: float) -> Iterator[tuple[int, int]]:
     """First frame and the one after the last of every span that has a frame here; a short one has the next."""
     first = np.searchsorted(times, spans[:, 0])
-    stop = np.searchsorted(times, spans[:, 1], side="right")
+    stop = np.searchsorted(times, spans[:, 1])
     fresh = spans[:, 0] > before
     for start, end, new in zip(first.tolist(), stop.tolist(), fresh.tolist(), strict=True):
         if new and start < len(times):

@@ -5,6 +5,7 @@ from typing import Final
 
 from replay.base.shown import plural
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
+from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.ranking import all_unconfirmed
 from replay.pipeline.run_result import RunResult, Summarised
@@ -78,7 +79,41 @@ def held(result: Summarised) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided or not counted, and what is chance."""
-    return [*undecided(result), *held(result), *in_noise(result), *compounds(result)]
+    return [*undecided(result), *engine_reports(result), *held(result), *in_noise(result), *compounds(result)]
+
+
+def engine_reports(result: Summarised) -> list[str]:
+    """A line about the delay of an engine's reports, and about their clock, which may hold a part of that delay."""
+    lines = []
+    facts = result.summary["session"]["facts"]
+    for label, audit in result.summary["audit"].items():
+        if result.summary["detectors"][label]["name"] != RECORDED:
+            continue
+        episodes = audit.get("episodes", {})
+        # A run folder of an earlier version has no error of the ends.
+        begins, ends = episodes.get("onset_error"), episodes.get("end_error")
+        clock = REPORT_CLOCKS[facts.get(CLOCK_FACT, ReportClock.OWN)].format(offset=facts.get(OFFSET_FACT, "0"))
+        if begins and ends:
+            median = f"median of {plural(episodes['matched'], 'contact')}"
+            lateness = f"{_lateness('begins', begins['median'])}, {_lateness('ends', ends['median'])}"
+            lines.append(f"Reports of the engine ({label}): {lateness} ({median}), {clock}.")
+        else:
+            lines.append(f"Reports of the engine ({label}): none matches a contact, so no delay is known; {clock}.")
+    return lines
+
+
+REPORT_CLOCKS: Final = {
+    ReportClock.OWN: "on the recording's own clock",
+    ReportClock.GIVEN: "with the clock offset that was given ({offset} s)",
+    ReportClock.FITTED: "with a fitted clock offset ({offset} s), which holds what is constant of a delay",
+}
+
+
+def _lateness(what: str, seconds: float) -> str:
+    """``begins 4.5 ms late``."""
+    if round(1e4 * seconds) == 0:
+        return f"{what} on time"
+    return f"{what} {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"
 
 
 def in_noise(result: RunResult) -> list[str]:

@@ -25,7 +25,7 @@ NOT_EXAMINED: Final = "not examined"
 OF_PAIR: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.HELD)
 """Outcomes that are counted pair by pair."""
 
-SPREADS: Final = ("onset_error", "duration_error")
+SPREADS: Final = ("onset_error", "duration_error", "end_error")
 """Errors of matched contacts do not add up from their middles; each session keeps its own."""
 
 
@@ -95,6 +95,7 @@ def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str
         "invented_share": share(len(matches.invented), found - len(matches.excused_found)),
         "onset_error": _spread([match.onset_error for match in matches.matched]),
         "duration_error": _spread([match.duration_error for match in matches.matched]),
+        "end_error": _spread([match.onset_error + match.duration_error for match in matches.matched]),
     }  # fmt: skip
 
 

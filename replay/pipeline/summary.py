@@ -33,7 +33,7 @@ SCHEMA: Final = "vrlab-replay/run/1"
 REPORTED_FACTS: Final = frozenset((
     "format", "profile", "source_units", "source_convention", "handedness", "conversions", "vr_type", "headset_model",
     "scene_file", "clock", "pseudonym", "consent", "recovered", "synthetic", "seed", "noise", "jitter",
-    "contacts_clock_offset_s", "contacts_clock_drift", "contacts_clock_residual_s",
+    "contacts_clock", "contacts_clock_offset_s", "contacts_clock_drift", "contacts_clock_residual_s",
 ))  # fmt: skip
 """Facts that leave the session file, in summary and report. Any other may lead to a person, so it is only counted."""
 

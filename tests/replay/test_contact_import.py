@@ -1,14 +1,18 @@
-import pytest
-from support.small_worlds import cubes
+from dataclasses import replace
 
-from replay.contact_import import DRIFT_FACT, OFFSET_FACT, import_contacts
+import numpy as np
+import pytest
+from support.small_worlds import cube, cubes
+
+from replay.contact_import import import_contacts
+from replay.detection.recorded import DRIFT_FACT, OFFSET_FACT
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
-from sessions import read_session, write_session
+from sessions import import_session, read_session, write_session
 
 PLACES = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
-CSV = "time,a,b,what\n100.04,a,b,begin\n100.04,a,b,end\n100.08,b,a,begin\n100.10,b,a,end\n100.2,a,Floor,begin\n"
+CSV = "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
 
 
 @pytest.fixture
@@ -38,11 +42,11 @@ def test_a_given_offset_is_taken_as_it_is(csv):
 
 
 def test_what_began_before_the_session_or_outlasts_it_has_no_begin_or_end_to_fit(tmp_path):
-    (tmp_path / "x.csv").write_text("0,a,b,begin\n0.1,a,b,end\n0.3,a,b,begin\n0.4,a,b,end\n")
+    (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.4,a,b,end\n")
     world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)
     assert (fit.matched, fit.residual) == (2, pytest.approx(0.0, abs=1e-9))
-    assert session.live_contacts[1].time_ns == 5_100_000_000
+    assert session.live_contacts[1].time_ns == 5_200_000_000
 
 
 def test_without_a_partner_the_residual_is_unknown(csv):
@@ -54,3 +58,73 @@ def test_a_file_about_other_bodies_is_refused(tmp_path):
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
         import_contacts(tmp_path / "x.csv", cubes(PLACES))
+
+
+TAPS = 40
+FRAME_HZ = 90.0
+
+
+def taps(seed):
+    """Stamps of a jittered clock in seconds, and begins and ends of contacts in between."""
+    rng = np.random.default_rng(seed)
+    stamps = 3.2 + np.cumsum(rng.uniform(0.009, 0.0132, int(TAPS * 0.7 * FRAME_HZ)))
+    begins = 3.2 + np.cumsum(rng.uniform(0.45, 0.75, TAPS))
+    return stamps, begins, begins + rng.uniform(0.06, 0.3, TAPS)
+
+
+def engine_reports(begins, ends, *, hertz, delay=0.0):
+    """Seconds, and enter or exit, as an engine reports that looks at its steps: exit in the first step without it."""
+    rows = []
+    for begin, end in zip(begins, ends, strict=True):
+        first, after = np.ceil(begin * hertz) / hertz, np.ceil(end * hertz) / hertz
+        if first < after:
+            rows += [(first + delay, "enter"), (after + delay, "exit")]
+    return rows
+
+
+def unity_log(path, stamps, begins, ends, reports):
+    """The log of the Unity script: two cubes, b goes away from a between contacts."""
+    touching = ((stamps[:, None] >= begins) & (stamps[:, None] < ends)).any(axis=1)
+    lines = ["time,kind,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"]
+    for moment, x in zip(stamps.tolist(), np.where(touching, 0.9, 1.3).tolist(), strict=True):
+        lines += [f"{moment:.6f},pose,a,0,0,0,0,0,0,1,1,,", f"{moment:.6f},pose,b,{x},0,0,0,0,0,1,1,,"]
+    lines += [f"{moment:.6f},{what},a,,,,,,,,,b," for moment, what in reports]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return replace(import_session("csv", path), meshes={"a": cube(), "b": cube()})
+
+
+def recorded_figures(session):
+    audit = compute(session, detectors="recorded", oracle="exact").summary["audit"]["recorded"]
+    return audit["contacts"], audit["contacts_missed"], audit["contacts_in_part"], audit["invented"]["count"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
+    stamps, begins, ends = taps(seed)
+    frames = [(stamps[np.searchsorted(stamps, moment)], what) for moment, what in
+              sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])]  # fmt: skip
+    session = unity_log(tmp_path / "log.csv", stamps, begins, ends, frames)
+    assert recorded_figures(session) == (TAPS, 0, 0, 0)
+
+
+@pytest.mark.parametrize("clock", ["the recording's", "from its first frame", "another"])
+@pytest.mark.parametrize("delay", [0.0, 0.04])
+def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
+    stamps, begins, ends = taps(7)
+    reports = engine_reports(begins, ends, hertz=50.0, delay=delay)
+    session = unity_log(tmp_path / "log.csv", stamps, begins, ends, reports)
+    unity = recorded_figures(session)
+    assert unity[2] > TAPS // 2 and unity[3] > 0
+    shift = {"the recording's": 0.0, "from its first frame": stamps[0], "another": -3600.0}[clock]
+    rows = [f"{moment - shift:.6f},a,b,{'begin' if what == 'enter' else 'end'}" for moment, what in reports]
+    (tmp_path / "engine.csv").write_text("\n".join(rows), encoding="utf-8")
+    imported, fit = import_contacts(tmp_path / "engine.csv", replace(session, live_contacts=()))
+    if clock != "another":
+        assert fit.own and fit.delay == pytest.approx(delay + 0.0045, abs=0.003)
+        assert recorded_figures(imported) == unity
+    elif not delay:
+        # Fitted within a few milliseconds, so a few contacts more or less begin a frame late.
+        assert not fit.own and fit.seconds == pytest.approx(-3600.0 - stamps[0], abs=0.004)
+        assert np.abs(np.subtract(recorded_figures(imported), unity)[:3]).max() <= 6
+    else:
+        assert fit.seconds == pytest.approx(-3600.0 - stamps[0] - delay, abs=0.004)

@@ -52,7 +52,7 @@ kind = "contact"
 between = ["a", "c"]
 """
 GOOD = "n = 52\n[reliability]\nitems = 19\nalpha = 0.9\nkmo = 0.8\nchi_square = 443.843\ndf = 171\np = 0.0\n"
-ENGINE = "time,a,b,what\n100.04,a,b,begin\n100.04,a,b,end\n100.08,b,a,begin\n100.10,b,a,end\n100.2,a,Floor,begin\n"
+ENGINE = "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
 UNITY = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\npose,0,Cup,0,0,0,0,0,0,1,1,,\n"
 STL = (
     "solid m\nfacet normal 0 x 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid m\n"

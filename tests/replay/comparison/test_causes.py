@@ -41,7 +41,7 @@ def reported(session, late_ns, digits=9, residual="0"):
     written = [
         (float(np.round((seconds * 1e9 + late_ns) / 1e9, digits)), phase)
         for one in found.episodes["exact"]
-        for seconds, phase in ((times[one.first], "enter"), (times[one.last], "exit"))
+        for seconds, phase in ((times[one.first], "enter"), (one.end, "exit"))
     ]
     contacts = tuple(LiveContact(round(seconds * 1e9), "a", "b", phase) for seconds, phase in written)
     return replace(session, live_contacts=contacts, facts={RESIDUAL_FACT: residual})
@@ -61,7 +61,7 @@ ELSEWHERE = {
     ) for name in ("hybrid[containment=false]", "qaco")},
     "an engine five frames late": (lambda: reported(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
     "a clock": (
-        lambda: reported(corners_first(), 15_000_000, residual="0.016"), "recorded", "exact", Cause.CLOCK),
+        lambda: reported(corners_first(), 15_000_000, residual="0.026"), "recorded", "exact", Cause.CLOCK),
 }  # fmt: skip
 
 
@@ -102,7 +102,7 @@ NINETY_HZ_NS = 11_111_111
 
 @pytest.mark.parametrize(
     ("late_ns", "digits", "missed", "invented"),
-    [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 0), (-5000, 9, 3, 0)],
+    [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
 )
 def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digits, missed, invented):
     session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)

@@ -31,16 +31,18 @@ def column(session, **settings):
     ("reports", "frames"),
     [
         ([(4, "enter"), (4, "exit"), (7.5, "enter"), (9.2, "exit")], [4, 8, 9]),
+        ([(4, "enter"), (5, "exit"), (8, "enter"), (11, "exit")], [4, 8, 9, 10]),
+        ([(4.00009, "enter"), (5.00009, "exit"), (7.99991, "enter"), (10.99991, "exit")], [4, 8, 9, 10]),
         ([(3.2, "enter"), (3.6, "exit"), (11.5, "enter"), (11.6, "exit")], [4]),
     ],
 )
-def test_a_report_is_contact_from_begin_to_end_and_between_two_frames_at_the_next(reports, frames):
+def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
     _, verdict = column(reported(*reports))
     assert np.flatnonzero(verdict).tolist() == frames
 
 
 def test_what_the_clock_leaves_open_is_the_cause_of_misses_within_it():
-    late = reported((4, "enter"), (4, "exit"), (9, "enter"), (10, "exit"), facts={RESIDUAL_FACT: "0.011"})
+    late = reported((4, "enter"), (5, "exit"), (9, "enter"), (11, "exit"), facts={RESIDUAL_FACT: "0.011"})
     assert [miss.cause for miss in column(late)[0].misses["recorded"]] == ["clock"]
     blind = reported((4, "enter"), (4, "exit"), facts={RESIDUAL_FACT: "0.011"})
     assert [miss.cause for miss in column(blind)[0].misses["recorded"]] == ["unexplained"]
@@ -58,7 +60,7 @@ def test_blocks_give_the_answer_of_the_whole(block):
 
 
 def test_a_part_of_a_session_keeps_the_sessions_clock():
-    session = reported((8, "enter"), (10, "exit"))
+    session = reported((8, "enter"), (11, "exit"))
     result = compute(session, detectors="recorded", oracle="exact", start=0.05)
     (contact,) = result.episodes["recorded"]
     # The frame at 0.1 s is its last, and lasts until the next.
@@ -102,12 +104,12 @@ TAPS = {"a": [0] * 210, "b": [0.9 if frame in TOUCHED else 3 for frame in range(
 def engine_of(told, step=2):
     """The session of the taps, of which an engine at 50 Hz reports the ten.
 
-    Frames are 10 ms apart, its steps 20 ms: at the even frames. ``told`` makes (begin, end) of the steps that fall
-    into a tap.
+    Frames are 10 ms apart, its steps 20 ms: at the even frames. ``told`` makes (begin, end) of the first step in a tap
+    and the first one after it.
     """
     reports = []
     for first in FIRST:
-        begin, end = told(first + first % step, first + 3 - (first + 3) % step)
+        begin, end = told(first + first % step, first + 4 + (first + 4) % step)
         for frame, phase in ((begin, "enter"), (end, "exit")):
             reports.append(LiveContact(round(frame * STEP_NS), "b", "a", phase))
     return replace(cubes(TAPS), live_contacts=tuple(reports))
@@ -127,8 +129,8 @@ def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
 @pytest.mark.parametrize(
     ("begins", "ends", "step", "causes"),
     [
-        (0, 0, 2, {"between physics steps": 11}),
-        (2, 0, 2, {"late": 10, "between physics steps": 6}),
+        (0, 0, 2, {"between physics steps": 6}),
+        (2, 0, 2, {"late": 10, "between physics steps": 1}),
         (-1, -2, 2, {"early": 10, "unexplained": 1}),
         (6, 6, 1, {"late": 10, "unexplained": 1}),
         (-6, -6, 1, {"early": 10, "unexplained": 1}),
