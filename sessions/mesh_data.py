@@ -29,7 +29,7 @@ class MeshData:
     faces: NDArray[np.int64]
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None:
-        points, triangles = _checked_vertices(vertices), _checked_faces(faces)
+        points, triangles = checked_vertices(vertices), _checked_faces(faces)
         outside = (triangles < 0) | (triangles >= len(points))
         if outside.any():
             face = int(np.flatnonzero(outside.any(axis=1))[0])
@@ -87,7 +87,11 @@ def least_area(mesh: MeshData) -> float:
     return float(0.5 * np.linalg.norm(normals, axis=1).min())
 
 
-def _checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
+def checked_vertices(vertices: ArrayLike) -> NDArray[np.float64]:
+    """Return the points (v, 3) as a mesh holds them: a float64 copy without negative zeros.
+
+    Raises ``MeshFileError``: a wrong shape, no row, a coordinate that is not finite or beyond float32.
+    """
     given = np.asarray(vertices, dtype=np.float64)
     _check_rows(given, "vertices", "v")
     points = given + 0.0  # a copy, and negative zeros become zeros

@@ -8,7 +8,7 @@ import logging
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +17,18 @@ from sessions.errors import MeshFileError
 from sessions.input_files import read_bytes
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
 from sessions.meshes.glb_tree import read_glb
+from sessions.meshes.obj_file import read_obj
+from sessions.meshes.off_file import read_off
+from sessions.meshes.ply_file import read_ply
+from sessions.meshes.polygons import NO_TRIANGLE
+from sessions.meshes.stl_text import plain_stl
 
 # Of a damaged part that nothing here uses, such as the normals of an STL, trimesh logs a traceback; where nobody set up
 # logging, Python would print it on stderr.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+POLYGON_READERS: Final = {"obj": read_obj, "ply": read_ply, "off": read_off}
+"""Formats of polygons are read here, face i staying face i; trimesh regroups and merges, and cuts polygons as fans."""
 
 FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
 
@@ -35,8 +43,9 @@ LEAST_AREA = 1e-13  # m2; an edge of 1 um times one of 0.2 um: anything less is 
 def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
     """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
 
-    Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
-    with one exception: corners of an STL, a format without shared vertices, are shared where they are bit-identical.
+    Parts of a GLB scene are placed by their nodes and joined, in file order. A polygon of n corners becomes n - 2
+    triangles between them, where it stands in the order. Nothing is merged, repaired or dropped, with one exception:
+    corners of an STL, a format without shared vertices, are shared where they are bit-identical.
 
     Parameters
     ----------
@@ -84,7 +93,9 @@ def _read(data: bytes, kind: str, node: str) -> tuple[NDArray[np.float64], NDArr
         raise MeshFileError(f"a {kind.upper()} has no nodes; name a GLB, or leave the node out")
     if kind == "glb":
         return _read_glb(data, node)
-    return _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
+    if kind in POLYGON_READERS:
+        return POLYGON_READERS[kind](data).triangulated()
+    return _read_with_trimesh(plain_stl(data) if kind == "stl" else data, kind)
 
 
 def united(meshes: Sequence[MeshData]) -> MeshData:
@@ -166,7 +177,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
     parts = [MeshData(one.vertices, one.faces) for one in scene.geometry.values() if len(getattr(one, "faces", ()))]
     if not parts:
-        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+        raise MeshFileError(NO_TRIANGLE)
     whole = concatenated(parts)
     return whole.vertices, whole.faces
 
@@ -178,25 +189,6 @@ def _read_glb(data: bytes, node: str) -> tuple[NDArray[np.float64], NDArray[np.i
         near = get_close_matches(node, tree.owners, n=1) or tree.owners[:8]
         raise MeshFileError(f"no mesh hangs on a node {node!r}; there are: {', '.join(near)}")
     return mesh.vertices, mesh.faces
-
-
-def _read_obj(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Read ``v`` and ``f`` lines in file order; polygons become fans."""
-    # trimesh's reader (5.2) groups faces by material and splits vertices at texture seams; face i must stay face i.
-    vertices: list[list[float]] = []
-    faces: list[list[int]] = []
-    text = data.decode("utf-8", errors="replace").replace("\r\n", "\n").replace("\\\n", " ")
-    for line in text.splitlines():
-        words = line.split("#", 1)[0].split()
-        if words[:1] == ["v"]:
-            vertices.append([float(word) for word in words[1:4]])
-        elif words[:1] == ["f"]:
-            corners = [int(word.split("/", 1)[0]) for word in words[1:]]
-            corners = [corner - 1 if corner > 0 else corner + len(vertices) for corner in corners]
-            faces.extend([corners[0], *corners[i : i + 2]] for i in range(1, len(corners) - 1))
-    if not faces:
-        raise MeshFileError("the file holds no triangle; export the surface as triangles")
-    return np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64)
 
 
 def _share_equal_vertices(

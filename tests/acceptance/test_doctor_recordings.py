@@ -66,8 +66,6 @@ def test_no_capture_is_taken_for_a_broken_one():
     [
         ("trimesh-models", "chair_model.obj", "mesh-duplicate", 6382),
         ("trimesh-models", "joined_tetrahedra.obj", "mesh-duplicate", 1),
-        ("trimesh-models", "wallhole.obj", "mesh-duplicate", 1),
-        ("trimesh-models", "wallhole.obj", "mesh-degenerate", 11),
         ("trimesh-models", "soup.stl", "mesh-open", 300),
         ("trimesh-models", "teapot.stl", "mesh-open", 64),
         ("trimesh-models", "not_convex.obj", "mesh-non-manifold", 12),

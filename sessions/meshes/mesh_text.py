@@ -1,0 +1,70 @@
+"""Text of mesh files as bytes: numbers and keywords are ASCII in every format, names may be in any encoding of it."""
+
+import codecs
+import warnings
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import MeshFileError
+
+WIDE_MARKS: Final = {
+    codecs.BOM_UTF32_LE: "UTF-32",
+    codecs.BOM_UTF32_BE: "UTF-32",
+    codecs.BOM_UTF16_LE: "UTF-16",
+    codecs.BOM_UTF16_BE: "UTF-16",
+}
+"""Byte order mark -> encoding; those of UTF-32 first, since they begin as those of UTF-16 do."""
+
+FIRST_BYTES: Final = 64
+"""Enough to tell by zero bytes whether text without a mark takes two bytes a letter."""
+
+
+def ascii_text(data: bytes) -> bytes:
+    """Return the bytes without a byte order mark of UTF-8; raises ``MeshFileError`` for text of UTF-16 or UTF-32."""
+    for mark, encoding in WIDE_MARKS.items():
+        if data.startswith(mark):
+            raise MeshFileError(f"its text is in {encoding}; save it as UTF-8")
+    start = data[:FIRST_BYTES]
+    for zeros, letters in ((start[1::2], start[::2]), (start[::2], start[1::2])):
+        if len(start) > 4 and not any(zeros) and all(letters):
+            raise MeshFileError("its text is in UTF-16; save it as UTF-8")
+    return data.removeprefix(codecs.BOM_UTF8)
+
+
+def numbers(text: bytes, where: str) -> NDArray[np.float64]:
+    """Return the decimal numbers of a text, (n,) float64, each the nearest to what is written.
+
+    ``where`` it stands, for the ``MeshFileError`` about a word that is no number.
+    """
+    return _parsed(text, np.float64, where, "number")
+
+
+def whole_numbers(text: bytes, where: str) -> NDArray[np.int64]:
+    """Return the whole numbers of a text, (n,) int64; errors as in ``numbers``."""
+    return _parsed(text, np.int64, where, "whole number")
+
+
+def _parsed(text: bytes, kind: type[np.generic], where: str, noun: str) -> NDArray[Any]:
+    if not text.strip():
+        return np.zeros(0, dtype=kind)
+    if (values := _converted(text, kind)) is not None:
+        return values
+    bad = next(word for word in text.split() if _converted(word, kind) is None)
+    raise MeshFileError(f"{where} holds {quoted(bad)}, which is no {noun}; export it again")
+
+
+def _converted(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
+    """NumPy's parser, which takes no underscore, comma or hexadecimal digit; ``None`` where a word is no number."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)  # how older versions report it
+        try:
+            return np.fromstring(text, dtype=kind, sep=" ")
+        except (ValueError, DeprecationWarning):
+            return None
+
+
+def quoted(word: bytes) -> str:
+    """Return a word of a file as it may stand in a sentence: in quotes, cut after 40 letters, escaped."""
+    return repr(word[:40].decode("latin-1") + "..." * (len(word) > 40))

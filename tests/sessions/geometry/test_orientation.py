@@ -1,0 +1,51 @@
+"""The side of a line against rational arithmetic, where float64 alone gets it wrong."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.geometry.orientation import orientation, winding
+
+NUMBER = st.floats(-1e30, 1e30, allow_subnormal=True)
+POINT = st.tuples(NUMBER, NUMBER)
+
+
+def sign(number):
+    return (number > 0) - (number < 0)
+
+
+def determinant(a, b, c):
+    (ax, ay), (bx, by), (cx, cy) = [[Fraction(x) for x in point] for point in (a, b, c)]
+    return ax * by - ay * bx + bx * cy - by * cx + cx * ay - cy * ax
+
+
+@given(POINT, POINT, POINT)
+def test_the_side_of_any_points_is_that_of_rational_arithmetic(a, b, c):
+    assert orientation(a, b, c) == sign(determinant(a, b, c))
+
+
+@given(st.integers(0, 255), st.integers(0, 255))
+def test_points_an_ulp_from_a_line_are_on_their_side(i, j):
+    ulp = 2.0**-53
+    points = (0.5 + i * ulp, 0.5 + j * ulp), (12.0, 12.0), (24.0, 24.0)
+    assert orientation(*points) == sign(determinant(*points))
+
+
+def test_float64_alone_would_be_wrong_about_such_points():
+    ulp, (bx, by), (cx, cy) = 2.0**-53, (12.0, 12.0), (24.0, 24.0)
+    grid = [(0.5 + i * ulp, 0.5 + j * ulp) for i in range(64) for j in range(64)]
+    rounded = [sign((x - cx) * (by - cy) - (y - cy) * (bx - cx)) for x, y in grid]
+    assert rounded != [orientation(point, (bx, by), (cx, cy)) for point in grid]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-180, 1e25])
+def test_winding_is_the_sign_of_the_shoelace_sum(scale):
+    random = np.random.default_rng(5)
+    for _ in range(200):
+        points = (scale * random.integers(-3, 4, (random.integers(3, 9), 2))).tolist()
+        exact = [[Fraction(x) for x in point] for point in points]
+        pairs = zip(exact, exact[1:] + exact[:1], strict=True)
+        assert winding(points) == sign(sum(a[0] * b[1] - a[1] * b[0] for a, b in pairs))
