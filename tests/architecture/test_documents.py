@@ -3,6 +3,7 @@
 import ast
 import re
 import shlex
+import sys
 import tomllib
 from pathlib import Path
 
@@ -260,3 +261,29 @@ def test_shell_and_powershell_install_the_same_and_tests_are_one_command():
     for words in ('pip install -e ".[test]"', "replay demo -o"):
         assert words in shell and words in power
     assert "python -m pytest -n auto\n" in blocks(README, "bash")
+
+
+PACKAGE_OF_MODULE = {"foxglove_schemas_protobuf": "foxglove", "google": "protobuf", "mcap_ros2": "mcap-ros2-support"}
+
+
+@pytest.mark.parametrize("room", ["cdcore", "sessions", "replay/base"])
+def test_readme_names_every_imported_library(room):
+    readme = (ROOT / room / "README.md").read_text("utf-8")
+    imported = set()
+    for path in (ROOT / room).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                imported.add(node.module.partition(".")[0])
+    libraries = imported - sys.stdlib_module_names - {"cdcore", "sessions", "replay"}
+    assert not [name for name in libraries if PACKAGE_OF_MODULE.get(name, name) not in readme]
+
+
+def test_paths_in_documents_exist():
+    missing = []
+    for name, text in DOCUMENTS.items():
+        for path in re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.-]+)`", text):
+            if not (ROOT / path).exists():
+                missing.append(f"{name}: {path}")
+    assert not missing

@@ -87,7 +87,7 @@ class Scratch(NamedTuple):
 
     ``state``: where a search goes on that stopped because a list was full, ``STATES`` numbers. ``keys``: face pairs
     that meet, a number each; ``later``: those that only exact arithmetic decides, faces in leaf order;
-    word 0 of both counts what follows, ``_end`` is when they are full. ``work``: counters.
+    word 0 of both counts what follows, and ``keys_end`` and ``later_end`` say when they are full. ``work``: counters.
     """
 
     relative: Doubles

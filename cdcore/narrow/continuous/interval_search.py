@@ -25,7 +25,7 @@ Items = NDArray[np.int32]
 FREE: Final = 0
 """Proven apart all the way."""
 HIT: Final = 1
-"""A contact was seen; ``lo`` is proven clear up to, ``hi`` is when it was seen."""
+"""A contact was seen: clear by proof up to the lower end of the interval, seen at its upper end."""
 TOO_CLOSE: Final = 2
 """Apart or not by less than the shortest parts can tell."""
 TOO_LONG: Final = 3

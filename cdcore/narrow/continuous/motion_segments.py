@@ -1,7 +1,7 @@
 """The motion of a body between two recorded poses: origin along a line, rotation at constant rate, shortest arc.
 
 At both ends a segment gives the recorded pose bit for bit. Between them it is off the exact motion by at most
-``segment_pad``.
+``leg_pads``.
 
 **How far off the chord.** Seen from B, a point ``a`` of A is at ``x = R_B^T (R_A a + d)`` with ``d = p_A - p_B``. With
 constant angular velocities w_A, w_B and D = w_A - w_B its acceleration, per unit of the leg, is in B's frame

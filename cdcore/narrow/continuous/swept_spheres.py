@@ -15,8 +15,7 @@ from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 
 SWEPT_ULPS: Final = 4096.0
-"""Pad in eps of both bodies' sizes. ``segment_pad`` keeps as much, for rotations as far from orthonormal as
-a motion allows."""
+"""Pad in eps of both bodies' sizes, for rotations as far from orthonormal as a motion allows."""
 
 ANGLE_OF_CHORD: Final = 1.1108
 """An angle of at most half a turn is at most pi / (2 sqrt 2) times the Frobenius norm of the rotations' difference."""

@@ -1,0 +1,85 @@
+"""Every name that a docstring puts in backticks exists somewhere in the code."""
+
+import ast
+import builtins
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from replay.guide.pages import FOLDER
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("cdcore", "sessions", "replay")
+IDENTIFIER = re.compile(r"[A-Za-z_]\w*")
+QUOTED = re.compile(r"(?<![\w`])`{1,2}([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?:\(\))?`{1,2}(?![\w`])")
+DATA_FILES = {".toml", ".html", ".css", ".csv", ".md"}
+FOREIGN = {
+    "CollisionResult",  # python-fcl
+    "NUMBA_CACHE_DIR",  # numba
+    "NarrowPhase",  # Rapier
+    "ccd_tolerance",  # MuJoCo
+    "except",  # a keyword of Python
+    "proto",  # a file of the Rerun viewer
+    "publish_time",  # MCAP
+    "u624b",  # an escaped character
+    "viewer_control",
+}
+"""Names of other programs and formats that no line of ours spells."""
+EXAMPLES = {
+    "LeftHand_2",
+    "OBJECT_DESCRIPTOR_T001",
+    "UCX_Beaker_03",
+    "beaker_v2",
+    "hull50",
+    "left_wheel",
+    "mesh50",
+    "shipped50",
+}
+COMPOSED = {"UBX_", "UCP_", "USP_", "UTM_", "missed_largest", "missed_smallest"}
+"""Names that the code puts together from two strings."""
+
+
+def docstring_nodes(tree):
+    """Every string that stands alone as a statement: docstrings of modules, classes, functions and of names."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield node.value
+
+
+def words_of_code(tree):
+    """Every identifier and every word of a string of a module, docstrings left out."""
+    docstrings = {id(node) for node in docstring_nodes(tree)}
+    for node in ast.walk(tree):
+        for name in ("id", "attr", "arg", "name", "asname", "module"):
+            value = getattr(node, name, None)
+            if isinstance(value, str):
+                yield from IDENTIFIER.findall(value)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield from IDENTIFIER.findall(node.value)
+
+
+@pytest.fixture(scope="module")
+def known_words():
+    words = {*dir(builtins), *sys.stdlib_module_names}
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*"):
+            words |= {path.stem, path.name}
+            if path.suffix == ".py":
+                words.update(words_of_code(ast.parse(path.read_text("utf-8"))))
+            elif path.suffix in DATA_FILES and path.is_file() and FOLDER not in path.parents:
+                words.update(IDENTIFIER.findall(path.read_text("utf-8")))
+    words.update(IDENTIFIER.findall((ROOT / "pyproject.toml").read_text("utf-8")))
+    return words
+
+
+def test_names_in_docstrings_exist(known_words):
+    missing = []
+    for package in PACKAGES:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            for node in docstring_nodes(ast.parse(path.read_text("utf-8"))):
+                for dotted in QUOTED.findall(node.value):
+                    if {*dotted.split(".")} - known_words - FOREIGN - EXAMPLES - COMPOSED:
+                        missing.append(f"{path.relative_to(ROOT)}:{node.lineno}: {dotted}")
+    assert not missing, "\n".join(missing)
