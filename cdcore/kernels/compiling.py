@@ -24,7 +24,7 @@ from typing import Any, Final, TypeVar, cast
 import numba
 from numba import njit, types
 from numba.core import event
-from numba.extending import intrinsic
+from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
 from platformdirs import user_cache_path
 
 from cdcore.kernels.machine_code import MachineCodeFiles
@@ -36,6 +36,16 @@ NUMBA_SETTINGS: Final[Any] = numba.config
 OLDEST_TRIED: Final = (0, 61)
 NEWEST_TRIED: Final = (0, 68)
 """Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
+
+# Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite, and
+# divisions that check for zero branch: together a third of the time to compile.
+JIT_OPTIONS: Final[dict[str, Any]] = {
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+    "no_rewrites": True,
+    "error_model": "numpy",
+}
+"""Options of ``njit`` for every kernel and part of a kernel."""
 
 SOURCES: Final = (
     "kernels/*.py", "transforms/*.py", "broad/*.py", "narrow/**/*.py", "search/*.py", "numerics.py",
@@ -85,7 +95,8 @@ def kernel_folder() -> Path | None:
 
 def kernel(function: Function) -> Function:
     """Compile on first use, without the interpreter's lock; keep the machine code for later starts."""
-    compiled = _jit(**quick_compilers()[0])(function)
+    made: Any = njit
+    compiled = made(**JIT_OPTIONS, **quick_compilers()[0])(function)
     folder = kernel_folder()
     if folder is None:
         return cast(Function, compiled)
@@ -127,19 +138,14 @@ def _or_nothing(step: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def hot_kernel(function: Function) -> Function:
-    """A kernel that allocates nothing and so counts no references to its arrays: twice as fast where arrays are many.
+    """A plain Python function that kernels compile as a part of themselves: a disk keeps it with them.
 
-    Counting is atomic, and taking an array out of a named tuple counts. Kernels alone can call it, whose part it
-    becomes: a disk keeps it with them, not by itself.
+    Compiled, it allocates nothing and so counts no references to its arrays, which is twice as fast where arrays are
+    many: counting is atomic, and taking an array out of a named tuple counts. It cannot call itself.
     """
-    return cast(Function, _jit(_nrt=False, no_cpython_wrapper=True, **quick_compilers()[1])(function))
-
-
-def _jit(**options: Any) -> Any:
-    # Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite,
-    # and divisions that check for zero branch: together a third of the time to compile.
-    made: Any = njit
-    return made(nogil=True, no_cfunc_wrapper=True, no_rewrites=True, error_model="numpy", **options)
+    options = JIT_OPTIONS | {"_nrt": False, "no_cpython_wrapper": True} | quick_compilers()[1]
+    mark_as_part: Any = register_jitable(**options)
+    return cast(Function, mark_as_part(function))
 
 
 class Compiled(event.Listener):
@@ -197,19 +203,29 @@ machine_operation: Callable[[Callable[..., Any]], Callable[..., Any]] = cast(Any
 """An operation of kernels from what types and writes it: numba's ``intrinsic``, callable as the kernels call it."""
 
 
-def _marked(attribute: str) -> Callable[[], None]:
+def stay_one_function() -> None:
+    """Called once in a kernel's body: the kernel is not inlined into its callers. Python does nothing."""
+
+
+def become_part_of_caller() -> None:
+    """Called once in a kernel's body: the kernel is inlined wherever it is called. Python does nothing."""
+
+
+def _mark_when_compiled(mark: Callable[[], None], attribute: str) -> None:
+    """Let a call of ``mark`` give the compiled function that calls it an attribute of LLVM."""
+
     def typed(_context: Any) -> Any:
-        def generate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-            builder.function.attributes.add(attribute)
-            return context.get_dummy_value()
+        return lambda: types.void
 
-        return types.void(), generate
+    def lowered(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        builder.function.attributes.add(attribute)
+        return context.get_dummy_value()
 
-    return machine_operation(typed)
+    register_type: Any = cast(Any, type_callable)(mark)
+    register_code: Any = cast(Any, lower_builtin)(mark)
+    register_type(typed)
+    register_code(lowered)
 
 
-stay_one_function = _marked("noinline")
-"""Called once in a kernel's body: the kernel is not inlined into its callers. Kernels only; it has no Python body."""
-
-become_part_of_caller = _marked("alwaysinline")
-"""Called once in a kernel's body: the kernel is inlined wherever it is called."""
+_mark_when_compiled(stay_one_function, "noinline")
+_mark_when_compiled(become_part_of_caller, "alwaysinline")

