@@ -22,7 +22,7 @@ KEEP: Final = "keep"
 """Used as recorded, and flagged."""
 
 LIMIT_S: Final = 0.05
-"""Seconds that a pose is held or bridged when no limit is given: as long as between two samples (`interpolation.BRIDGE_NS`)."""
+"""Seconds that a pose is held or bridged when no limit is given: those between two samples (`BRIDGE_NS`)."""
 
 _STAND_IN: Final = (DROP, HOLD, INTERPOLATE)
 
