@@ -95,7 +95,7 @@ class FileMesh:
 
     Parameters
     ----------
-    mesh : in metres by ``unit_factor``.
+    mesh : in metres.
     file : its name; ``""``: an array, in the axes of the recording.
     unit : assumed unit, with who says it.
     """
