@@ -19,6 +19,9 @@ FOREIGN = {
     "CollisionResult",  # python-fcl
     "NUMBA_CACHE_DIR",  # numba
     "NarrowPhase",  # Rapier
+    "OnCollisionEnter",  # Unity
+    "OnCollisionExit",
+    "OnCollisionStay",
     "ccd_tolerance",  # MuJoCo
     "except",  # a keyword of Python
     "proto",  # a file of the Rerun viewer
