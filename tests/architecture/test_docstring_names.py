@@ -24,6 +24,8 @@ FOREIGN = {
     "OnCollisionStay",
     "ccd_tolerance",  # MuJoCo
     "except",  # a keyword of Python
+    "fo",  # a statement of old OBJ files
+    "orient2d",  # Shewchuk's predicate
     "proto",  # a file of the Rerun viewer
     "publish_time",  # MCAP
     "u624b",  # an escaped character
