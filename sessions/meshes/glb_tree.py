@@ -1,13 +1,11 @@
-"""A GLB of any program: its nodes, the meshes where they put them, and skins cut by their dominant joint.
+"""A GLB of any program: its nodes, and the meshes where its nodes or the joints of a skin put them.
 
-Source: Khronos glTF 2.0 specification, sections 3.5 (scenes and nodes), 3.6 (accessors), 3.7.3 (skins), 4.4 (GLB).
+Source: Khronos glTF 2.0 specification, sections 3.5 (scenes and nodes), 3.7 (meshes, skins, morph targets).
 """
 
-import json
-import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +13,14 @@ from numpy.typing import NDArray
 from sessions.errors import MeshFileError
 from sessions.geometry.rotations import rotated
 from sessions.mesh_data import MeshData, concatenated
+from sessions.meshes.glb_file import DRACO, INSTANCING, MOST_FACES, REFUSED, GlbFile, Row, at
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 EXACT: Final = "vrlab_positions_float64"
 """In the ``extras`` of a primitive: the buffer view that holds its positions in float64."""
 
-_TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-MOST_FACES: Final = 20_000_000  # Of all instances: nodes may repeat a mesh, so a small file can ask for any number
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +30,10 @@ class Part:
     Parameters
     ----------
     node : number of the node; ``place``: of the mesh in the file, by which parts are ordered.
-    mesh : in the node's frame.
+    mesh : in the node's frame, with the morph targets by their weights; of a skin as it was modelled.
     joint : (f,) number of the node that moves each face most; ``None``: no skin.
     to_joint : joint -> 4x4 from the mesh's frame to the joint's, at rest.
+    posed : of a skin where its joints put it, in the world.
     """
 
     node: int
@@ -43,6 +41,7 @@ class Part:
     mesh: MeshData
     joint: NDArray[np.int64] | None = None
     to_joint: Mapping[int, Array] | None = None
+    posed: MeshData | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +54,8 @@ class GlbTree:
     parts: tuple[Part, ...]
 
     def whole(self) -> MeshData:
-        """All parts where their nodes put them; a skin lies as it was modelled."""
-        mesh = _joined(part.mesh.transformed(self.poses[part.node]) for part in self._in_file_order())
+        """All parts where their nodes put them; a skin where its joints do, whatever its own node says."""
+        mesh = _joined(self.seen_from(np.eye(4), part) for part in self._in_file_order())
         if mesh is None:
             raise MeshFileError("the file holds no triangle; export the surface as triangles")
         return mesh
@@ -74,6 +73,12 @@ class GlbTree:
         return _joined(
             mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut if home in self.above(node)
         )
+
+    def seen_from(self, frame: Array, part: Part) -> MeshData:
+        """Return a part in a frame, given by its pose 4x4 in the world."""
+        if part.posed is not None:
+            return part.posed.transformed(np.linalg.inv(frame))
+        return part.mesh.transformed(np.linalg.inv(frame) @ self.poses[part.node])
 
     def above(self, node: int) -> list[int]:
         """This node, its parent, the parent's parent and so on."""
@@ -123,128 +128,156 @@ def rigid_of(pose: Array) -> Array:
 
 
 def read_glb(data: bytes) -> GlbTree:
-    """The tree of a GLB. Raises MeshFileError where it is compressed; any error where it is damaged."""
-    return _Reader(data).tree()
+    """The tree of a GLB. Raises MeshFileError where it cannot be read as it is meant; any error where it is damaged."""
+    return _Reader(GlbFile(data)).tree()
 
 
 class _Reader:
-    def __init__(self, data: bytes) -> None:
-        if data[:4] != b"glTF":
-            raise MeshFileError("it does not begin as a GLB; export it as binary glTF")
-        length = struct.unpack_from("<I", data, 12)[0]
-        self.json = json.loads(data[20 : 20 + length])
-        self.binary = memoryview(data)[28 + length :]
-        used = {*self.json.get("extensionsRequired", ())}
-        for word, what in (("KHR_draco_mesh_compression", "Draco"), ("EXT_meshopt_compression", "meshopt")):
-            if word in used:
-                raise MeshFileError(f"its meshes are compressed by {what}; export it without compression")
-
-    def rows(self, key: str) -> list[dict[str, Any]]:
-        return self.json.get(key, [])
+    def __init__(self, file: GlbFile) -> None:
+        self._file = file
 
     def tree(self) -> GlbTree:
-        nodes, scenes = self.rows("nodes"), self.rows("scenes")
-        inner = {child for node in nodes for child in node.get("children", ())}
-        roots = [number for number in range(len(nodes)) if number not in inner]
-        if scenes:
-            roots = scenes[self.json.get("scene", 0)].get("nodes", [])
+        nodes = self._file.rows("nodes")
+        roots = self._file.scene
+        if roots is None:
+            inner = {child for node in nodes for child in node.get("children", ())}
+            roots = [number for number in range(len(nodes)) if number not in inner]
         parents, poses = [-1] * len(nodes), [np.eye(4) for _ in nodes]
         waiting, reached = [(root, -1, np.eye(4)) for root in roots], set[int]()
         while waiting:
-            number, parents[number], pose = waiting.pop()
+            number, parent, pose = waiting.pop()
+            node = at(nodes, number)
             if number in reached:
                 raise MeshFileError("a node hangs on two others; export it again")
             reached.add(number)
-            poses[number] = pose @ _local(nodes[number])
-            waiting += [(child, number, poses[number]) for child in nodes[number].get("children", ())]
+            parents[number], poses[number] = parent, pose @ _local(node)
+            waiting += [(child, number, poses[number]) for child in node.get("children", ())]
         if sum(self._corners(nodes[number]) for number in reached) > 3 * MOST_FACES:
             raise MeshFileError(f"its nodes hold more than {MOST_FACES:,} faces; export a coarser one")
-        parts = [part for number in sorted(reached) for part in self._parts(number, nodes[number])]
+        joint_poses = {number: poses[number] for number in reached}
+        parts = [part for number in sorted(reached) for part in self._parts(number, joint_poses)]
         names = tuple(str(node.get("name") or f"node {number}") for number, node in enumerate(nodes))
         return GlbTree(names, tuple(parents), tuple(poses), tuple(parts))
 
-    def _corners(self, node: dict[str, Any]) -> int:
-        """How many corners of faces a node asks for."""
-        primitives = self.rows("meshes")[node["mesh"]]["primitives"] if "mesh" in node else ()
-        used = [one.get("indices", one["attributes"].get("POSITION")) for one in primitives]
-        return sum(self._count(self.rows("accessors")[number]) for number in used if number is not None)
+    def _primitives(self, node: Row) -> Sequence[Row]:
+        return at(self._file.rows("meshes"), node["mesh"])["primitives"] if "mesh" in node else ()
 
-    def _parts(self, number: int, node: dict[str, Any]) -> list[Part]:
-        if "mesh" not in node:
+    def _corners(self, node: Row) -> int:
+        """How many corners of faces and vertices a node asks for, the larger of the two."""
+        total = 0
+        for primitive in self._primitives(node):
+            arrays = [primitive.get("indices"), primitive["attributes"].get("POSITION")]
+            total += max((self._file.count(number) for number in arrays if number is not None), default=0)
+        return total
+
+    def _parts(self, number: int, poses: Mapping[int, Array]) -> list[Part]:
+        node = self._file.rows("nodes")[number]
+        primitives = self._primitives(node)
+        if INSTANCING in node.get("extensions", {}):
+            raise MeshFileError(REFUSED[INSTANCING])
+        if not primitives:
             return []
-        primitives = self.rows("meshes")[node["mesh"]]["primitives"]
-        skin = self.rows("skins")[node["skin"]] if "skin" in node else None
+        weights = node.get("weights") or at(self._file.rows("meshes"), node["mesh"]).get("weights") or ()
+        skin = _Skin(self._file, node["skin"], poses) if "skin" in node else None
         parts = []
         for row, primitive in enumerate(primitives):
             faces = self._faces(primitive)
             if not len(faces):
                 continue
-            mesh = MeshData(self._positions(primitive), faces)
-            held = (None, None) if skin is None else self._moved(primitive, skin, faces)
-            parts.append(Part(number, (node["mesh"], row), mesh, *held))
+            mesh = MeshData(self._positions(primitive, weights), faces)
+            place = node["mesh"], row
+            parts.append(Part(number, place, mesh) if skin is None else skin.part(number, place, mesh, primitive))
         return parts
 
-    def _faces(self, primitive: dict[str, Any]) -> NDArray[np.int64]:
+    def _faces(self, primitive: Row) -> Indices:
         mode, attributes = primitive.get("mode", _TRIANGLES), primitive["attributes"]
         if mode in (_STRIP, _FAN):
             raise MeshFileError("it holds a strip or a fan; export the surface as triangles")
         if mode != _TRIANGLES or "POSITION" not in attributes:
             return np.zeros((0, 3), dtype=np.int64)
+        arrays = [attributes["POSITION"], *([primitive["indices"]] if "indices" in primitive else ())]
+        if DRACO in primitive.get("extensions", {}) and not all(self._file.has_data(number) for number in arrays):
+            raise MeshFileError(REFUSED[DRACO])
         if "indices" in primitive:
-            corners = self.array(primitive["indices"])[:, 0].astype(np.int64)
+            corners = self._file.array(primitive["indices"])[:, 0].astype(np.int64)
         else:
-            corners = np.arange(self._count(self.rows("accessors")[attributes["POSITION"]]))
+            corners = np.arange(self._file.count(attributes["POSITION"]))
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
 
-    def _positions(self, primitive: dict[str, Any]) -> Array:
+    def _positions(self, primitive: Row, weights: Sequence[float]) -> Array:
+        """The vertices, and what the morph targets add to them by their weights."""
         exact = primitive.get("extras", {}).get(EXACT) if isinstance(primitive.get("extras"), dict) else None
         if exact is None:
-            return self.array(primitive["attributes"]["POSITION"])
-        view = self.rows("bufferViews")[exact]
-        return np.frombuffer(self._buffer(view), "<f8", view["byteLength"] // 8, view["byteOffset"]).reshape(-1, 3)
+            positions = self._file.array(primitive["attributes"]["POSITION"])
+        else:
+            positions = np.frombuffer(self._file.view(exact)[0], "<f8").reshape(-1, 3)
+        targets = primitive.get("targets", ())
+        if weights and len(weights) != len(targets):
+            raise MeshFileError(f"it has {len(weights)} weights of {len(targets)} morph targets; export it again")
+        for target, weight in zip(targets, weights, strict=False):
+            if weight and "POSITION" in target:
+                positions = positions + float(weight) * self._file.array(target["POSITION"])
+        return positions
 
-    def _moved(
-        self, primitive: dict[str, Any], skin: dict[str, Any], faces: NDArray[np.int64]
-    ) -> tuple[NDArray[np.int64], dict[int, Array]]:
-        """The node that moves each face most, and from the mesh's frame to those of the joints."""
-        nodes = np.array(skin["joints"], dtype=np.int64)
-        joints = self.array(primitive["attributes"]["JOINTS_0"]).astype(np.int64)
-        weights = self.array(primitive["attributes"]["WEIGHTS_0"])
-        total = np.zeros((len(faces), len(nodes)))
-        corners = np.repeat(np.arange(len(faces)), faces.shape[1] * joints.shape[1])
-        np.add.at(total, (corners, joints[faces].ravel()), weights[faces].ravel())
-        inverse = [np.eye(4)] * len(nodes)
+
+class _Skin:
+    """Joints that carry vertices: each goes where the weighted mean of its joints takes it.
+
+    Parameters
+    ----------
+    number : of the skin in the file.
+    poses : node -> its pose 4x4 in the world, of the nodes of the scene.
+    """
+
+    def __init__(self, file: GlbFile, number: int, poses: Mapping[int, Array]) -> None:
+        self._file = file
+        skin = at(file.rows("skins"), number)
+        self._joints = np.array(skin["joints"], dtype=np.int64)
+        missing = [joint for joint in self._joints.tolist() if joint not in poses]
+        if missing:
+            raise MeshFileError(f"joint {missing[0]} of a skin is no node of its scene; export it again")
+        self._inverse = np.tile(np.eye(4), (len(self._joints), 1, 1))
         if "inverseBindMatrices" in skin:
-            inverse = [*self.array(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)]
-        return nodes[total.argmax(axis=1)], dict(zip(nodes.tolist(), inverse, strict=True))
+            matrices = file.array(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
+            if len(matrices) < len(self._joints):
+                raise MeshFileError(f"a skin binds {len(matrices)} of {len(self._joints)} joints; export it again")
+            self._inverse = matrices[: len(self._joints)]
+        self._to_world = np.array([poses[joint] for joint in self._joints.tolist()]) @ self._inverse
 
-    def _buffer(self, view: dict[str, Any]) -> memoryview:
-        if "uri" in self.rows("buffers")[view["buffer"]]:
-            raise MeshFileError("it keeps its data in another file; export it as one GLB")
-        return self.binary
+    def part(self, node: int, place: tuple[int, int], mesh: MeshData, primitive: Row) -> Part:
+        """The part of a mesh that hangs on this skin."""
+        joints, weights = self._influences(primitive["attributes"], len(mesh.vertices))
+        total = np.zeros((len(mesh.faces), len(self._joints)))
+        rows = np.repeat(np.arange(len(mesh.faces)), mesh.faces.shape[1] * joints.shape[1])
+        np.add.at(total, (rows, joints[mesh.faces].ravel()), weights[mesh.faces].ravel())
+        to_joint = dict(zip(self._joints.tolist(), self._inverse, strict=True))
+        return Part(node, place, mesh, self._joints[total.argmax(axis=1)], to_joint, self._posed(mesh, joints, weights))
 
-    def _count(self, accessor: dict[str, Any]) -> int:
-        count = int(accessor["count"])
-        if not 0 <= count <= 3 * MOST_FACES:
-            raise MeshFileError(f"an accessor claims {count:,} values; export it again")
-        return count
+    def _influences(self, attributes: Row, count: int) -> tuple[Indices, Array]:
+        """Joints and weights of each vertex, (v, k); weights add up to one, all that are zero mean the first joint."""
+        sets = [k for k in range(len(attributes)) if f"JOINTS_{k}" in attributes]
+        if not sets:
+            raise MeshFileError("a mesh with a skin names no joints; export it again")
+        joints = np.concatenate([self._file.array(attributes[f"JOINTS_{k}"]) for k in sets], axis=1).astype(np.int64)
+        weights = np.concatenate([self._file.array(attributes[f"WEIGHTS_{k}"]) for k in sets], axis=1)
+        if joints.shape != weights.shape or len(joints) != count or joints.max() >= len(self._joints):
+            raise MeshFileError("joints and weights of a skin do not fit its vertices; export it again")
+        sums = weights.sum(axis=1, keepdims=True)
+        weights[sums[:, 0] == 0, 0] = 1.0
+        return joints, weights / np.where(sums == 0, 1.0, sums)
 
-    def array(self, number: int) -> Array:
-        """An accessor, (count, width) float64."""
-        accessor = self.rows("accessors")[number]
-        if "sparse" in accessor:
-            raise MeshFileError("it holds a sparse accessor; export it without")
-        kind, shape = np.dtype(_TYPES[accessor["componentType"]]), (self._count(accessor), _WIDTHS[accessor["type"]])
-        if "bufferView" not in accessor:
-            return np.zeros(shape)
-        view = self.rows("bufferViews")[accessor["bufferView"]]
-        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-        strides = view.get("byteStride", kind.itemsize * shape[1]), kind.itemsize
-        values = np.ndarray(shape, kind, self._buffer(view), start, strides).astype(np.float64)
-        return np.maximum(values / np.iinfo(kind).max, -1.0) if accessor.get("normalized") else values
+    def _posed(self, mesh: MeshData, joints: Indices, weights: Array) -> MeshData:
+        points = np.zeros_like(mesh.vertices)
+        turned_inside_out = 0.0
+        for column in range(joints.shape[1]):
+            matrices = self._to_world[joints[:, column]]
+            moved = np.einsum("vij,vj->vi", matrices[:, :3, :3], mesh.vertices) + matrices[:, :3, 3]
+            points += weights[:, column, None] * moved
+            turned_inside_out -= float((weights[:, column] * np.sign(np.linalg.det(matrices[:, :3, :3]))).sum())
+        return MeshData(points, mesh.faces[:, ::-1] if turned_inside_out > 0 else mesh.faces)
 
 
-def _local(node: dict[str, Any]) -> Array:
+def _local(node: Row) -> Array:
     """From the node's frame to its parent's."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T

@@ -157,7 +157,7 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
             left.append(tree.names[part.node])
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
-        mesh = part.mesh.transformed(np.linalg.inv(frame) @ tree.poses[part.node])
+        mesh = tree.seen_from(frame, part)
         found.setdefault(body, []).append(hull(mesh) if convex else mesh)
     if not found:
         wanted = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"

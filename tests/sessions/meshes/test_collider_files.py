@@ -123,7 +123,7 @@ def test_what_the_script_of_unity_writes_is_read_in_the_axes_of_the_recording(tm
 @pytest.mark.parametrize(
     ("name", "said"),
     [("none.glb", "does not exist; check the path"), ("text.glb", "does not begin as a GLB"),
-     ("torn.glb", "this is no readable GLB"), ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01")],
+     ("torn.glb", "cut short; export it again"), ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01")],
 )  # fmt: skip
 def test_a_file_without_colliders_is_one_sentence(name, said, tmp_path):
     (tmp_path / "text.glb").write_bytes(b"no mesh")

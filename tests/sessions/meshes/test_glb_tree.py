@@ -1,5 +1,6 @@
 """GLB files of other programs: written here by hand, or by trimesh, and read by the format's own words."""
 
+import base64
 import json
 import struct
 
@@ -68,7 +69,7 @@ def test_a_tree_is_split_by_node_in_frames_without_scale_and_joined_it_is_what_t
         mesh_from_bytes(data, "glb", node="d")
 
 
-def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_is_not_deformed():
+def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_whole_is_posed_by_all():
     # A strip of four quads along x, rooted at joint 1 (x = 0) and joint 2 (x = 2); weights change at x = 2.
     points = np.array([[x, y, 0] for x in range(5) for y in (0, 1)], dtype="<f4")
     faces = np.array([[2 * k, 2 * k + 2, 2 * k + 1] for k in range(4)], dtype="<u2")
@@ -90,7 +91,9 @@ def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_is_not_deformed()
     assert read.owners == ("palm", "tip")
     tip = read.below("tip")
     assert len(tip.faces) == 2 and tip.bounds.tolist() == [[0, 0, 0], [2, 1, 0]]  # in its own frame, as it was bound
-    assert len(read.whole().faces) == 4 and read.whole().bounds.tolist() == [[0, 0, 0], [4, 1, 0]]
+    # Joint `tip` turns by half a circle about (2, 0): x = 3 and 4 fold back, x = 2 goes halfway, onto the axis.
+    folded = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 0], [2, 0], [1, 0], [1, -1], [0, 0], [0, -1]]
+    assert len(read.whole().faces) == 4 and np.allclose(read.whole().vertices[:, :2], folded, atol=1e-15)
     assert len(read.below("palm").faces) == 4  # and what hangs on its child
 
 
@@ -109,6 +112,104 @@ def test_nodes_outside_the_scene_that_claim_each_other_and_a_body_stop_nothing()
         mesh_from_bytes(data, "glb", node="lamp")
 
 
+BOX = trimesh.creation.box((1.0, 2.0, 3.0))
+POINTS = BOX.vertices.astype("<f4")
+CORNERS = BOX.faces.astype("<u2").reshape(-1)
+
+
+def test_a_skin_lies_where_its_joints_put_each_vertex_and_its_own_node_means_nothing():
+    random = np.random.default_rng(7)
+    locals_, inverse = [], []
+    for _ in range(3):
+        pose = np.eye(4)
+        pose[:3, :3] = Rotation.random(random_state=random).as_matrix() * random.uniform(0.01, 2.0)
+        pose[:3, 3] = random.standard_normal(3)
+        locals_.append(pose)
+        inverse.append(np.linalg.inv(pose) + 0.1 * np.vstack([random.standard_normal((3, 4)), np.zeros(4)]))
+    world = [locals_[0], locals_[0] @ locals_[1], locals_[2]]  # joint 1 hangs on joint 0
+    joints = random.integers(0, 3, (2, 8, 4)).astype("<u1")
+    weights = random.integers(1, 60, (2, 8, 4)).astype("<u1")
+    nodes = [{"matrix": pose.T.reshape(-1).tolist()} for pose in locals_]
+    nodes[0]["children"] = [1]
+    nodes.append({"mesh": 0, "skin": 0, "translation": [5, 6, 7], "scale": [9, 9, 9]})
+    names = ("POSITION", "JOINTS_0", "JOINTS_1", "WEIGHTS_0", "WEIGHTS_1")
+    skinned = {"attributes": dict(zip(names, range(5), strict=True)), "indices": 5}
+    skin = {"joints": [0, 1, 2], "inverseBindMatrices": 6}
+    tree = {"nodes": nodes, "meshes": [{"primitives": [skinned]}], "skins": [skin]}
+    matrices = np.array(inverse).transpose(0, 2, 1).reshape(3, 16).astype("<f4")
+    data = glb(tree, POINTS, *joints, *weights, CORNERS, matrices)
+    expected = []
+    for vertex in range(8):
+        shares = weights[:, vertex].reshape(-1) / weights[:, vertex].sum()
+        blend = sum(
+            share * world[joint] @ matrices[joint].reshape(4, 4).T.astype(float)
+            for share, joint in zip(shares, joints[:, vertex].reshape(-1), strict=True)
+        )
+        expected.append((blend @ [*POINTS[vertex], 1.0])[:3])
+    assert np.allclose(mesh_from_bytes(data, "glb").vertices, expected, atol=1e-12)
+
+
+def test_an_armature_that_mirrors_gives_an_outward_mesh():
+    tree = {
+        "nodes": [{"scale": [-1, 1, 1]}, {"mesh": 0, "skin": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}]}],
+        "skins": [{"joints": [0]}],
+    }
+    weights = np.zeros((8, 4), dtype="<f4")  # all zero: the first joint
+    mesh = mesh_from_bytes(glb(tree, POINTS, CORNERS, np.zeros((8, 4), dtype="<u1"), weights), "glb")
+    assert mesh.volume == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("of_mesh", "of_node", "expected"),
+    [(None, None, 0.0), ([0.5, 0.0], None, 2.0), ([0.5, 0.0], [1.0, 0.0], 4.0), ([1.0, 1.0], None, 14.0)],
+)
+def test_morph_targets_move_vertices_by_the_weights_of_the_node_or_else_of_the_mesh(of_mesh, of_node, expected):
+    dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
+    places, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
+    mesh = {"primitives": [primitive(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
+    node = {"mesh": 0, **({"weights": of_node} if of_node else {})}
+    tree = {"nodes": [node], "meshes": [mesh | ({"weights": of_mesh} if of_mesh else {})]}
+    data = glb(tree, POINTS, CORNERS, dense, places, values)
+    text = json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
+    sparse = {"count": 8, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 4}}
+    text["accessors"].append({"componentType": 5126, "count": 8, "type": "VEC3", "sparse": sparse})
+    data = glb({**tree, "accessors": text["accessors"]}, POINTS, CORNERS, dense, places, values)
+    mesh = mesh_from_bytes(data, "glb")
+    assert np.allclose(mesh.bounds[:, 2], [expected - 1.5, expected + 1.5])
+
+
+def test_the_buffer_that_a_view_names_is_read():
+    uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
+    views = [{"buffer": 1, "byteLength": 36}]
+    buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]
+    data = glb({**one_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
+    assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
+
+
+def test_what_changes_looks_or_repeats_data_in_another_form_stops_nothing():
+    draco = primitive(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
+    required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
+    data = glb({**one_mesh({}, draco), **required}, TRIANGLE)
+    assert len(mesh_from_bytes(data, "glb").faces) == 1
+
+
+def with_version(version, length=0):
+    data = bytearray(glb(one_mesh({}, primitive()), TRIANGLE))
+    struct.pack_into("<I", data, 4, version)
+    struct.pack_into("<I", data, 8, len(data) + length)
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [(with_version(1), "it is glTF 1.0; export it as glTF 2.0"), (with_version(2, length=1), "cut short")],
+)
+def test_another_version_and_a_cut_file_are_named(data, said):
+    with pytest.raises(MeshFileError, match=said):
+        mesh_from_bytes(data, "glb")
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
@@ -119,8 +220,29 @@ def test_nodes_outside_the_scene_that_claim_each_other_and_a_body_stop_nothing()
         ({"buffers": [{"byteLength": 36, "uri": "other.bin"}]}, "keeps its data in another file"),
         ({"meshes": [{"primitives": [primitive(mode=1)]}]}, "no triangle"),
         ({"meshes": [{"primitives": [primitive(mode=5)]}]}, "holds a strip or a fan"),
-        ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {}}]}, "sparse accessor"),
-        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 7}}]}]}, "no readable GLB"),
+        ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {}}]}, "no readable GLB"),
+        ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "an accessor of it has no data"),
+        ({"accessors": [{"componentType": 5126, "count": 9_000_000, "type": "VEC3", "sparse": {}}]}, "has no data"),
+        ({"bufferViews": [{"buffer": 0, "byteLength": 36, "byteStride": 0}]}, "elements of an accessor overlap"),
+        ({"bufferViews": [{"buffer": 0, "byteLength": 360}]}, "lies beyond its end: cut short"),
+        ({"bufferViews": [{"buffer": -1, "byteLength": 36}]}, "names row -1 of a list of 1"),
+        ({"buffers": [{}, {}], "bufferViews": [{"buffer": 1, "byteLength": 36}]}, "its buffer 1 holds no data"),
+        ({"bufferViews": [{"buffer": 1, "byteLength": 36, "extensions": {"EXT_meshopt_compression": {}}}],
+          "buffers": [{}, {}]}, "compressed by meshopt; export it without"),
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "compressed by meshopt"),
+        ({"extensionsRequired": ["KHR_meshopt_compression"]}, "compressed by meshopt"),
+        ({"extensionsRequired": ["EXT_mesh_gpu_instancing"]}, "draws a mesh many times by EXT_mesh_gpu_instancing"),
+        ({"nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}}}]}, "EXT_mesh_gpu_instancing"),
+        ({"extensionsRequired": ["ACME_waves"]}, "requires the extension ACME_waves, which may change its shape"),
+        ({"asset": {"version": "1.1"}}, "it is glTF 1.1; export it as glTF 2.0"),
+        ({"asset": {"version": "2.0", "minVersion": "2.1"}}, "it is glTF 2.1; export it as glTF 2.0"),
+        ({"nodes": [{"mesh": 0, "weights": [1.0]}]}, "1 weights of 0 morph targets"),
+        ({"nodes": [{"mesh": 0, "skin": 0}, {}], "skins": [{"joints": [1]}], "scenes": [{"nodes": [0]}]},
+         "joint 1 of a skin is no node of its scene"),
+        ({"nodes": [{"mesh": 0, "skin": 0}], "skins": [{"joints": [0]}]}, "names no joints"),
+        ({"meshes": [{"primitives": [primitive(extensions={"KHR_draco_mesh_compression": {}})]}],
+          "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}, "compressed by Draco"),
+        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 7}}]}]}, "names row 7 of a list of 1"),
         ({"nodes": [{"mesh": 0}] * 4, "accessors": [{"componentType": 5126, "count": 18_000_000, "type": "VEC3"}]},
          "hold more than 20,000,000 faces"),
     ],
