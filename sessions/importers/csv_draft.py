@@ -1,34 +1,32 @@
 """A draft of a mapping for a CSV that nobody has described: what its header and its first rows give away.
 
-What they do not give away (the unit of lengths, the axes, the order of angles) is a commented line for a person.
+What they do not give away (the unit of lengths, the axes, the order of angles or of a quaternion) is a commented line
+for a person.
 """
 
-import csv
 import json
 import re
-import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROW_MAJOR
-from sessions.input_files import opened
+from sessions.importers.csv_head import NUMBER, WORDS, CsvHead
+from sessions.importers.csv_long_table import column_of_bodies, is_large, order_of, rows_lost
+from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROW_MAJOR, TEXT, CsvLayout
+from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
 
-HEAD_BYTES: Final = 200_000
-LOOKED_AT: Final = 200  # Rows that a unit and a kind of column are told by
-DELIMITERS: Final = (",", ";", "\t", " ")
-
 PLACE, TURN, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
+UNORDERED: Final = "quaternion"
+"""The kind of four columns whose order their names do not tell."""
+SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
-WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
-"""What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
 KIND_OF: Final = {word: kind for kind in (PLACE, TURN, ANGLES) for word in WORDS[kind]}
 OTHER, NOISE, TIME, NAMES, VALID = (frozenset(WORDS[kind]) for kind in ("other", "noise", "time", "name", "valid"))
 TURNS, UNITS = WORDS["turns"], WORDS["units"]
@@ -37,9 +35,9 @@ STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns",
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
 TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
 """.NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
-NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")}
-"""Columns of files that do not name them, by their number: KITTI and TUM."""
-NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
+QUATERNION: Final = frozenset(WORDS[TURN])
+NEARLY_AT_REST: Final = 0.9
+"""The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
 
 
 class UnknownColumnsError(ImportFileError):
@@ -51,65 +49,16 @@ class UnknownColumnsError(ImportFileError):
         super().__init__(f"{source}: its columns are of no known log: {shown}; describe them with --mapping FILE")
 
 
-def draft_of(source: Path) -> UnknownColumnsError:
+def draft_of(head: CsvHead, table: CsvTable) -> UnknownColumnsError:
     """The error that says what the columns are, with a draft of their mapping."""
-    head, unknown = _head_of(source), list[str]()
-    draft = "\n".join([*_lines(source, head, unknown), ""])
-    return UnknownColumnsError(source, head.columns, draft, unknown)
+    unknown = list[str]()
+    draft = "\n".join([*_lines(head, table, unknown), ""])
+    return UnknownColumnsError(head.source, head.columns, draft, unknown)
 
 
-def has_header(source: Path) -> bool:
-    """Whether a line above the rows names their columns."""
-    return "columns" not in _head_of(source).keys
-
-
-@dataclass
-class _Head:
-    """The head of a file: its columns, the cells of the first rows, and the keys by which it is to be read."""
-
-    columns: Sequence[str]
-    rows: list[list[str]]
-    keys: dict[str, object] = field(default_factory=dict)
-
-    def cells(self, column: str) -> list[str]:
-        return [row[self.columns.index(column)] for row in self.rows]
-
-    def numbers(self, column: str) -> list[float]:
-        return [float(cell.replace(",", ".")) for cell in self.cells(column) if NUMBER.fullmatch(cell)]
-
-    def named(self, words: frozenset[str]) -> list[str]:
-        """The columns in whose names one of these words is."""
-        return [name for name in self.columns if not words.isdisjoint(word.lower() for word in _words(name)[0])]
-
-
-def _head_of(source: Path) -> _Head:
-    with opened(source, "recording", ImportFileError) as stream:
-        text = stream.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
-    lines = text.splitlines()[: LOOKED_AT + 50]
-    for delimiter in DELIMITERS:
-        cells = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
-        data = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
-        if data is not None:
-            break
-    else:
-        return _Head(re.split("[,;\t]", lines[0]) if lines else (), [])
-    keys: dict[str, object] = {} if delimiter == "," else {"delimiter": delimiter}
-    if delimiter in ";\t" and any(re.fullmatch(r"-?\d+,\d+", cell) for cell in cells[data]):
-        keys["decimal"] = ","
-    above, width, columns = data - 1, len(cells[data]), cells[data - 1] if data else []
-    if len(columns) != width and (not columns or _numbers(columns) or columns[0].startswith("#")):
-        above = data  # no line names the columns, or a comment does
-        columns = lines[data - 1].lstrip("#% ").split() if data else []
-        if len(columns) != width:
-            columns = list(NAMELESS.get(width, (f"column_{k + 1}" for k in range(width))))
-        keys["columns"] = columns
-    if above > 0:
-        keys["skip_lines"] = above
-    return _Head(columns, [row for row in cells[data : data + LOOKED_AT] if len(row) == len(columns)], keys)
-
-
-def _numbers(row: Sequence[str]) -> int:
-    return sum(NUMBER.fullmatch(cell) is not None for cell in row)
+def _named(head: CsvHead, words: frozenset[str]) -> list[str]:
+    """The columns in whose names one of these words is."""
+    return [name for name in head.columns if not words.isdisjoint(word.lower() for word in _words(name)[0])]
 
 
 @dataclass
@@ -133,7 +82,24 @@ class _Body:
         for kind, axes in ((TURN, "xyzw"), (MATRIX, NINE)):
             if columns := self.held(kind, axes):
                 return kind, columns
+        unordered = sorted(axis for kind, axis in self.columns if kind == UNORDERED)
+        if len(unordered) == len("xyzw"):
+            return UNORDERED, [self.columns[UNORDERED, axis] for axis in unordered]
         return ANGLES, self.held(ANGLES, "xyz") or self.held(TURN, "xyz")
+
+
+def _keys(layout: CsvLayout) -> dict[str, object]:
+    """The keys of a mapping by which a file is read as its head is."""
+    keys: dict[str, object] = {}
+    if layout.delimiter != ",":
+        keys["delimiter"] = layout.delimiter
+    if layout.decimal != ".":
+        keys["decimal"] = layout.decimal
+    if layout.columns:
+        keys["columns"] = layout.columns
+    if layout.skip_lines:
+        keys["skip_lines"] = layout.skip_lines
+    return keys
 
 
 def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
@@ -152,6 +118,8 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         axis = TURNS.get(last.lower(), "")
         if axis:
             kind = ANGLES
+        elif last.isdigit() and before and before[-1].lower() in QUATERNION:
+            kind, axis = UNORDERED, last
         elif match and (not match[1] or match[1] in KIND_OF):
             kind, axis = KIND_OF.get(match[1], kind), match[2]
         if axis and not {word.lower() for word in before} & OTHER:
@@ -179,42 +147,38 @@ def _words(column: str) -> tuple[list[str], str]:
     return words, unit
 
 
-def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
+def _lines(head: CsvHead, table: CsvTable, unknown: list[str]) -> Iterator[str]:
     """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``unknown``."""
-    bodies = _bodies(head.columns)
-    places = [column for body in bodies.values() for column in body.place]
-    yield f"# How to read {source.name}: a draft of its header. Check it, and complete what is commented."
-    yield from (f"{key} = {json.dumps(value)}" for key, value in head.keys.items())
+    bodies, clock = _bodies(head.columns), _clock_of(head)
+    yield f"# How to read {head.source.name}: a draft of its header. Check it, and complete what is commented."
+    yield from (f"{key} = {json.dumps(value)}" for key, value in _keys(head.layout).items())
     unknown.append("the axes (convention)")
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
-    unit = next((unit for column in places if (unit := _words(column)[1]) in LENGTHS), "")
-    if unit:
-        yield f'units = "{unit}"'
-    else:
-        unknown.append("the unit of lengths (m unless you say otherwise)")
-        numbers = [number for column in places for number in head.numbers(column)]
-        spread = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
-        yield f'# units = "m"   # m, cm or mm? {spread}'
-    yield from ("", "[time]", *_clock(head, unknown))
+    yield _units(head, [column for body in bodies.values() for column in body.place], unknown)
+    yield from ("", "[time]", *_clock(head, clock, unknown))
     posed = {name: body for name, body in bodies.items() if body.place and body.turn[1]}
-    names = [name for name in head.named(NAMES) if not head.numbers(name)]
+    names = [name for name in _named(head, NAMES) if not head.numbers(name)]
+    lost = ""
+    if "" in posed and clock.column:
+        names, lost = _names_of_bodies(table, clock, names, bodies)
+    if lost:
+        unknown.append(f"which column tells bodies apart, for as one body {lost}")
+        yield from (
+            "",
+            f"# As one body {lost}.",
+            '# If a column tells bodies apart, write [body] and name = "COLUMN" here:',
+        )
+    valid = _named(head, VALID) if len(posed) == 1 else []
     for name, body in posed.items():
-        if names and not name:
-            yield from ("", "[body]", f"name = {json.dumps(names[0])}")
-        else:
-            yield from ("", f"[bodies.{json.dumps(name or source.stem)}]")
-        kind, turn = body.turn
-        yield f"position = {json.dumps(body.place)}"
-        if kind == ANGLES:  # by their axes, whatever order a person writes below
-            angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
-            yield f"{kind} = {{{angles}}}"
-            unknown.append("the order of the angles (order)")
-            yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
-            yield '# angle_unit = "deg"   # deg or rad'
-        else:
-            yield f"{kind} = {json.dumps(turn)}"
-        if len(posed) == 1 and (valid := head.named(VALID)):
-            yield f"valid = {json.dumps(valid[0])}"
+        is_long = bool(names) and not name
+        title = (
+            ["[body]", f"name = {json.dumps(names[0])}"]
+            if is_long
+            else [f"[bodies.{json.dumps(name or head.source.stem)}]"]
+        )
+        lines = [*title, f"position = {json.dumps(body.place)}", *_rotation(head, body, unknown)]
+        lines += [f"valid = {json.dumps(column)}" for column in valid[:1]]
+        yield from ("", *([f"# {line}" for line in lines] if lost and not name else lines))
     if not posed:
         unknown.append("which columns are a pose")
         yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
@@ -224,30 +188,113 @@ def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
 
 
-def _clock(head: _Head, unknown: list[str]) -> Iterator[str]:
-    column = next(iter(head.named(TIME)), "")
-    if not column:
-        unknown.append("the rate (rate_hz), because there is no clock")
-        yield "# rate_hz = 90   # rows a second; the file has no column of time"
+def _units(head: CsvHead, places: Sequence[str], unknown: list[str]) -> str:
+    """The unit of lengths."""
+    unit = next((unit for column in places if (unit := _words(column)[1] or head.unit(column)) in LENGTHS), "")
+    if unit:
+        return f'units = "{unit}"'
+    unknown.append("the unit of lengths (m unless you say otherwise)")
+    numbers = [number for column in places for number in head.numbers(column)]
+    limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
+    return f'# units = "m"   # m, cm or mm? {limits}'
+
+
+def _rotation(head: CsvHead, body: _Body, unknown: list[str]) -> Iterator[str]:
+    """The rotation of a body."""
+    kind, turn = body.turn
+    if kind == UNORDERED:
+        unknown.append(f"the order of the quaternion ({TURN} or {SCALAR_FIRST})")
+        yield f"# In which order? The file does not tell{_likely_order(head, turn)}. Take one of the two:"
+        yield f"# {TURN} = {json.dumps(turn)}   # x, y, z, w"
+        yield f"# {SCALAR_FIRST} = {json.dumps(turn)}   # w, x, y, z"
         return
-    yield f"column = {json.dumps(column)}"
+    if kind != ANGLES:
+        yield f"{kind} = {json.dumps(turn)}"
+        return
+    # By their axes, whatever order a person writes below.
+    angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
+    yield f"{kind} = {{{angles}}}"
+    unknown.append("the order of the angles (order)")
+    yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
+    yield '# angle_unit = "deg"   # deg or rad'
+    if turn == body.held(TURN, "xyz"):
+        yield f"# rotation_vector = {json.dumps(turn)}   # in place of euler and order, if it is axis times angle"
+
+
+def _likely_order(head: CsvHead, turn: Sequence[str]) -> str:
+    """A guess of which of four numbers is the scalar, which is near 1 where a body has hardly turned; else nothing."""
+    sizes = [float(np.abs(head.numbers(column)[:1]).sum()) for column in (turn[0], turn[-1])]
+    if max(sizes) < NEARLY_AT_REST or min(sizes) > 1.0 - NEARLY_AT_REST:
+        return ""
+    column, order = (turn[0], "scalar first") if sizes[0] > sizes[1] else (turn[-1], "scalar last")
+    return f"; {column} begins near 1, so that {order} is likely"
+
+
+class _Clock(NamedTuple):
+    """The column of time, its unit ("" where nothing tells it), and the format of a clock in text."""
+
+    column: str
+    unit: str
+    format: str = ""
+
+
+def _clock_of(head: CsvHead) -> _Clock:
+    """The clock of a file as far as its head tells."""
+    column = next(iter(_named(head, TIME)), "")
+    if not column:
+        return _Clock("", "")
     form = next(map(text_format, head.cells(column)), None)
     if form is not None:
-        yield 'unit = "text"'
-        yield f"format = {json.dumps(form)}" if form else "# ISO 8601"
-        return
-    values, unit = head.numbers(column), _words(column)[1]
+        return _Clock(column, TEXT, form)
+    values, unit = head.numbers(column), _words(column)[1] or head.unit(column)
     steps = [step for step in np.diff(values) if step > 0]
     if steps and unit not in CLOCK_NS:
         step = float(np.median(steps))
         unit = next((name for name, low, high in STEPS if low <= step < high), "")
         if TICKS[0] <= values[0] < TICKS[1]:
             unit = "ticks"
-    if not unit:
+    return _Clock(column, unit)
+
+
+def _clock(head: CsvHead, clock: _Clock, unknown: list[str]) -> Iterator[str]:
+    """The keys under ``[time]``."""
+    if not clock.column:
+        unknown.append("the rate (rate_hz), because there is no clock")
+        yield "# rate_hz = 90   # rows a second; the file has no column of time"
+        return
+    yield f"column = {json.dumps(clock.column)}"
+    if clock.unit == TEXT:
+        yield 'unit = "text"'
+        yield f"format = {json.dumps(clock.format)}" if clock.format else "# ISO 8601"
+        return
+    if not clock.unit:
         unknown.append("the unit of time")
-    yield f'unit = "{unit}"' if unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
+    yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
+    values = head.numbers(clock.column)
     if values and values[0] < 0:
         yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
+
+
+def _names_of_bodies(
+    table: CsvTable, clock: _Clock, names: list[str], bodies: Mapping[str, _Body]
+) -> tuple[list[str], str]:
+    """The columns that name bodies, by all rows, and what is lost where none does."""
+    try:
+        if clock.unit == TEXT:
+            stamps = table.stamps(clock.column, TEXT, form=clock.format)
+        else:
+            stamps = order_of(table.numbers((clock.column,))[:, 0])
+    except ImportFileError:  # the import by the mapping says what is wrong with the clock
+        return names, ""
+    groups = table.words(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
+    lost = rows_lost(stamps, groups)
+    if is_large(lost, len(table)):
+        used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
+        column = column_of_bodies(table, stamps, used)
+        if column:
+            return [column], ""
+        return names, f"{lost:,} of {len(table):,} rows are dropped: they repeat a stamp or go back"
+    return names, ""
 
 
 def text_format(cell: str) -> str | None:

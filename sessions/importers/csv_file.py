@@ -3,6 +3,7 @@
 Besides poses: collisions, triggers, events, numbers. What becomes of every row is in the ledger.
 """
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_draft import draft_of, has_header
+from sessions.importers.csv_draft import draft_of
+from sessions.importers.csv_head import read_head
+from sessions.importers.csv_long_table import column_of_bodies, is_large, rows_lost
 from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import side_of
@@ -51,11 +54,11 @@ def read_csv(
         table = CsvTable(source, ledger, plan.layout, mapped=True)
         _check_columns(table, plan)
     else:
-        if not has_header(source):
-            raise draft_of(source)
-        table, plan = CsvTable(source, ledger), UNITY
-        if not {*table.columns} >= {plan.time, plan.kind, plan.name}:
-            raise draft_of(source)
+        plan, known = UNITY, {UNITY.time, UNITY.kind, UNITY.name}
+        head = read_head(source, known)
+        table = CsvTable(source, ledger, head.layout)
+        if not {*table.columns} >= known:
+            raise draft_of(head, table)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     clock = f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second"
@@ -135,6 +138,7 @@ class _CsvLog:
         count = sum(unknown.values())
         why = f"of {len(unknown)} unknown kinds such as {named}"
         ledger.book("rows", read=len(table), kept=len(table) - count, dropped={why: count})
+        self._refuse_long_table()
         tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
         events = tuple(
             Event(stamp, name or "event", message, body)
@@ -142,6 +146,25 @@ class _CsvLog:
         )
         session = imported(tables, frame, ledger, table.notes, self._numbers())
         return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
+
+    def _refuse_long_table(self) -> None:
+        """Refuse a long table that is mapped as a wide one, where a column tells its bodies apart."""
+        plan, table = self._plan, self._table
+        if not plan.bodies or not plan.time:
+            return
+        rows = self._kinds["pose"]
+        stamps = self._stamps(rows)
+        lost = rows_lost(stamps, [np.ones(len(stamps), dtype=np.bool_)])
+        if not is_large(lost, len(stamps)):
+            return
+        used = [plan.time, *(column for body in plan.bodies.values() for column in body.numbers)]
+        column = column_of_bodies(table, stamps, used)
+        if column:
+            raise ImportFileError(
+                f"{table.source}: {lost:,} of {len(stamps):,} rows repeat a stamp or go back; column {column!r} tells "
+                f"{table.count_different(column)} bodies apart: write [body] with name = {json.dumps(column)} into the "
+                "mapping in place of [bodies.NAME]"
+            )
 
     def _stamps(self, rows: Rows) -> Stamps:
         return self._table.stamps(self._plan.time, self._plan.unit, rows)

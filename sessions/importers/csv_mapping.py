@@ -33,7 +33,9 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
 
 
-TURNS: Final[Mapping[str, int]] = {"quaternion_xyzw": 4, "euler": 3, "matrix": 9}
+TURNS: Final[Mapping[str, int]] = {
+    "quaternion_xyzw": 4, "quaternion_wxyz": 4, "euler": 3, "rotation_vector": 3, "matrix": 9,
+}  # fmt: skip
 """What a rotation may be, and how many columns hold it."""
 ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for case in (str.upper, str.lower))
 """Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""
@@ -41,7 +43,10 @@ ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for ca
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Where a pose stands: three columns of position, and a quaternion, Euler angles or a matrix row by row."""
+    """Where a pose stands: three columns of position, and a rotation of one of the kinds of ``TURNS``.
+
+    A rotation vector is the axis times the angle; ``degrees`` is for it and for Euler angles. A matrix is row by row.
+    """
 
     position: tuple[str, ...]
     turn: tuple[str, ...]
@@ -83,10 +88,16 @@ class PoseColumns:
 
     def quaternions(self, turns: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
-        if self.kind == "euler":
-            angles = turns * np.array(self.signs)
-            return quaternion_from_euler(np.radians(angles) if self.degrees else angles, self.order)
-        return _of_matrices(turns.reshape(-1, 3, 3)) if self.kind == "matrix" else turns
+        if self.kind == "matrix":
+            return _of_matrices(turns.reshape(-1, 3, 3))
+        if self.kind == "quaternion_wxyz":
+            return turns[:, [1, 2, 3, 0]]
+        if self.kind == "quaternion_xyzw":
+            return turns
+        angles = np.radians(turns) if self.degrees else turns
+        if self.kind == "rotation_vector":
+            return _of_vectors(angles)
+        return quaternion_from_euler(angles * np.array(self.signs), self.order)
 
 
 @dataclass(frozen=True)
@@ -223,6 +234,14 @@ def _of_matrices(matrices: Numbers) -> Numbers:
     return found
 
 
+def _of_vectors(vectors: Numbers) -> Numbers:
+    """Quaternions (n, 4) of axes times angles in radians (n, 3); NaN where a number is missing."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        angles = np.sqrt((vectors**2).sum(axis=1))
+        scale = 0.5 * np.sinc(angles / (2.0 * np.pi))  # sin(angle / 2) / angle, and 1/2 at 0
+        return np.column_stack([vectors * scale[:, None], np.cos(0.5 * angles)])
+
+
 def _letter(table: TomlTable, key: str, default: str) -> str:
     letter = table.text(key, default)
     if len(letter) != 1 or not letter.isascii() or letter in '"\r\n':
@@ -236,8 +255,8 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     kinds = [kind for kind in TURNS if kind in table]
     if len(kinds) != 1:
         table.refuse(
-            "give quaternion_xyzw = [4 columns], euler = {x = column, y = column, z = column} with order, "
-            "or matrix = [9 columns, row by row]"
+            "give quaternion_xyzw or quaternion_wxyz = [4 columns], euler = {x = column, y = column, z = column} with "
+            "order, rotation_vector = [3 columns], or matrix = [9 columns, row by row]"
         )
     kind = kinds[0] if kinds else ""
     turn, order, degrees = tuple[str, ...](), "", True
@@ -249,6 +268,8 @@ def pose_columns(table: TomlTable) -> PoseColumns:
         degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     elif kind:
         turn = table.texts(kind, TURNS[kind])
+    if kind == "rotation_vector":
+        degrees = table.text("angle_unit", None, ("deg", "rad")) == "deg"
     columns = PoseColumns(table.texts("position", 3), turn, kind, order, degrees, table.text("valid"))
     table.done()
     return columns

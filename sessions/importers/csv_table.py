@@ -1,9 +1,14 @@
-"""A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
+"""A CSV as typed columns: stamps are exact to the last digit, and an error names line and column.
+
+Rows that are not as long as the header are left out and counted; a file with commas between its cells and in its
+numbers is refused. A table ends where, below an empty line, the title of another one begins.
+"""
 
 import calendar
 import csv
+import io
 import json
-from array import array
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import datetime
@@ -15,110 +20,220 @@ from typing import Any, Final
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.csv
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import (
+    BYTE_ORDER_MARK,
+    NUMBER,
+    check_encoding,
+    excel_separator,
+    is_row_of_units,
+    split_lines,
+)
 from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumns
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable
 from sessions.importers.stamps import Numbers, Rows, Stamps
+from sessions.input_files import read_bytes
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
-
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
-
 NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
-
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
-
-ROWS_AT_ONCE: Final = 10_000  # Rows that are lists of text before they become columns: some 10 MB
-
-DELIMITERS: Final = ",;\t"  # Of a file that no mapping describes the one that its header has most
-
+BLOCK_BYTES: Final = 1 << 22  # Of text that becomes columns at once; no row is longer
 RAGGED: Final = "with too few or too many cells"
-
+HEADER_AGAIN: Final = "that repeat the header"
+DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
+EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
+SPACES: Final = re.compile(rb"[ \t]+")
+ENDS_OF_LINES: Final = re.compile(rb"^ | (?=\r?$)", re.MULTILINE)
+DECIMALS: Final = {"s": 9, "ms": 6, "us": 3, "ns": 0, "ticks": 0}
+"""Unit of a clock -> digits behind the point that reach to the nanosecond, or to the tick."""
+LARGEST: Final = 9_000_000_000_000_000_000
+"""Nanoseconds that fit 64 bits with room for an offset."""
 
 
 class CsvTable:
     """The cells of one file; every column is text until it is asked for, for all rows or those of a mask (n,).
 
-    Without a ``layout`` the header tells the delimiter, and beside semicolons and tabs numbers may have decimal commas.
-    Rows with too few or too many cells are left out and counted as ``skipped``. Errors name keys of the mapping where
+    Rows that cannot be read are dropped in the account of ``rows`` of ``body``. Errors name keys of the mapping where
     the file is ``mapped``.
     """
 
     def __init__(
-        self, source: Path, ledger: Ledger, layout: CsvLayout | None = None, *, mapped: bool = False, body: str = ""
+        self, source: Path, ledger: Ledger, layout: CsvLayout, *, mapped: bool = False, body: str = ""
     ) -> None:
-        self.source, self.skipped, self._widest, self._mapped = source, 0, 0, mapped
-        self._layout = layout or _layout_of(source)
-        self._lines, self._last_is_whole = array("q"), False
-        """The line of each row."""
+        self.source, self._layout, self._mapped = source, layout, mapped
         try:
-            with source.open(encoding="utf-8-sig", newline="") as file:
-                self._read(iter(lambda: file.readline(LONGEST_LINE), ""))
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            text = self._below_head(_utf8(source))
+        except (UnicodeDecodeError, csv.Error) as error:
             raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
-        width = len(self.columns)
-        if len(self) < self.skipped and 1 < width < self._widest:
-            cure = "export numbers with decimal points, or semicolons between the cells"
-            cure = "check delimiter and skip_lines of the mapping" if mapped else cure
-            raise ImportFileError(f"{source}: rows have more cells than line {self._above}, which has {width}; {cure}")
-        self._is_cut_short = self._last_is_whole and not self._line.endswith(("\n", "\r"))
+        self._text, below = self._split_tables(text)
+        self._ragged: list[tuple[int, int]] = []
+        """Row and number of cells of the rows that are not as long as the header, the first of each number."""
+        self._ragged_rows = 0
+        self._has_decimal_commas = False
+        self._table = self._parsed(self._text)
+        self._check_ragged()
+        repeated = self._drop_repeated_headers()
+        dropped = {RAGGED: self._ragged_rows, **below}
+        lost = sum(dropped.values())
+        ledger.book("rows", body, read=lost + repeated, kept=0, dropped=dropped, merged={HEADER_AGAIN: repeated})
+        self._is_cut_short = self._last_row_is_whole() and not self._text.endswith((b"\n", b"\r"))
         """Whether the last number of the last row may lack digits."""
-        ledger.book("rows", body, read=self.skipped, kept=0, dropped={RAGGED: self.skipped})
 
-    def _read(self, text: Iterator[str]) -> None:
-        """Take in the header, and then the rows that have as many cells."""
-        layout = self._layout
+    def _below_head(self, text: bytes) -> bytes:
+        """Take in the header; the text of the rows below it."""
+        layout, stream = self._layout, io.BytesIO(text)
+        skip_lines = layout.skip_lines
+        if not skip_lines and excel_separator(text[:20].partition(b"\n")[0].decode("utf-8", errors="replace")):
+            skip_lines = 1
+        lines = iter(lambda: stream.readline(LONGEST_LINE).decode("utf-8"), "")
+        for _ in islice(lines, skip_lines):
+            pass
         header_lines = 0 if layout.columns else layout.header_lines
-        self._above = layout.skip_lines + header_lines
-        reader = csv.reader(islice(self._followed(text), layout.skip_lines, None), delimiter=layout.delimiter)
-        heads = [list(layout.columns)] if layout.columns else list(islice(reader, header_lines))
+        self._above = skip_lines + header_lines
+        if layout.columns:
+            heads = [list(layout.columns)]
+        elif layout.delimiter == " ":
+            heads = split_lines(list(islice(lines, header_lines)), " ")
+        else:
+            heads = list(islice(csv.reader(lines, delimiter=layout.delimiter), header_lines))
         if not any(map(any, heads)):
             raise ImportFileError(f"{self.source}: the file is empty; there is no header in line {self._above}")
+        self._name_columns(heads)
+        start = stream.tell()
+        units = split_lines([stream.readline(LONGEST_LINE).decode("utf-8")], layout.delimiter)
+        if not layout.columns and units and len(units[0]) == len(self.columns) and is_row_of_units(units[0]):
+            self._above += 1
+            start = stream.tell()
+        rows = text[start:]
+        if layout.delimiter == " ":
+            return ENDS_OF_LINES.sub(b"", SPACES.sub(b" ", rows))
+        return rows
+
+    def _name_columns(self, heads: list[list[str]]) -> None:
         words = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]
         self.heads = list(map(list, zip(*words, strict=True)))
         names = [" ".join(filter(None, column)) for column in words]
         repeated = sorted(name for name in {*names} if names.count(name) > 1)
-        if repeated and header_lines < 2:
+        if repeated and len(heads) < 2:
             raise ImportFileError(f"{self.source}: line {self._above}: column {repeated[0]!r} occurs twice; rename one")
         names = [f"{name} (column {at})" if name in repeated else name for at, name in enumerate(names, start=1)]
-        self.columns, schema = tuple(names), pa.schema([(name, pa.string()) for name in names])
-        batches = []
-        while rows := list(islice(self._whole(reader), ROWS_AT_ONCE)):
-            batches.append(pa.record_batch(list(map(pa.array, zip(*rows, strict=True))), schema))
-        self._table = pa.Table.from_batches(batches, schema)
+        self.columns = tuple(names)
 
-    def _followed(self, text: Iterator[str]) -> Iterator[str]:
-        for self._line in text:
-            yield self._line
+    def _split_tables(self, text: bytes) -> tuple[bytes, dict[str, int]]:
+        """The rows of the first table, and how many lines of another one stand below it, by the reason to leave them.
 
-    def _whole(self, reader: Any) -> Iterator[list[str]]:
-        """The rows that have as many cells as the header; blank lines are none."""
+        Another table begins with its title: a line of one cell that is no number, below an empty line.
+        """
+        if len(self.columns) < 2:
+            return text, {}
+        for gap in EMPTY_LINE.finditer(text):
+            title, _, _ = text[gap.end() : gap.end() + LONGEST_LINE].partition(b"\n")
+            cells = [cell for cell in split_lines([title.decode("utf-8")], self._layout.delimiter)[0:1] if cell]
+            written = [cell for row in cells for cell in row if cell]
+            if len(written) == 1 and not NUMBER.fullmatch(written[0]):
+                line = self._above + 1 + text.count(b"\n", 0, gap.end())
+                lines = sum(1 for row in text[gap.end() :].splitlines() if row.strip())
+                return text[: gap.start() + 1], {f"of another table, {written[0][:40]!r}, from line {line}": lines}
+        return text, {}
+
+    def _parsed(self, text: bytes) -> Any:
+        """The rows that are as long as the header, as Arrow text."""
+        schema = pa.schema([(name, pa.string()) for name in self.columns])
+        if not text.strip():
+            return schema.empty_table()
+        try:
+            return pa.csv.read_csv(
+                pa.BufferReader(text),
+                # Threads would read blocks out of order, and a row would have no number.
+                read_options=pa.csv.ReadOptions(use_threads=False, column_names=self.columns, block_size=BLOCK_BYTES),
+                parse_options=pa.csv.ParseOptions(
+                    delimiter=self._layout.delimiter,
+                    newlines_in_values=b'"' in text,
+                    invalid_row_handler=self._note_ragged,
+                ),
+                convert_options=pa.csv.ConvertOptions(
+                    column_types=schema, strings_can_be_null=False, quoted_strings_can_be_null=False
+                ),
+            )
+        except pa.ArrowInvalid as error:
+            why = str(error).splitlines()[0][:100]
+            raise ImportFileError(f"{self.source}: this is no CSV text ({why}); repair or export it again") from None
+
+    def _note_ragged(self, row: Any) -> str:
+        """Leave out a row that is not as long as the header."""
+        self._ragged_rows += 1
+        if all(row.actual_columns != cells for _, cells in self._ragged):
+            self._ragged.append((self._ragged_rows, row.actual_columns))
+        if not self._has_decimal_commas and self._layout.delimiter == ",":
+            self._has_decimal_commas = has_decimal_commas(row.text, len(self.columns))
+        return "skip"
+
+    def _check_ragged(self) -> None:
+        """Refuse a file whose rows show commas in numbers, or most of whose rows have too many cells."""
+        width, widest = len(self.columns), max((cells for _, cells in self._ragged), default=0)
+        where = f"{self.source}: rows have more cells than line {self._above}, which has {width}"
+        if self._has_decimal_commas:
+            line, cells = next(
+                (line, len(row)) for line, row in self._rows_with_lines() if has_decimal_commas(",".join(row), width)
+            )
+            raise ImportFileError(
+                f"{self.source}: line {line} has {cells} cells, the header {width}: commas are between the cells and "
+                "in the numbers; export numbers with decimal points, or semicolons between the cells"
+            )
+        if len(self._table) < self._ragged_rows and 1 < width < widest:
+            cure = "export numbers with decimal points, or semicolons between the cells"
+            cure = "check delimiter and skip_lines of the mapping" if self._mapped else cure
+            raise ImportFileError(f"{where}; {cure}")
+
+    def _drop_repeated_headers(self) -> int:
+        """Leave out rows that are the header again, as where files were put together; how many they were."""
+        header = list(self.heads[-1])
+        if self._layout.columns or not len(self._table):
+            return 0
+        again = pc.equal(self._table.column(0), header[0])
+        if not pc.any(again).as_py():
+            return 0
+        for place, word in enumerate(header):
+            again = pc.and_(again, pc.equal(pc.utf8_trim_whitespace(self._table.column(place)), word))
+        self._kept_rows = np.flatnonzero(~again.to_numpy(zero_copy_only=False).astype(np.bool_))
+        self._table = self._table.filter(pc.invert(again))
+        return int(pc.sum(again).as_py() or 0)
+
+    _kept_rows: Any = None
+    """Numbers of the rows that are no header, (n,), where some are."""
+
+    def _last_row_is_whole(self) -> bool:
+        line = self._text.rstrip(b"\r\n").rpartition(b"\n")[2].decode("utf-8")
+        with suppress(csv.Error):
+            return [len(row) for row in csv.reader([line], delimiter=self._layout.delimiter)] == [len(self.columns)]
+        return False
+
+    def _rows_with_lines(self) -> Iterator[tuple[int, list[str]]]:
+        """Every row that is not empty, and the line that it ends in."""
+        text = io.TextIOWrapper(io.BytesIO(self._text), encoding="utf-8", newline="")
+        reader = csv.reader(text, delimiter=self._layout.delimiter)
         for row in reader:
-            self._last_is_whole = len(row) == len(self.columns)
-            if self._last_is_whole:
-                self._lines.append(self._layout.skip_lines + reader.line_num)
-                yield row
-            elif row:
-                self.skipped += 1
-                self._widest = max(self._widest, len(row))
+            if row:
+                yield self._above + reader.line_num, row
 
     @property
     def notes(self) -> list[str]:
         """What is not as it should be in its rows, a sentence each."""
-        notes = []
         if self._is_cut_short:
-            notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
-        return notes
+            return ["the last line has no line break and may be cut short: its pose is flagged as lost"]
+        return []
 
     def __len__(self) -> int:
-        return len(self._lines)
+        return len(self._table)
 
     def _cells(self, column: str, rows: Rows | None = None) -> Any:
-        """The cells of a column as Arrow text."""
+        """The cells of a column as Arrow text, without spaces around it."""
         if column not in self.columns:
             where = f"{self.source}: line {self._above}: no column {column!r}"
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
@@ -128,20 +243,25 @@ class CsvTable:
                 )
             raise ImportFileError(f"{where}{nearest(column, self.columns)}")
         cells = self._table.column(column)
-        return cells if rows is None else cells.filter(pa.array(rows))
+        return pc.utf8_trim_whitespace(cells if rows is None else cells.filter(pa.array(rows)))
 
     def texts(self, column: str, rows: Rows | None = None) -> list[str]:
         """The cells of a column as text, without spaces around it."""
-        return pc.utf8_trim_whitespace(self._cells(column, rows)).to_pylist()
+        texts: list[str] = self._cells(column, rows).to_pylist()
+        return texts
 
     def words(self, column: str, rows: Rows | None = None) -> dict[str, Rows]:
         """The different texts of a column, in the order they come in, and the rows of each, (n,)."""
-        every = self._cells(column)
-        found = {}
+        cells = self._cells(column)
+        rows_of = {}
         for word in self._cells(column, rows).unique().to_pylist():
-            has = pc.equal(every, word).to_numpy(zero_copy_only=False).astype(np.bool_)
-            found[word] = has if rows is None else has & rows
-        return found
+            has = pc.equal(cells, word).to_numpy(zero_copy_only=False).astype(np.bool_)
+            rows_of[word] = has if rows is None else has & rows
+        return rows_of
+
+    def count_different(self, column: str) -> int:
+        """How many different texts a column holds."""
+        return int(pc.count_distinct(self._cells(column)).as_py())
 
     def numbers(self, columns: Sequence[str], rows: Rows | None = None) -> Numbers:
         """The cells of some columns as float64, (n, columns); an empty cell is NaN."""
@@ -154,11 +274,15 @@ class CsvTable:
         except ImportFileError:
             return False
 
-    def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
-        cells = pc.utf8_trim_whitespace(self._cells(column, rows))
+    def _number_cells(self, column: str, rows: Rows | None) -> Any:
+        """The cells of a column with decimal points, null where one says that there is no number."""
+        cells = self._cells(column, rows)
         if self._layout.decimal != ".":
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
-        cells = pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
+        return pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
+
+    def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
+        cells = self._number_cells(column, rows)
         with suppress(pa.ArrowInvalid):
             return np.asarray(cells.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
         values = []
@@ -175,42 +299,58 @@ class CsvTable:
     def _wrong(self, column: str, rows: Rows | None, place: int, message: str) -> ImportFileError:
         """What is wrong with a cell, by its place among some rows."""
         row = place if rows is None else int(np.flatnonzero(rows)[place])
-        return ImportFileError(f"{self.source}: line {self._lines[row]}, column {column!r}: {message}")
+        row = row if self._kept_rows is None else int(self._kept_rows[row])
+        whole = (line for line, cells in self._rows_with_lines() if len(cells) == len(self.columns))
+        return ImportFileError(
+            f"{self.source}: line {next(islice(whole, row, None), '?')}, column {column!r}: {message}"
+        )
 
-    def stamps(self, column: str, unit: str, rows: Rows | None = None) -> Stamps:
-        """The clock as int64 nanoseconds, (n,); without a column it is that of the rows' rate."""
+    def stamps(self, column: str, unit: str, rows: Rows | None = None, *, form: str = "") -> Stamps:
+        """The clock as int64 nanoseconds, (n,); without a column it is that of the rows' rate.
+
+        ``form``: the format of a clock in text, where that is not the layout's.
+        """
         offset_ns = self._layout.offset_ns
         if not column:
             clock = np.rint(np.arange(len(self)) * (1e9 / self._layout.rate_hz)).astype(np.int64) + offset_ns
             return clock if rows is None else clock[rows]
         if unit == TEXT:
-            return self._wall_clock(column, rows) + offset_ns
+            return self._wall_clock(column, rows, form or self._layout.format) + offset_ns
+        cells = self._number_cells(column, rows)
+        stamps = _exact_stamps(cells, unit)
+        if stamps is None:
+            stamps = self._rounded_stamps(column, unit, rows)
+        stamps = stamps + offset_ns
+        if len(stamps) and stamps.min() < 0:
+            place = int(stamps.argmin())
+            cell = self.texts(column, rows)[place][:40]
+            message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
+            raise self._wrong(column, rows, place, message)
+        return stamps
+
+    def _rounded_stamps(self, column: str, unit: str, rows: Rows | None) -> Stamps:
+        """Stamps with digits beyond the nanosecond, or with a cell that is no time, which an error names."""
         missing = np.flatnonzero(~np.isfinite(self._floats(column, rows)))
         if len(missing):
             raise self._wrong(column, rows, int(missing[0]), "the time is missing; remove the row")
-        cells = self.texts(column, rows)
         scale, start = Decimal(CLOCK_NS[unit]), TICKS_1970 if unit == "ticks" else 0
         try:
             exact = [
                 int(((Decimal(cell.replace(self._layout.decimal, ".")) - start) * scale).to_integral_value())
-                for cell in cells
+                for cell in self.texts(column, rows)
             ]
-            stamps = np.array(exact, dtype=np.int64) + offset_ns
+            if exact and not -LARGEST < min(exact) <= max(exact) < LARGEST:
+                raise OverflowError
+            return np.array(exact, dtype=np.int64)
         except (InvalidOperation, OverflowError):
             raise ImportFileError(
                 f"{self.source}: column {column!r}: a time is outside the years that nanoseconds reach; "
                 f"check the unit, which is {unit!r}"
             ) from None
-        if len(stamps) and stamps.min() < 0:
-            place = int(stamps.argmin())
-            cell = cells[place][:40]
-            message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
-            raise self._wrong(column, rows, place, message)
-        return stamps
 
-    def _wall_clock(self, column: str, rows: Rows | None) -> Stamps:
+    def _wall_clock(self, column: str, rows: Rows | None, form: str) -> Stamps:
         """Stamps of dates and times in text; without a zone they count as UTC."""
-        form, stamps = self._layout.format, []
+        stamps = []
         for place, cell in enumerate(self.texts(column, rows)):
             try:
                 stamps.append(_nanoseconds(cell, form))
@@ -221,7 +361,8 @@ class CsvTable:
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
         """Whether each cell says yes, (n,)."""
-        return np.isin(self.texts(column, rows), TRUE_WORDS)
+        flags: Rows = pc.is_in(self._cells(column, rows), pa.array(TRUE_WORDS)).to_numpy().astype(np.bool_)
+        return flags
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:
         """The poses of some rows; the last of a file that may be cut short is flagged as lost."""
@@ -232,15 +373,66 @@ class CsvTable:
         return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
 
 
+def _utf8(source: Path) -> bytes:
+    """The bytes of a text in UTF-8 without a byte order mark, with line feeds."""
+    text = read_bytes(source, "recording", ImportFileError)
+    check_encoding(source, text)
+    text = text.removeprefix(BYTE_ORDER_MARK)
+    text.decode("utf-8")
+    return text if b"\n" in text else text.replace(b"\r", b"\n")
+
+
+def has_decimal_commas(row: str, width: int) -> bool:
+    """Whether a row has more cells than ``width`` because commas are in its numbers, too: ``0,039`` is 0 and 039.
+
+    No row that has a number with a decimal point does.
+    """
+    cells = [cell.strip() for cell in row.split(",")]
+    if any(map(DECIMAL_POINT.fullmatch, cells)):
+        return False
+    pairs, place = 0, 0
+    while place < len(cells) - 1:
+        whole, fraction = cells[place], cells[place + 1]
+        is_number = whole.removeprefix("-").isdecimal() and fraction.isdecimal()
+        pairs += is_number
+        place += 1 + is_number
+    return 0 < len(cells) - width <= pairs
+
+
+def _exact_stamps(cells: Any, unit: str) -> Stamps | None:
+    """Nanoseconds of decimals in a unit of the clock, exact; ``None`` where one is no decimal of so few digits.
+
+    Arrow's 128-bit decimals hold the digits as an integer, which at the right scale is the nanoseconds.
+    """
+    try:
+        decimals = cells.cast(pa.decimal128(38, DECIMALS[unit]))
+    except pa.ArrowInvalid:
+        return None
+    if decimals.null_count:
+        return None
+    parts = [np.zeros((0, 2), dtype=np.int64)]
+    for chunk in filter(len, decimals.chunks):
+        words = np.frombuffer(chunk.buffers()[1], dtype=np.int64).reshape(-1, 2)
+        parts.append(words[chunk.offset : chunk.offset + len(chunk)])
+    words = np.concatenate(parts)
+    stamps = words[:, 0]
+    if (words[:, 1] != stamps >> 63).any():
+        return None
+    if unit == "ticks":
+        stamps = stamps - TICKS_1970
+        if not _fits(stamps, LARGEST // 100):
+            return None
+        stamps = stamps * 100
+    return stamps if _fits(stamps, LARGEST) else None
+
+
+def _fits(stamps: Stamps, largest: int) -> bool:
+    return not len(stamps) or bool(-largest < stamps.min() and stamps.max() < largest)
+
+
 def _nanoseconds(text: str, form: str) -> int:
     """Nanoseconds since 1970 of a date and time, to the microsecond; a time of day counts from midnight."""
     moment = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
     if moment.year == NO_YEAR:
         moment = moment.replace(year=1970)
     return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + moment.microsecond * 1000
-
-
-def _layout_of(source: Path) -> CsvLayout:
-    with source.open(encoding="utf-8-sig", errors="replace") as file:
-        delimiter = max(DELIMITERS, key=file.readline(LONGEST_LINE).count)
-    return CsvLayout(delimiter, "." if delimiter == "," else ",")

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_table import DELIMITERS
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
 
@@ -21,6 +20,7 @@ STARTS: Final = (
 ANOTHER_BAG: Final = (
     "make it an MCAP file first: pip install rosbags; rosbags-convert --src BAG --dst FOLDER --dst-storage mcap"
 )
+SEPARATORS: Final = (",", ";", "\t")
 FIRST_BYTES: Final = 4096
 
 
@@ -40,7 +40,7 @@ def recognised(source: Path) -> tuple[str, str]:
                 raise ImportFileError(f"{source}: {why}; {ANOTHER_BAG}")
             return name, why
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
-    found = [letter for letter in DELIMITERS if letter in line]
+    found = [letter for letter in SEPARATORS if letter in line]
     if found and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
         return "csv", f"line 1 has {line.count(found[0]) + 1} cells between {found[0]!r}"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import read_head
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import Ledger
@@ -55,7 +56,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         if not _begins_with(path, TIME):
             ledger.book("files", path.name, read=1, kept=0, dropped={f"whose first line does not name {TIME}": 1})
             continue
-        table = CsvTable(path, ledger, body=path.name)
+        table = CsvTable(path, ledger, read_head(path, (TIME,)).layout, body=path.name)
         ledger.book("rows", path.name, read=len(table), kept=len(table))
         stamps = table.stamps(TIME, "s")
         if PLACE[0] in table.columns:
@@ -107,7 +108,7 @@ def _trials(folder: Path, ledger: Ledger) -> list[Interval]:
     found, rows = list[Interval](), 0
     for path in folder.rglob(TRIALS):
         check_regular(path, "trial file", ImportFileError)
-        table = CsvTable(path, ledger, body=path.name)
+        table = CsvTable(path, ledger, read_head(path, ("start_time", "end_time")).layout, body=path.name)
         rows += len(table)
         spans = table.numbers(("start_time", "end_time"))
         cells = {name: table.texts(name) for name in table.columns if name not in ("start_time", "end_time")}

@@ -1,0 +1,157 @@
+"""The head of a CSV, read once: what stands between its cells, where its table begins, and what its columns are called.
+
+Excel's line ``sep=;`` is passed over, and so is a row of units below the header. Columns may be set apart by several
+spaces.
+"""
+
+import csv
+import re
+import tomllib
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import ROW_MAJOR, CsvLayout
+from sessions.input_files import opened
+
+HEAD_BYTES: Final = 200_000
+FIRST_ROWS: Final = 200
+"""Rows by which a draft tells units and kinds of columns."""
+LINES_ABOVE: Final = 50
+"""Lines above the rows that are looked for a header, beside ``FIRST_ROWS``."""
+DELIMITERS: Final = (",", ";", "\t", " ")
+SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
+"""The line that Excel begins a CSV with to say what stands between its cells."""
+NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
+WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
+"""What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
+UNITS: Final = frozenset(WORDS["units"]) | frozenset(WORDS["more_units"])
+ENCODINGS: Final = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
+BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
+UNORDERED: Final = ("q1", "q2", "q3", "q4")
+"""A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
+NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", *UNORDERED)}
+"""Columns of files that do not name them, by their number: KITTI, and a stamp with a place and a quaternion."""
+
+
+@dataclass(frozen=True)
+class CsvHead:
+    """How a file is to be read, its columns, and the cells of its first rows.
+
+    Parameters
+    ----------
+    layout : with ``columns`` where no line of the file names them.
+    columns : a name each.
+    rows : at most ``FIRST_ROWS``, each as long as ``columns``.
+    units : the row of units below the header, or nothing.
+    """
+
+    source: Path
+    layout: CsvLayout
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...] = ()
+    units: tuple[str, ...] = ()
+
+    def cells(self, column: str) -> list[str]:
+        """The first cells of a column."""
+        place = self.columns.index(column)
+        return [row[place] for row in self.rows]
+
+    def numbers(self, column: str) -> list[float]:
+        """The numbers among the first cells of a column."""
+        return [float(cell.replace(",", ".")) for cell in self.cells(column) if NUMBER.fullmatch(cell)]
+
+    def unit(self, column: str) -> str:
+        """The unit that the row of units gives a column, or nothing."""
+        if not self.units:
+            return ""
+        return str(WORDS["units"].get(bare_unit(self.units[self.columns.index(column)]), ""))
+
+
+def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
+    """The head of a file that no mapping describes; a first line with all the ``known`` names is its header.
+
+    Raises ``ImportFileError``: the text is in UTF-16, or the file cannot be read.
+    """
+    with opened(source, "recording", ImportFileError) as stream:
+        data = stream.read(HEAD_BYTES)
+    check_encoding(source, data)
+    lines = data.decode("utf-8-sig", errors="replace").splitlines()[: FIRST_ROWS + LINES_ABOVE]
+    separator = excel_separator(lines[0]) if lines else ""
+    delimiters = (separator,) if separator else DELIMITERS
+    skipped = 1 if separator else 0
+    for delimiter in delimiters:
+        cells = split_lines(lines[skipped:], delimiter)
+        if known and cells and {*known} <= {*cells[0]}:
+            rows = tuple(tuple(row) for row in cells[1:] if len(row) == len(cells[0]))[:FIRST_ROWS]
+            return CsvHead(source, _layout(delimiter, rows, skipped), tuple(cells[0]), rows)
+    for delimiter in delimiters:
+        cells = split_lines(lines[skipped:], delimiter)
+        first = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
+        if first is not None:
+            return _of_rows(source, lines[skipped:], cells, first, delimiter, skipped)
+    columns = tuple(re.split("[,;\t]", lines[skipped])) if lines[skipped:] else ()
+    return CsvHead(source, _layout(separator or ",", (), skipped), columns)
+
+
+def _of_rows(
+    source: Path, lines: Sequence[str], cells: list[list[str]], first: int, delimiter: str, skipped: int
+) -> CsvHead:
+    """The head of a file whose rows begin at the line ``first`` of those that are not skipped."""
+    width, above, units = len(cells[first]), first - 1, tuple[str, ...]()
+    if above > 0 and is_row_of_units(cells[above]) and len(cells[above - 1]) == width:
+        units = tuple(cells[above])
+        above -= 1
+    columns, own = (cells[above] if first else []), tuple[str, ...]()
+    if len(columns) != width and (not columns or _numbers(columns) or columns[0].startswith("#")):
+        # No line names the columns, or a comment does.
+        above = first
+        columns = lines[first - 1].lstrip("#% ").split() if first else []
+        if len(columns) != width:
+            columns = list(NAMELESS.get(width, (f"column_{k + 1}" for k in range(width))))
+        own = tuple(columns)
+    rows = [tuple(row) for row in cells[first : first + FIRST_ROWS] if len(row) == len(columns)]
+    layout = _layout(delimiter, rows, skipped + max(above, 0), own)
+    return CsvHead(source, layout, tuple(columns), tuple(rows), units)
+
+
+def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, columns: tuple[str, ...] = ()) -> CsvLayout:
+    """Decimal commas can only stand where no comma is between the cells."""
+    commas = delimiter in ";\t" and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[:1] for cell in row)
+    return CsvLayout(delimiter, "," if commas else ".", skip_lines, columns=columns)
+
+
+def check_encoding(source: Path, data: bytes) -> None:
+    """Refuse text in another encoding than UTF-8 that says so by its first bytes."""
+    for start, name in ENCODINGS.items():
+        if data.startswith(start):
+            raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {name}; save it as UTF-8")
+
+
+def excel_separator(line: str) -> str:
+    """The character that Excel's first line ``sep=;`` names, or nothing."""
+    match = SEPARATOR.fullmatch(line.strip("\r\n \ufeff"))
+    return match[1] if match else ""
+
+
+def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    """The cells of lines, without spaces around them; spaces between cells may be several."""
+    texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
+    return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
+
+
+def is_row_of_units(cells: Sequence[str]) -> bool:
+    """Whether cells are units or empty, and one is a unit."""
+    written = [bare_unit(cell) for cell in cells if cell.strip()]
+    return bool(written) and all(cell in UNITS for cell in written)
+
+
+def bare_unit(cell: str) -> str:
+    """A unit in small letters, without brackets."""
+    return cell.strip(" []()").lower()
+
+
+def _numbers(row: Sequence[str]) -> int:
+    return sum(NUMBER.fullmatch(cell) is not None for cell in row)

@@ -1,0 +1,204 @@
+"""Kinds of CSV that programs write, a table of members each; what is expected is known by how the text is made."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.import_mutants import books, refused
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+COUNT = 30
+TIMES = [f"{k / 90:.6f}" for k in range(COUNT)]
+PLACES = np.round(np.random.default_rng(3).normal(size=(COUNT, 3)), 4)
+NAMES = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
+ROWS = [
+    [time, *(f"{number:.4f}" for number in place), "0", "0", "0", "1"]
+    for time, place in zip(TIMES, PLACES, strict=True)
+]
+MAPPING = """
+convention = "openxr"
+%s
+[time]
+column = "t"
+unit = "s"
+[bodies.cup]
+position = ["x", "y", "z"]
+quaternion_xyzw = ["qx", "qy", "qz", "qw"]
+"""
+
+
+def text(between=",", head=NAMES, rows=ROWS, above=(), below=()):
+    lines = [between.join(cells) for cells in (head, *rows) if cells]
+    return "\n".join([*above, *lines, *below, ""])
+
+
+def german(between):
+    return text(between).replace(".", ",")
+
+
+SPACES = f'delimiter = " "\ncolumns = {list(NAMES)}'
+TRAJECTORIES = ["", "Trajectories", "100", ",,a,,,b", "f,s,X,Y,Z,X,Y,Z", *["1,0,5,5,5,6,6,6"] * 9]
+UNITS = ["s", *["m"] * 3, *[""] * 4]
+ANOTHER = "13 of 43 rows dropped: of another table, 'Trajectories', from line 33"
+NOTES = "2 of 32 rows dropped: of another table, 'Notes', from line 33"
+FORMS = {
+    "sep= and semicolons": ("sep=;\n" + german(";"), 'delimiter = ";"\ndecimal = ","', ""),
+    "sep= and commas": ("sep=,\r\n" + text().replace("\n", "\r\n"), "", ""),
+    "sep= in quotes and tabs": ('"sep=\t"\n' + text("\t"), 'delimiter = "\t"'.replace("\t", "\\t"), ""),
+    "sep= counted by the mapping": ("SEP=;\n" + text(";"), 'delimiter = ";"\nskip_lines = 1', ""),
+    "several spaces": (text("    ", head=()), SPACES, ""),
+    "spaces before and behind": (text("  ", head=()).replace("\n", "   \n   "), SPACES, ""),
+    "tabs and spaces": (text(" \t ", head=()), SPACES, ""),
+    "spaces with a header": (text("   "), 'delimiter = " "', ""),
+    "a row of units": (text(rows=[UNITS, *ROWS]), "", ""),
+    "units in brackets": (text(rows=[["[s]", *["(m)"] * 3, "", "", "", "1"[:0]], *ROWS]), "", ""),
+    "units below a line of a title": (text(rows=[UNITS, *ROWS], above=["take 3"]), "skip_lines = 1", ""),
+    "units and semicolons": (text(";", rows=[UNITS, *ROWS]), 'delimiter = ";"', ""),
+    "the header again": (text(rows=[*ROWS[:9], NAMES, *ROWS[9:]]), "", "1 of 31 rows merged: that repeat the header"),
+    "another table": (text(below=TRAJECTORIES), "", ANOTHER),
+    "another table behind an empty line with spaces": (
+        text(below=["  ", *TRAJECTORIES[1:]]), "", ANOTHER,
+    ),
+    "another table of one number a line": (text(below=["", "Notes", "7"]), "", NOTES),
+    "an empty line in the middle": (text(rows=[*ROWS[:9], [""], *ROWS[9:]]), "", ""),
+    "lines of an old Macintosh": (text().replace("\n", "\r"), "", ""),
+    "a byte order mark": ("\ufeff" + text(), "", ""),
+}  # fmt: skip
+
+
+@pytest.fixture
+def imported(tmp_path):
+    def read(content, mapping):
+        (tmp_path / "log.csv").write_bytes(content.encode())
+        (tmp_path / "map.toml").write_text(mapping)
+        return import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
+
+    return read
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_of_a_table_gives_the_poses_that_were_written(imported, form):
+    content, keys, lost = FORMS[form]
+    session = imported(content, MAPPING % keys)
+    track = session.tracks["cup"]
+    np.testing.assert_array_equal(track.positions, PLACES)
+    assert track.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
+    assert books(session) == lost
+
+
+MOVES = ["2233", "0", "039", "1", "0", "0", "0", "0", "1"]
+RESTS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
+
+
+@pytest.mark.parametrize(
+    ("row", "line"),
+    [
+        (MOVES, 32),
+        (["2233", "-0", "039", "1", "250", "0", "0", "0", "0", "1"], 32),
+        (["2233", "5", "1", "0", "0", "0", "0", "7", "0", "7"], 32),
+        (["22", "33", "1", "0", "0", "0", "0", "0", "1"], 32),
+    ],
+    ids=["one number", "two numbers", "a rotation", "the time"],
+)
+@pytest.mark.parametrize("keys", ["", "skip_lines = 2"])
+def test_a_single_row_with_commas_in_its_numbers_refuses_the_file(imported, row, line, keys):
+    above = ["a", "b"] if keys else []
+    content = text(rows=[*RESTS, row], above=above)
+    with pytest.raises(
+        ImportFileError, match=f"line {line + len(above)} has {len(row)} cells, the header 8: commas are between"
+    ):
+        imported(content, MAPPING % keys)
+
+
+@pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
+def test_a_row_that_is_too_long_or_short_for_another_reason_is_counted(imported, row):
+    session = imported(text(rows=[*ROWS, [row]]), MAPPING % "")
+    assert books(session) == "1 of 31 rows dropped: with too few or too many cells"
+
+
+TURNS = Rotation.random(COUNT, random_state=7)
+KINDS = {
+    "quaternion_wxyz": (TURNS.as_quat()[:, [3, 0, 1, 2]], ""),
+    "rotation_vector": (TURNS.as_rotvec(degrees=True), 'angle_unit = "deg"'),
+    "rotation_vector in radians": (TURNS.as_rotvec(), 'angle_unit = "rad"'),
+    "rotation_vector beyond a half turn": (
+        TURNS.as_rotvec() * (1 + 2 * np.pi / TURNS.magnitude()[:, None]), 'angle_unit = "rad"',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rotations_of_every_kind_are_those_of_scipy(imported, kind):
+    numbers, keys = KINDS[kind]
+    columns = [f"r{k}" for k in range(numbers.shape[1])]
+    rows = [[time, "0", "0", "0", *map(repr, row.tolist())] for time, row in zip(TIMES, numbers, strict=True)]
+    mapping = MAPPING.replace('quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{kind.split()[0]} = {columns}\n{keys}")
+    track = imported(text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
+    found = Rotation.from_quat(track.quaternions_xyzw)
+    assert track.valid.all() and (found * TURNS.inv()).magnitude().max() < 1e-9
+
+
+def draft_of(path, content):
+    path.write_text(content)
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    return refusal.value
+
+
+TURNED = [[*row[:4], "0.5", "0.5", "0.5", "0.5"] for row in ROWS]
+SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
+
+
+@pytest.mark.parametrize(
+    ("content", "likely"),
+    [
+        (text(" ", head=(), rows=SCALAR_FIRST), "q1 begins near 1, so that scalar first is likely"),
+        (text(" ", head=()), "q4 begins near 1, so that scalar last is likely"),
+        (text(head=("t", "x", "y", "z", "q0", "q1", "q2", "q3")), "q3 begins near 1"),
+        (text(head=("t", "x", "y", "z", "rot_1", "rot_2", "rot_3", "rot_4"), rows=SCALAR_FIRST), "rot_1 begins"),
+        (text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=TURNED), "does not tell. Take"),
+    ],
+    ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
+)  # fmt: skip
+def test_the_order_of_a_quaternion_that_no_name_tells_is_a_question(tmp_path, content, likely):
+    error = draft_of(tmp_path / "log.csv", content)
+    assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in error.unknown
+    assert likely in error.draft and not any(line.startswith("quaternion") for line in error.draft.splitlines())
+    (tmp_path / "map.toml").write_text(error.draft)
+    with pytest.raises(ImportFileError, match=r"map.toml.*give quaternion_xyzw or quaternion_wxyz"):
+        import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
+
+
+OBJECTS = [[name, time, f"{k}.5", "1", "0", "0", "0", "0", "1"] for time in TIMES for k, name in enumerate("213")]
+LONG_HEAD = ("object_uid", "timestamp", *NAMES[1:])
+LONG = {
+    "numbers as names": (LONG_HEAD, OBJECTS),
+    "one body after the other": (LONG_HEAD, sorted(OBJECTS)),
+    "a word that nobody knows": (("thing", "timestamp", *NAMES[1:]), OBJECTS),
+    "names in the last column": (
+        ("timestamp", *NAMES[1:], "marker_set"), [[*row[1:], f"m{row[0]}"] for row in OBJECTS],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_a_long_table_is_drafted_as_bodies_by_the_column_of_few_values(tmp_path, kind):
+    head, rows = LONG[kind]
+    error = draft_of(tmp_path / "log.csv", text(head=head, rows=rows))
+    (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))
+    session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml")
+    assert {name[-1] for name in session.names} == {"1", "2", "3"} and books(session) == ""
+    for name in session.names:
+        track = session.tracks[name]
+        assert len(track) == COUNT and {*track.positions[:, 0]} == {"213".index(name[-1]) + 0.5}
+    wide = MAPPING.replace('"t"', '"timestamp"') % ""
+    (tmp_path / "wide.toml").write_text(wide)
+    refused("csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "wide.toml")
+
+
+def test_a_long_table_that_no_column_tells_apart_is_drafted_as_a_comment(tmp_path):
+    error = draft_of(tmp_path / "log.csv", text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
+    assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
+    assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
