@@ -33,7 +33,7 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
         {"key": table.key, "title": table.title, "head": table.head, "rows": table.rows, "note": table.notes[0]}
         for table in tables
     ]
-    plain = {"version": 4, "experiment": asdict(size) | {"seed": seed}, "tables": told}
+    plain = {"version": 5, "experiment": asdict(size) | {"seed": seed}, "tables": told}
     answer(as_json, plain, lambda: terminal(*(replace(table, title=f"{table.key}: {table.title}") for table in tables)))
     if out is not None:
         from replay.studies.paper.pictures import write_pictures
