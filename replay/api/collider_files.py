@@ -1,6 +1,18 @@
 """A session in, the fewest convex pieces a body out that keep false contact below a share.
 
-The files are what an engine takes: a GLB a body with a node a piece, and a manifest that says how far they hold.
+The files are what an engine takes: a GLB a body with a node a piece, and a manifest that says how far they hold. For
+Unreal the mesh that is drawn stands beside its pieces, since its importer gives a piece to a mesh of the same file.
+
+Axes. A session holds poses and meshes in the canonical frame: what stands at p in the body's own axes in Unity stands
+at Fz p here, with Fz = diag(1, 1, -1), since poses of Unity are converted by flipping Z. The importers of glTF that
+Unity has (glTFast, UnityGLTF) flip X instead: a point q of a file stands at Fx q in Unity, with Fx = diag(-1, 1, 1). So
+the file must hold q = Fx p = Fx Fz (Fz p): the canonical mesh turned by half a circle about Y. Written as it is, it
+would stand in Unity turned by just that half circle. It is the turn that a mesh gets on its way in, where it went
+through such an exporter (``--mesh-axes x-flipped``), the other way round; Unreal's exchange of Y and Z likewise. So
+files are written in the axes that a GLB from the engine of the recording has (`default_mesh_axes`), and lie on the mesh
+that the user has there. Poses of no such engine have meshes with Y up as glTF says, and those are written as they are.
+
+Source: KhronosGroup/UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale; `mesh_axes.toml`.
 """
 
 from __future__ import annotations
@@ -32,6 +44,8 @@ from replay.tradeoffs.engine_knobs import Engine, engine_named
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import FASTEST, Setting, rate_of
 from sessions import MeshData, Session
+from sessions.meshes.mesh_axes import default_mesh_axes
+from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention
 
 MAX_FALSE: Final = 0.2
 """Share of the reported contact time that may be false when nothing is said."""
@@ -48,6 +62,9 @@ SLACK: Final = 0.02
 COLLIDERS: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colliders/1")
 
 HULL: Final = "one hull"
+
+IMPORTED_WITH_MESH: Final = ("Unreal Engine",)
+"""Engines whose importer takes a collider only beside the mesh that it is of."""
 
 
 class _Ladder:
@@ -98,6 +115,7 @@ class Shipped:
         ``outside_mm``: how far the mesh lies outside its pieces at most.
     before, after : plain data: the figures of a hull a body and of the pieces, as ``run`` counts them.
     max_false : the share that was asked for.
+    axes : of the GLB files, as ``--mesh-axes`` takes them.
     result : the run that counted both, as ``before`` and ``after``.
     """
 
@@ -108,6 +126,7 @@ class Shipped:
     before: dict[str, Any]
     after: dict[str, Any]
     max_false: float
+    axes: str
     result: RunResult
 
     @property
@@ -120,7 +139,7 @@ class Shipped:
         return {
             "engine": self.engine.name, "version": self.engine.version, "most_triangles": MOST_TRIANGLES,
             "setting": self.setting, "max_false": self.max_false, "reached": self.reached, "before": self.before,
-            "after": self.after, "bodies": list(self.bodies),
+            "after": self.after, "axes": self.axes, "bodies": list(self.bodies),
         }  # fmt: skip
 
 
@@ -157,14 +176,15 @@ def ship_colliders(
     )
     with progress.stage("convex pieces"):
         pieces, how = _Search(ready.assembly, scoring, rate, max_false).fewest()
+    axes = default_mesh_axes("glb", pose_convention(held.facts))
     with result_folder(target, COLLIDERS, force=force) as place:
-        session, rows = _written(place, held, pieces, how)
+        session, rows = _written(place, held, pieces, how, axes=axes, drawn=chosen.name in IMPORTED_WITH_MESH)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
         result = run(session, detectors={"before": hulls, "after": setting}, **asked)
         before = _figures(result, "before", len(rows))
         after = _figures(result, "after", sum(row["pieces"] for row in rows))
-        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, result)
+        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, axes, result)
         write_summary(place, COLLIDERS, {"schema": COLLIDERS.schema, **shipped.as_json()})
     return shipped
 
@@ -240,21 +260,35 @@ class _Search:
 
 
 def _written(
-    place: Path, held: Session, pieces: Mapping[str, Sequence[TriangleMesh]], how: Mapping[str, str]
+    place: Path,
+    held: Session,
+    pieces: Mapping[str, Sequence[TriangleMesh]],
+    how: Mapping[str, str],
+    *,
+    axes: str,
+    drawn: bool,
 ) -> tuple[Session, list[dict[str, Any]]]:
-    """Write the files and read them again; the session with what was read, and a row a body."""
+    """Write the files and read them again; the session with what was read, and a row a body.
+
+    ``drawn``: whether a file holds the body's own mesh too, under the body's name.
+    """
     from sessions import write_session
     from sessions.meshes.glb import meshes_to_glb
     from sessions.meshes.mesh_match import read_colliders
 
+    poses = pose_convention(held.facts)
     colliders: dict[str, tuple[MeshData, ...]] = {}
     rows: list[dict[str, Any]] = []
     for number, (name, parts) in enumerate(pieces.items()):
         file = place / f"{_file_name(name, number)}.glb"
-        file.write_bytes(meshes_to_glb({f"UCX_{name}_{k:02d}": _rounded(part) for k, part in enumerate(parts)}))
-        colliders |= read_colliders(file, [name])[0]
-        back = [TriangleMesh(part.vertices, part.faces) for part in colliders[name]]
         mesh = TriangleMesh(held.meshes[name].vertices, held.meshes[name].faces)
+        nodes = {name: mesh} if drawn else {}
+        nodes |= {f"UCX_{name}_{k:02d}": part for k, part in enumerate(parts)}
+        in_file = {node: from_body_axes(_rounded(part), axes, poses) for node, part in nodes.items()}
+        file.write_bytes(meshes_to_glb(in_file))
+        read, _ = read_colliders(file, [name])
+        colliders[name] = tuple(in_body_axes(part, axes, poses) for part in read[name])
+        back = [TriangleMesh(part.vertices, part.faces) for part in colliders[name]]
         rows.append({
             "body": name, "file": file.name, "pieces": len(back), "how": how[name],
             "triangles": max(len(part.faces) for part in back), "outside_mm": 1e3 * outside_by(mesh, back),

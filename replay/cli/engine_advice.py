@@ -66,6 +66,9 @@ def _sentences(shipped: "Shipped") -> list[str]:
     lines.append(f"Every mesh lies within its pieces, or outside by {outside:.2f} mm at most.")
     if shipped.engine.name == "Unity":
         lines.append("As triggers they report but do not push; each piece is a Convex Mesh Collider.")
+        lines.append("Unity reads GLB by a package: add com.unity.cloud.gltfast (glTFast), or UnityGLTF.")
+    if shipped.engine.name == "Unreal Engine":
+        lines.append("Import each GLB whole: the mesh in it takes the UCX_ pieces beside it as its collision.")
     hulls = any(row["how"] == "one hull" for row in shipped.bodies)
     if hulls and find_spec("coacd") is None and not shipped.reached:
         lines.append('What is not round keeps one hull; to cut it too: pip install "vrlab-replay[engines]"')

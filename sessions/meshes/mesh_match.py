@@ -134,8 +134,9 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
     ``names`` of the bodies; ``None``: whichever the nodes name.
 
     A node ``UBX_``, ``USP_``, ``UCP_`` or ``UCX_``, a body's name, ``_`` and a number is a convex collider of it: the
-    hull of its corners. ``UTM_`` is one as it is, and so is any other mesh on or below a node of a body's name. The
-    body's frame is that of the node of its name, without scale; the file's own where there is none.
+    hull of its corners. ``UTM_`` is one as it is, and so is any other mesh on or below a node of a body's name. Beside
+    colliders of these names, a mesh on the node of the body's own name is what is drawn, and no collider. The body's
+    frame is that of the node of its name, without scale; the file's own where there is none.
 
     Raises MeshFileError: no GLB, or no collider of any of these bodies.
 
@@ -148,13 +149,18 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
         raise MeshFileError(f"collider file {path}: {error}") from None
     except Exception as error:  # as in mesh files: any error means damaged
         raise MeshFileError(f"collider file {path}: this is no readable GLB ({error}); export it again") from error
+    prefixed = {named[2] for named in map(NAMED.fullmatch, tree.names) if named}
     found: dict[str, list[MeshData]] = {}
     left = []
+    drawn: list[str] = []
     for part in sorted(tree.parts, key=lambda part: (part.node, part.place)):
         named = NAMED.fullmatch(tree.names[part.node])
         body, convex = (named[2], named[1] != "UTM") if named else (_body_above(tree, part.node, names or ()), False)
         if not body or (names is not None and body not in names):
             left.append(tree.names[part.node])
+            continue
+        if tree.names[part.node] == body and body in prefixed:
+            drawn.append(body)
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
         mesh = tree.seen_from(frame, part)
@@ -163,7 +169,10 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
         wanted = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"
         raise MeshFileError(f"collider file {path}: no collider of {', '.join((names or ['any body'])[:8])}; {wanted}")
     words = f"colliders of {path.name}: " + ", ".join(f"{name} {len(solids)}" for name, solids in found.items())
-    words += f" (of no body: {', '.join(left[:8])})" * bool(left)
+    if drawn:
+        words += f" (drawn beside them: {', '.join(drawn[:8])})"
+    if left:
+        words += f" (of no body: {', '.join(left[:8])})"
     return {name: tuple(solids) for name, solids in found.items()}, words
 
 

@@ -29,6 +29,13 @@ def in_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:
     return mesh if np.array_equal(matrix, np.eye(4)) else mesh.transformed(matrix)
 
 
+def from_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:
+    """Returns a mesh in the canonical axes of its body as a file with these axes holds it: undoes `in_body_axes`."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = mesh_axes_matrix(axes, poses).T
+    return mesh if np.array_equal(matrix, np.eye(4)) else mesh.transformed(matrix)
+
+
 def file_type_of(file: str) -> str:
     """Returns the ending of a file's name in small letters, without the point."""
     return file.rpartition(".")[2].lower()

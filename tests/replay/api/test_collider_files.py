@@ -12,7 +12,7 @@ import replay
 from replay.api.collider_files import COLLIDERS, ship_colliders
 from replay.cli.main import main
 from replay.errors import OutputError
-from sessions import MeshData, Session, load_mesh, read_session, write_session
+from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
 
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
@@ -96,3 +96,73 @@ def test_a_folder_of_something_else_is_not_replaced(session, tmp_path):
     (tmp_path / "mine" / "thesis.txt").write_text("x", "utf-8")
     with pytest.raises(OutputError, match="is not replaced"):
         ship_colliders(session, tmp_path / "mine", engine="unity", force=True)
+
+
+FLIP_X = np.diag([-1.0, 1.0, 1.0])
+"""What glTFast and UnityGLTF do on import and export: UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale."""
+SWAP_YZ = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""What Unreal's importer and exporter of glTF do, but for the unit: GLTFExporter, FGLTFCoreUtilities::ConvertVector."""
+
+
+def open_cup():
+    """A floor with one wall, at x = -0.06 m, and a lip at its end along +z: no half circle maps it onto itself."""
+    floor = trimesh.creation.box((0.12, 0.01, 0.12))
+    wall = trimesh.creation.box((0.01, 0.10, 0.12)).apply_translation((-0.06, 0.05, 0))
+    lip = trimesh.creation.box((0.03, 0.01, 0.02)).apply_translation((-0.05, 0.10, 0.07))
+    return trimesh.util.concatenate([floor, wall, lip])
+
+
+def placed_by_an_engine(file, importer):
+    """Name -> vertices in the axes of the engine."""
+    scene = trimesh.load(file, force="scene", process=False)
+    return {name: solid.vertices @ importer.T for name, solid in scene.geometry.items()}
+
+
+def farthest(points, others):
+    """How far the points lie from the nearest of others, at most."""
+    return np.linalg.norm(points[:, None] - others, axis=2).min(axis=1).max()
+
+
+@pytest.mark.parametrize(
+    ("engine", "convention", "importer", "metres"),
+    [("unity", "unity", FLIP_X, 1.0), ("unreal", "unreal", SWAP_YZ, 0.01), ("unity", "gltf", FLIP_X, 1.0)],
+)
+def test_an_engine_puts_written_colliders_on_the_mesh_that_its_user_has(engine, convention, importer, metres, tmp_path):
+    """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF."""
+    cup = open_cup()
+    in_engine = cup.vertices @ (importer.T if convention == "gltf" else np.eye(3))
+    for name, solid in {"Cup": cup, "Rod": trimesh.creation.box((0.01, 0.1, 0.01))}.items():
+        exported = solid.copy()
+        exported.vertices = solid.vertices @ (np.eye(3) if convention == "gltf" else importer.T)
+        if convention != "gltf":
+            exported.faces = exported.faces[:, ::-1]
+        (tmp_path / f"{name}.glb").write_bytes(exported.export(file_type="glb"))
+    frames = np.arange(20)
+    rows = ["t,x,y,z,zero,one"]
+    for frame in frames:
+        x, y, z = (np.array([-0.06 + 0.02 * (frame < 10), 0.05, 0.0]) / metres).tolist()
+        rows.append(f"{0.02 * frame},{x},{y},{z},0,1")
+    (tmp_path / "log.csv").write_text("\n".join(rows))
+    (tmp_path / "map.toml").write_text(
+        f'convention = "{convention}"\nunits = "{"m" if metres == 1 else "cm"}"\n[time]\ncolumn = "t"\nunit = "s"\n'
+        + "".join(
+            f'[bodies.{name}]\nposition = {position}\nquaternion_xyzw = ["zero", "zero", "zero", "one"]\n'
+            for name, position in (("Cup", ["zero"] * 3), ("Rod", ["x", "y", "z"]))
+        )
+    )
+    meshes = {name: tmp_path / f"{name}.glb" for name in ("Cup", "Rod")}
+    session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    shipped = ship_colliders(session, tmp_path / "made", engine=engine, max_false=1.0)
+    placed = placed_by_an_engine(shipped.folder / "Cup.glb", importer)
+    (piece,) = [points for name, points in placed.items() if name == "UCX_Cup_00"]
+    assert farthest(piece, in_engine) < 1e-6
+    assert np.abs([piece.min(axis=0) - in_engine.min(axis=0), piece.max(axis=0) - in_engine.max(axis=0)]).max() < 1e-6
+    turned = piece @ np.diag([-1.0, 1.0, -1.0])
+    assert farthest(turned, in_engine) > 0.01  # the half circle by which they were wrong is seen here
+    assert ("Cup" in placed) == (engine == "unreal")
+    if engine == "unreal":
+        assert farthest(in_engine, placed["Cup"]) < 1e-6 and len(placed["Cup"]) == len(in_engine)
+    # And the same file comes back into a session as it left it.
+    again = read_session(shipped.folder / "session.mcap")
+    (canonical,) = again.colliders["Cup"]
+    assert farthest(canonical.vertices, session.meshes["Cup"].vertices) < 1e-6

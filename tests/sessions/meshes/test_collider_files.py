@@ -61,6 +61,16 @@ def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path)
     assert np.allclose(rim.bounds[:, 2], [0.475, 0.525], atol=1e-6)
 
 
+def test_beside_named_colliders_the_mesh_of_the_body_is_drawn_and_is_none(tmp_path):
+    """As Unreal's importer takes a file; without such names the mesh of the body is its collider."""
+    pose = moved(0, 0, 0)
+    found, words = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
+    assert [solid.volume for solid in found["a"]] == pytest.approx([0.008], rel=1e-5)
+    assert words == "colliders of c.glb: a 1 (drawn beside them: a)"
+    alone, _ = read_colliders(write(tmp_path / "d.glb", ("a", RING, pose)), ["a"])
+    assert [solid.volume for solid in alone["a"]] == pytest.approx([RING.volume], rel=1e-4)
+
+
 def test_a_session_file_carries_them_and_recover_saves_them(tmp_path):
     write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, moved(k, 0, 0)) for k in range(12)))
     session = with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
