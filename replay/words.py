@@ -47,6 +47,14 @@ def number(value: float | None, digits: int = DIGITS) -> str:
     return "0" if text == "-0" else text
 
 
+def number_above(value: float, limit: float) -> str:
+    """A number greater than a limit, with as many digits as that takes to be seen: ``11.14`` above 11.1."""
+    for digits in range(DIGITS, MOST_DECIMALS):
+        if round(value, digits - 1 - floor(log10(abs(value)))) > limit:
+            return number(value, digits)
+    return number(value, MOST_DECIMALS)
+
+
 def quantity(value: float | None, unit: str) -> str:
     """A number with its unit, where that is the same at any size: ``24.9 mL``, ``62.5 degC``."""
     text = number(value)

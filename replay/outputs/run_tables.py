@@ -72,10 +72,7 @@ def _moment(row: Mapping[str, Any]) -> Cell:
 
 
 def _quick_ms(seconds: float | None) -> str:
-    """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
-    if seconds is None:
-        return ""
-    return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
+    return "" if seconds is None else words.milliseconds(seconds)
 
 
 def _stage(longest: Mapping[str, Any] | None) -> str:
@@ -228,7 +225,7 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 
 
 def cost_table(result: Summarised) -> Table:
-    """What each detector took; mean, quantiles and the share over budget are over all frames."""
+    """What each detector took; the mean is over all frames, quantiles and the share over budget over the samples."""
     rows, notes = [], list[str]()
     for label, figures in result.summary["detectors"].items():
         how = REFERENCE if label == result.oracle else "live" if figures["live"] else "offline"

@@ -19,7 +19,8 @@ class Gates:
     ----------
     max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported; of a
         detector of a step rate in the mean over its sampling offsets.
-    max_p99_ms : milliseconds within which 99 of 100 frames are decided, of detectors that decide frame by frame.
+    max_p99_ms : milliseconds within which 99 of 100 samples are decided, of detectors that decide frame by frame: a
+        sample is a frame on which the detector runs.
     max_invented : share of the pair-frames that a detector reports as contact which are none.
 
     Raises ``AuditError``: a share beyond 0 to 1, or a limit that is no number.
@@ -125,9 +126,11 @@ def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most
             if per_frame is None:
                 found.append(f"--max-p99-ms cannot be checked: {label} was not timed frame by frame in {where}")
             elif per_frame["p99"] * 1e3 > most:
+                p99 = words.number_above(1e3 * per_frame["p99"], most)
+                mean = words.frame_time(seconds["per_frame_mean"])
                 found.append(
-                    f"{label} takes {per_frame['p99'] * 1e3:.3g} ms at the 99th percentile of frames in {where}, "
-                    f"{1e3 * seconds['per_frame_mean']:.3g} ms a frame in the mean, more than --max-p99-ms {most:g}"
+                    f"{label} takes {p99} ms at the 99th percentile of its samples in {where}, {mean} a frame in the "
+                    f"mean, more than --max-p99-ms {most:g}"
                 )
     return found
 

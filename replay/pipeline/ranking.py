@@ -29,7 +29,7 @@ class Rank:
     setting: str  # the detector with its settings: ``discrete[rate_hz=50]``
     contacts: int  # of the oracle
     mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
-    p99: float | None  # seconds in which 99 of 100 of these frames were decided; ``None``: not timed one by one
+    p99: float | None  # seconds in which 99 of 100 of its samples were decided; ``None``: not timed one by one
     missed: Share | None = None  # of the contacts, never found
     in_part: Share | None = None  # of the contacts, found late or cut short
     time_missed: Share | None = None  # of the pair-frames in contact, those that it does not report

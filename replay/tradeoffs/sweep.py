@@ -64,7 +64,7 @@ class _Trial(Timed):
         began = perf_counter()
         detector = make_detector(setting.spec, assembly, seed)
         self.prepared = perf_counter() - began
-        super().__init__(setting.label, detector, assembly.motion)
+        super().__init__(setting.label, detector, assembly.motion, rate_hz=setting.rate_hz)
         self.row: dict[str, Any] = {}
         sample = self.motion.take(warm_frames(len(self.motion)))
         alone = Timed(self.label, detector, sample)

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from cdcore import Motion
-from cdcore.numerics import FloatArray
-from cdcore.protocol import Live, live_session
+from cdcore.numerics import BoolArray, FloatArray
+from cdcore.protocol import HeldLooks, Live, live_session
 
 if TYPE_CHECKING:
     from cdcore.kernels.compiling import Compiled
@@ -47,18 +47,20 @@ class Timed:
     motion: Motion
     own: list[FloatArray] = field(default_factory=list)
     reference: list[FloatArray] = field(default_factory=list)
+    rate_hz: float | None = None  # samples a second; ``None``: it runs on every frame
 
     @property
     def passes(self) -> int:
         """How often it was timed."""
         return len(self.own)
 
-    def ratio(self, level: float | None, widened: float = 1.0) -> FloatArray:
+    def ratio(self, level: float | None, widened: float = 1.0, samples: BoolArray | None = None) -> FloatArray:
         """The mean or quantile over the reference's in the same passes, and the ends of its interval, widened: (3,).
 
-        The interval is Student's over passes, on logarithms; one pass has none: nan.
+        A quantile is over the ``samples`` (F,), the frames on which the detector ran. The interval is Student's over
+        passes, on logarithms; one pass has none: nan.
         """
-        logs = np.log(_of_passes(self.own, level) / _of_passes(self.reference, level))
+        logs = np.log(_of_passes(self.own, level, samples) / _of_passes(self.reference, level))
         middle, wide, count = float(logs.mean()), np.nan, len(logs)
         if count > 1:
             from scipy.special import stdtrit
@@ -68,16 +70,21 @@ class Timed:
         return np.exp([middle, middle - wide, middle + wide]) * [1.0, 1.0 / widened, widened]
 
 
-def _of_passes(seconds: Sequence[FloatArray], level: float | None) -> FloatArray:
+def _of_passes(seconds: Sequence[FloatArray], level: float | None, samples: BoolArray | None = None) -> FloatArray:
     """The mean or quantile of every pass, (K,); an interruption of a frame is replaced by its median over passes.
 
-    Never 0: a clock that did not tick says that the frame took less than it can tell.
+    A mean is over all frames, a quantile over the ``samples``: nan where there is none. Never 0: a clock that did not
+    tick says that the frame took less than it can tell.
     """
     passes = np.stack(seconds)
     usual = np.median(passes, axis=0)
     calm = np.where(passes > INTERRUPTED * usual, usual, passes)
-    found = calm.mean(axis=1) if level is None else np.quantile(calm, level, axis=1)
-    return np.maximum(found, 1e-9)
+    if level is None:
+        return np.maximum(calm.mean(axis=1), 1e-9)
+    sampled = calm if samples is None else calm[:, samples]
+    if not sampled.shape[1]:
+        return np.full(len(calm), np.nan)
+    return np.maximum(np.quantile(sampled, level, axis=1), 1e-9)
 
 
 class Clock:
@@ -116,7 +123,8 @@ class Clock:
     def price(self, setting: Timed, level: float | None) -> FloatArray:
         """Seconds of a setting and the ends of their interval (3,): its ratio times the reference's in all passes."""
         reference = _of_passes(self.twin.reference, level)
-        return setting.ratio(level, self.widened) * np.exp(np.log(reference).mean())
+        samples = None if level is None else self.frames.samples(setting.rate_hz)
+        return setting.ratio(level, self.widened, samples) * np.exp(np.log(reference).mean())
 
     def as_json(self) -> dict[str, Any]:
         """The self-check: how often the reference was timed twice, and what came out."""
@@ -148,6 +156,15 @@ class LiveFrames:
             self.turns.append((lead, _singly(motion, start, stop)))
             self.count += stop - start
             last = stop
+
+    def samples(self, rate_hz: float | None) -> BoolArray:
+        """Which timed frames a detector of this rate runs on, (count,): those at its ticks, all without a rate."""
+        looks = HeldLooks(0, rate_hz)
+        found = []
+        for lead, timed in self.turns:
+            times = np.array([now.times[0] for now in (*lead, *timed)])
+            found.append(looks.looks(times)[len(lead) :])
+        return np.concatenate(found)
 
     def live_pass(self, asked: Sequence[Timed], number: int = 0) -> list[FloatArray]:
         """Seconds of every timed frame, (count,) a setting; each begins a session of its own.

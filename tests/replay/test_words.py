@@ -64,6 +64,14 @@ def test_a_share_keeps_the_digits_that_tell_it_from_all_and_nothing(fraction, te
     assert words.share(fraction) == text
 
 
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [(11.14, 11.1, "11.14"), (12.0, 11.1, "12"), (0.28, 0.013, "0.28"), (1.00001, 1.0, "1.00001")],
+)
+def test_a_number_above_a_limit_reads_above_it(value, limit, text):
+    assert words.number_above(value, limit) == text
+
+
 def test_ranges_rates_moments_and_losses():
     assert [words.count_range(counts) for counts in ((0, 1), (3, 3), (999, 1200))] == ["0-1", "3", "999-1,200"]
     assert [words.rate(hertz) for hertz in (50.0, 22.5, 89.94, 1e6)] == ["50 Hz", "22.5 Hz", "89.9 Hz", "1,000,000 Hz"]

@@ -143,7 +143,7 @@ def test_a_miss_is_rendered_through_at_most_twelve_files(output):
 
 
 ONCE = ("ranking", "answers", "examine", "pair_figures", "result_tables", "summarise")
-OF_EACH = ("episodes", "look_figures")
+OF_EACH = ("episodes", "sample_figures")
 OF_AUDITED = ("score", "false_contacts", "match_episodes")
 
 

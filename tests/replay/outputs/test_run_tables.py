@@ -15,7 +15,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.words import span_words
 from replay.pipeline.engine import compute
-from replay.pipeline.summary import look_figures
+from replay.pipeline.summary import sample_figures
 
 
 def test_what_was_not_measured_has_no_value():
@@ -57,14 +57,16 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 
-def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean(run):
+def test_quantiles_and_the_share_over_the_budget_are_over_samples(run):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(run.detections["slow"], seconds=seconds)
-    figures = look_figures(slow)
-    assert figures["looks"] == 2 and figures["over_budget"] == pytest.approx(2 / 12)
-    assert [figures[key] for key in ("median", "max")] == pytest.approx([0.002, 0.022])
+    figures = sample_figures(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
+    assert figures["looks"] == 3 and figures["over_budget"] == pytest.approx(2 / 3)
+    assert [figures[key] for key in ("median", "max")] == pytest.approx([0.012, 0.022])
     assert figures["stages"]["volumes"]["max"] == 0.02
+    every = sample_figures(slow, None)
+    assert every["looks"] == 12 and every["median"] == pytest.approx(0.002)
     was = run.summary["detectors"]["slow"]
     told = {"slow": {**was, "seconds": was["seconds"] | {"per_frame": figures}}}
     (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).cells()
-    assert row == ("2.000", "17 %")
+    assert row == ("12", "67 %")

@@ -114,3 +114,23 @@ def test_a_pass_in_which_a_kernel_was_compiled_is_taken_again():
     clock, one = clocked(frames, compiled)
     assert frames.asked == 4 and one.passes == 3
     assert 0.0 <= clock.at_work < 1.0
+
+
+@pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
+def test_the_p99_of_a_rate_is_that_of_its_samples_and_its_mean_over_all_frames(rate_hz, sampled):
+    motion = unturned(np.zeros((60, 1, 3)), np.arange(60) / 90)
+    frames = LiveFrames(motion, 10_000)
+    samples = frames.samples(rate_hz)
+    assert samples.sum() == sampled and samples[0]
+    clock = Clock(frames, Timed("reference", None, None), Timed("twin", None, None))
+    one = made([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
+    one.rate_hz = rate_hz
+    clock.twin.reference = one.reference
+    clock.twin.own = one.reference
+    assert clock.price(one, P99)[0] == pytest.approx(0.28)
+    assert clock.price(one, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
+
+
+def test_a_rate_without_a_sample_in_the_timed_frames_has_no_p99():
+    own = made([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
+    assert known(own.ratio(P99, samples=np.zeros(2, np.bool_))) == [None, None, None]
