@@ -116,6 +116,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     notes = [OVER_CONTACTS] if intervals else []
     if busy := busy_words(result.summary):
         notes.append(busy)
+    notes += timed_apart(result)
     made = Table.of(RANKING, ranks, title, notes)
     if intervals:
         with_intervals = partial(_false_share, intervals=True)
@@ -123,6 +124,16 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
         made = replace(made, columns=tuple(columns))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
+
+
+def timed_apart(result: Summarised) -> list[str]:
+    """A line that names the detectors of a ranking that were not timed frame by frame, where others were."""
+    live = {rank.label: result.summary["detectors"][rank.label]["live"] for rank in result.ranking if rank.mean}
+    at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
+    if len(at_once) in (0, len(live)):
+        return []
+    verb = "was" if len(at_once) == 1 else "were"
+    return [f"{', '.join(at_once)} {verb} asked of all frames at once: compare no time with those of other rows."]
 
 
 def happened(contacts: int) -> str:

@@ -94,8 +94,8 @@ class Lineup:
 def line_up(settings: RunSettings, session: Session) -> Lineup:
     """Settle which detectors run, and which of them is the oracle.
 
-    Live are those asked for, an oracle among others with them: it is timed as they are. Raises ``DetectorSpecError``:
-    words that name no detector.
+    All are asked live, the oracle too, whether it was named or not: it is timed as those beside it. Raises
+    ``DetectorSpecError``: words that name no detector.
     """
     if settings.detectors is None:
         specs = usual_detectors(session, settings.step_rate)
@@ -117,7 +117,7 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
         raise DetectorSpecError(
             f"the reference and a detector are both called {trusted.label!r}; write oracle=... with a label"
         )
-    return Lineup((*specs, trusted), trusted.label, labels)
+    return Lineup((*specs, trusted), trusted.label, labels | {trusted.label})
 
 
 def usual_detectors(session: Session, step_rate: float) -> tuple[DetectorSpec, ...]:

@@ -12,9 +12,15 @@ from replay.pipeline.ranking import fault_words, ranking
 from replay.pipeline.sentences import detector_words
 
 
-def made(asked, contacts=18, p99=None):
+def made(asked, contacts=18, p99=None, live=True):
     per_frame = {} if p99 is None else {"per_frame": {"median": p99, "p99": p99, "max": p99}}
-    return {"name": asked, "asked": asked, "contacts": contacts, "seconds": {"per_frame_mean": 4e-4, **per_frame}}
+    return {
+        "name": asked,
+        "asked": asked,
+        "live": live,
+        "contacts": contacts,
+        "seconds": {"per_frame_mean": 4e-4, **per_frame},
+    }
 
 
 def audited(missed, in_part, false, reported=1000, *, undecided=0, **more):
@@ -126,3 +132,12 @@ def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_u
 )
 def test_a_detector_is_named_with_its_rate_and_the_engine_without_its_own(name, words):
     assert detector_words(name, {"rate_hz": 50}) == words
+
+
+@pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])
+def test_times_taken_another_way_are_marked_among_live_ones(at_once, noted):
+    summary = run(**BENCH)
+    for label in at_once:
+        summary["detectors"][label]["live"] = False
+    notes = [note for note in tabled(summary).notes if "all frames at once" in note]
+    assert len(notes) == noted and all(note.startswith("exact was asked") for note in notes)

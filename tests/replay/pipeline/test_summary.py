@@ -28,9 +28,9 @@ def test_settings_digests_and_times_of_every_detector_are_in_it(summary):
         assert len(detector["digest"]) == 64 and detector["settings"] and detector["seconds"]["stages"]
     slow, hybrid = summary["detectors"]["slow"], summary["detectors"]["hybrid"]
     assert slow["settings"]["rate_hz"] == 30 and slow["online"] and hybrid["online"]
-    assert slow["live"] and not hybrid["live"], "the oracle sees the whole motion"
+    assert slow["live"] and hybrid["live"], "times of one table are taken alike"
     assert slow["seconds"]["per_frame"]["max"] >= slow["seconds"]["per_frame"]["median"] >= 0
-    assert "per_frame" not in hybrid["seconds"] and len(hybrid["faces_digest"]) == 64
+    assert "per_frame" in hybrid["seconds"] and len(hybrid["faces_digest"]) == 64
     assert sum(hybrid["verdicts"].values()) == 6
 
 
