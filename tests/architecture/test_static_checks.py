@@ -58,6 +58,13 @@ def test_formatting_holds():
     succeeds("-m", "ruff", "format", "--check", ".")
 
 
+@pytest.mark.parametrize(
+    "roots", [("."), ("tests", ".ci", "--exclude", r"\.venv", "--ignore", "DEP002,DEP004")], ids=["packages", "tests"]
+)
+def test_every_imported_distribution_is_declared(roots):
+    succeeds("-m", "deptry", *roots)
+
+
 @pytest.mark.slow
 def test_types_hold():
     succeeds("-m", "mypy")
