@@ -62,6 +62,7 @@ def test_formatting_holds():
     "roots", [("."), ("tests", ".ci", "--exclude", r"\.venv", "--ignore", "DEP002,DEP004")], ids=["packages", "tests"]
 )
 def test_every_imported_distribution_is_declared(roots):
+    pytest.importorskip("deptry", reason="an environment older than this test; CI installs it")
     succeeds("-m", "deptry", *roots)
 
 
