@@ -1,4 +1,4 @@
-"""Spheres only: the cheapest answer, and never a false negative."""
+"""Spheres only: one test a pair and frame, and never a false negative."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class SphereDetector(PairDetector[SphereSettings]):
     online = True
     Settings = SphereSettings
     sources = (f"{PAPER}, equation (21)",)
-    choose_when = "you want the cheapest answer that never misses"
+    choose_when = "you want an answer that never misses from one test a pair and frame"
     cannot = "confirm anything"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SphereSettings) -> None:

@@ -13,20 +13,34 @@ LEVEL = 3
 
 
 def run_markdown(result: RunResult, broken: Sequence[str]) -> str:
-    """One session: which gates failed, what is wrong, the ranking, and what the reference takes."""
+    """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
     size = f"{result.summary['session']['frames']:,} frames, {len(result.assembly.bodies)} bodies"
     answers = [f"**{words}**" for words in headlines(result)]
     tables = [ranking_table(result)] if len(result.comparisons) > 1 else []
     name = result.session.scene.name or "Session"
-    return markdown_page(name, broken, [*doubts(result), size, *answers], tables, price(result))
+    return markdown_page(name, broken, [*doubts(result), size, *answers], tables, price(result), reasons(result))
+
+
+def reasons(result: RunResult) -> list[str]:
+    """Why the worst detector is wrong and what mends it, as list items in Markdown; nothing where nothing is wrong."""
+    items = []
+    for heading, text, command in result.answers[0].reasons if result.answers else ():
+        quoted = f" `{command}`" if command else ""
+        items.append(f"- **{heading}** {markdown_words(text)}{quoted}")
+    return items
 
 
 def markdown_page(
-    head: str, broken: Sequence[str], above: Sequence[str], tables: Sequence[Table], below: Sequence[str] = ()
+    head: str,
+    broken: Sequence[str],
+    above: Sequence[str],
+    tables: Sequence[Table],
+    below: Sequence[str] = (),
+    reasons: Sequence[str] = (),
 ) -> str:
-    """Which gates failed, sentences, the tables, and sentences ``below`` them that are no note of a table."""
+    """Which gates failed, sentences, reasons in Markdown, the tables, and sentences below that are no table's note."""
     gates = "\n".join(f"- **gate failed:** {markdown_words(sentence)}" for sentence in broken)
-    parts = [f"## {markdown_words(head)}", gates, *map(markdown_words, above)]
+    parts = [f"## {markdown_words(head)}", gates, *map(markdown_words, above), "\n".join(reasons)]
     parts += [markdown(table, LEVEL) for table in tables]
     noted = {note for table in tables for note in table.notes}
     parts += [markdown_words(words) for words in below if words not in noted]

@@ -72,10 +72,13 @@ def page_of(
 def view_of(result: RunResult) -> RunView:
     """A run in memory, its faults with a picture each."""
     return RunView(
-        run=result, rows=lambda name: result.tables[name].plain(), name=session_names(result.summary)[0],
-        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer), folder=str(result.out or "RUN"),
+        run=result,
+        rows=lambda name: result.tables[name].plain(),
+        name=session_names(result.summary)[0],
+        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
+        folder="RUN" if result.out is None else ".",
         still=partial(_still, result),
-    )  # fmt: skip
+    )
 
 
 def _still(result: RunResult, fault: Fault, first: bool) -> tuple[str, str]:

@@ -89,7 +89,9 @@ class RunView:
     rows: Callable[[str], Rows]  # of the tables ``misses``, ``false``, ``episodes`` and ``events``
     name: str  # what pages call the session
     asked: Hero | None = None  # what stands first where something else was asked than detectors
-    folder: str = "RUN"  # the run folder, as a command names it
+    folder: str = (
+        "RUN"  # the run folder in a command: "." where the page lies in it, so that it names no path of a machine
+    )
     still: Still | None = None
     pictured: bool = False  # whether the live picture stands beside the page, and each fault leads it there
 

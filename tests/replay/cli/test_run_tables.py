@@ -3,11 +3,12 @@
 import json
 
 import pytest
-from support.report_states import STATES
+from support.report_states import STATES, steady
 from support.small_worlds import cubes
 
 from cdcore.detectors import settings_of
-from replay.base.tables import GOOD, IN_RED, INVENTED
+from replay.base.tables import GOOD, IN_RED, INVENTED, markdown_words
+from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import answer_cited
 from replay.cli.run_tables import answer_lines
 from replay.cli.terminal import STYLES, Paragraph
@@ -63,3 +64,13 @@ def test_sources_stand_in_what_is_parsed_and_after_what_is_read(capsys):
     assert said.startswith("the answer") and "Shewchuk" in said
     answer_cited(False, {}, lambda: "the answer", {})
     assert capsys.readouterr().out == "the answer\n"
+
+
+def test_markdown_gives_why_and_fix_of_the_worst_detector():
+    result = steady("one missed")
+    reasons = result.answers[0].reasons
+    page = run_markdown(result, ())
+    assert [heading for heading, _, _ in reasons] == ["Why", "Fix"]
+    for heading, text, command in reasons:
+        assert f"- **{heading}** {markdown_words(text)}" in page
+        assert f"`{command}`" in page or not command

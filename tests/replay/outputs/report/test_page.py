@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.report_states import STATES, read_page, steady
-from support.small_worlds import cubes
+from support.small_worlds import TWO_BUMPS, cubes
 
+from replay import run
 from replay.outputs.report.markup import environment
 from replay.outputs.report.page import report_html
 from replay.outputs.report.run_view import RunView
@@ -74,3 +75,11 @@ def test_hostile_names_stay_words():
 def test_no_text_becomes_an_element(text):
     page = environment().from_string('<p title="{{ text }}">{{ text }}</p>').render(text=text)
     assert page.count("<") == page.count(">") == page.count('"') == 2
+
+
+def test_report_names_no_path_and_no_session_file(tmp_path):
+    out = tmp_path / "anna-smith"
+    run(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
+    page = (out / "report.html").read_text("utf-8")
+    assert "replay view . --" in page
+    assert "anna-smith" not in page and str(tmp_path) not in page
