@@ -17,7 +17,6 @@ def test_a_page_begins_with_its_title_and_keeps_its_code_in_a_terminal(topic):
     block = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
     assert page(topic).startswith("# ")
     assert block.findall(for_terminal(page(topic))) == block.findall(page(topic))
-    assert max(map(len, (line for line in block.sub("", page(topic)).split("\n") if "|" not in line))) <= 120
 
 
 def test_a_word_means_the_topic_or_the_only_one_that_contains_it():
