@@ -55,7 +55,7 @@ def lead_of(view: RunView, answer: Answer) -> str:
         counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
     counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
     over = next(rank for rank in view.ranking if rank.label == answer.label).phases
-    at = ", at the sampling offset of this run" if over > 1 else ""
+    at = ", at the sampling offset nearest the mean" if over > 1 else ""
     return f"{', '.join(counts)}{at}."
 
 
