@@ -126,6 +126,7 @@ def _fact_table(session: Mapping[str, Any]) -> Table:
     if dropped:
         rows.append(("frames left out", ", ".join(dropped)))
     rows += [("note", note) for note in session["notes"]]
+    rows += [(row["what"], row["said"]) for row in session.get("assumptions", ())]
     rows += [(key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED]
     if withheld := session.get("facts_withheld", 0):
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
