@@ -23,6 +23,8 @@ from replay.prepare.assemble import RESIDUAL_FACT
 from replay.prepare.frame_times import frame_ends
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
+from sessions.importers.ledger import FACT as LEDGER_FACT
+from sessions.importers.ledger import Ledger, ledger_of
 from sessions.model.event import LiveContact
 
 Found = dict[tuple[str, str, str], list[float]]
@@ -42,7 +44,8 @@ def import_contacts(
     Raises ``ImportFileError``: a file that is not what it should be; names the line; ``AuditError``: no body of the
     file is in the session, or nothing to estimate the offset from.
     """
-    contacts = read_contacts(source)
+    ledger = ledger_of(session.facts) or Ledger(source)
+    contacts = read_contacts(source, ledger)
     known = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
     if not known:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
@@ -63,6 +66,7 @@ def import_contacts(
         OFFSET_FACT: f"{found.seconds:.9f}",
         DRIFT_FACT: f"{found.drift:.9f}",
         RESIDUAL_FACT: residual,
+        LEDGER_FACT: ledger.as_text(),
     }
     return replace(session, live_contacts=placed, facts=facts), found
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from replay.base.constants import BLOCK_FRAMES
 from sessions import Session, Status
-from sessions.doctor.timing import gap_rows
+from sessions.doctor.timing import gap_rows, typical_step
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.assumption import ASSUMPTIONS_FACT
 from sessions.scene_files.answers import recording_assumptions
@@ -23,7 +23,7 @@ class ClockInfo:
     ----------
     count : stamps.
     duration : seconds from the first to the last.
-    rate_hz : one over the median step; 0 with fewer than two stamps.
+    rate_hz : one over the typical step; 0 with fewer than two stamps.
     gaps : what the doctor calls so; ``longest_gap`` in seconds.
     not_forward : steps that do not go forward.
     """
@@ -40,11 +40,13 @@ class ClockInfo:
         """Count the steps of stamps (n,), ns."""
         step = np.diff(stamps)
         forward = step[step > 0]
-        median = float(np.median(forward)) if len(forward) else 0.0
+        typical = typical_step(stamps)
         gaps = step[gap_rows(stamps)]
         duration = float(stamps.max() - stamps.min()) / 1e9 if len(stamps) else 0.0
         longest = float(gaps.max(initial=0)) / 1e9
-        return cls(len(stamps), duration, 1e9 / median if median else 0.0, len(gaps), longest, len(step) - len(forward))
+        return cls(
+            len(stamps), duration, 1e9 / typical if typical else 0.0, len(gaps), longest, len(step) - len(forward)
+        )
 
 
 def session_info(session: Session) -> dict[str, Any]:

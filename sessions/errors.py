@@ -25,6 +25,8 @@ class SessionFileError(SessionError):
 
     code = "unreadable"
     """Why, as the doctor calls it: a key of `sessions.mcap_format.refusals.CURES`."""
+    what = ""
+    """What is wrong, without the file and the cure; "" where only the whole sentence is known."""
 
 
 class TornFileError(SessionFileError):

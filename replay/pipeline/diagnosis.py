@@ -5,8 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-import numpy as np
-
 from replay.base.shown import plural
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
@@ -20,6 +18,7 @@ from replay.pipeline.ranking import Rank, counts_over_offsets, fault_words, lost
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import detector_words, sentence_of
 from replay.words import frame_time, rate, share
+from sessions.doctor.timing import typical_step
 
 
 def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -157,8 +156,8 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
 
 def _recorded_rate(result: RunResult) -> str:
     """`` (90 Hz)``, the usual rate of the recording; ``""`` of a single frame."""
-    steps = np.diff(result.assembly.motion.times)
-    return f" ({rate(1.0 / float(np.median(steps)))})" if len(steps) else ""
+    step = typical_step(result.assembly.motion.times)
+    return f" ({rate(1.0 / step)})" if step else ""
 
 
 def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:

@@ -11,10 +11,9 @@ from importlib.util import find_spec
 from math import inf
 from typing import Any, Final
 
-import numpy as np
-
 from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors, spec_text
+from sessions.doctor.timing import typical_step
 
 
 @dataclass(frozen=True)
@@ -101,9 +100,9 @@ def _of_row(
 
 
 def rate_of(times: FloatArray) -> float:
-    """Frames per second of a recording with these times (T,) in seconds, by the median step; infinite of one frame."""
-    steps = np.diff(times)
-    return 1.0 / float(np.median(steps)) if len(steps) else inf
+    """Frames per second of a recording with these times (T,) in seconds, by the typical step; infinite of one frame."""
+    step = typical_step(times)
+    return 1.0 / step if step else inf
 
 
 def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:

@@ -155,7 +155,8 @@ def _file_findings(file: McapFile) -> Iterator[Finding]:
     catalogue = file.catalogue
     if catalogue.tear is not None:
         message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
-        yield Finding("torn", message, count=catalogue.size - catalogue.tear)
+        code = "no-poses" if catalogue.is_import else "torn"
+        yield Finding(code, message, count=catalogue.size - catalogue.tear)
     # A record within a chunk is met each time that the chunk is unpacked.
     refused = [*((fault.error, fault.name) for fault in catalogue.faults), *file.refused]
     yield from dict.fromkeys(refusal(error, name) for error, name in refused)

@@ -12,6 +12,8 @@ from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 
 GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
+SAME_MOMENT: Final = 0.1  # Of the longer steps: a shorter step is within one moment
+LONGER_STEPS: Final = 0.9  # The quantile of the steps that counts as the longer ones, below most gaps
 LONG_GAP_NS: Final = 250_000_000
 """A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
 SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds of its stamp; a second is two clocks
@@ -49,11 +51,27 @@ def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[
     return stamps < peak, stamps == peak
 
 
+def typical_step(times: NDArray[np.int64] | NDArray[np.float64]) -> float:
+    """The median step of a clock (n,), in its unit, from moment to moment; 0 where no step goes forward.
+
+    Stamps that follow each other within a tenth of the longer steps are of one moment: two cameras at 60 Hz that stamp
+    0.1 ms apart make 60 moments a second, not 10,000.
+    """
+    step = np.diff(times)
+    forward = step[step > 0]
+    if not len(forward):
+        return 0.0
+    begins = forward >= SAME_MOMENT * float(np.quantile(forward, LONGER_STEPS))
+    if begins.all():
+        return float(np.median(forward))
+    ends = np.concatenate([[0], np.cumsum(forward)[begins]])
+    return float(np.median(np.diff(ends)))
+
+
 def gap_rows(stamps: NDArray[np.int64]) -> NDArray[np.int64]:
     """Frames after which there is a gap, (k,)."""
-    step = np.diff(stamps)
-    forward = step[step > 0]
-    return np.flatnonzero(step > GAP_STEPS * float(np.median(forward))) if len(forward) else np.zeros(0, np.int64)
+    typical = typical_step(stamps)
+    return np.flatnonzero(np.diff(stamps) > GAP_STEPS * typical) if typical else np.zeros(0, np.int64)
 
 
 def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
@@ -72,7 +90,7 @@ def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
 
 def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
     step, rows = np.diff(stamps), gap_rows(stamps)
-    median = float(np.median(step[step > 0])) if len(rows) else 0.0
+    median = typical_step(stamps)
     long = rows[step[rows] > LONG_GAP_NS]
     for row in long.tolist():
         message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"

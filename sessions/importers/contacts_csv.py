@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.importers.ledger import Ledger
 from sessions.input_files import read_text
 from sessions.model.event import LiveContact
 
@@ -19,7 +20,7 @@ LONGEST_STAMP_NS: Final = 9_000_000_000_000_000_000
 """Beyond it nanoseconds no longer fit 64 bits: the year 2255 of the Unix epoch."""
 
 
-def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
+def read_contacts(source: str | Path, ledger: Ledger) -> tuple[LiveContact, ...]:
     """Every report of the file in order of time; stamps are nanoseconds of the file's own clock.
 
     ``source``: rows ``time, a, b, what``: seconds, two body names, begin or end (enter, exit, stay); a header is
@@ -32,6 +33,7 @@ def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
     found = list(_rows(path, read_text(path, "contact file", ImportFileError)))
     if not found:
         raise ImportFileError(f"{path} holds no contact; write rows of: time, a, b, begin or end")
+    ledger.book("contacts", path.name, read=len(found), kept=len(found))
     return tuple(sorted(found, key=lambda contact: contact.time_ns))
 
 

@@ -17,7 +17,7 @@ from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import HEAD, MAGIC, Place, bytes_at, parsed, places
 from sessions.mcap_format.refusals import refused
-from sessions.mcap_format.schemas import TF, channel_spec
+from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, channel_spec
 
 # A record is held whole while it is looked at: a longer one, such as a mesh of a gigabyte, is refused unread.
 RECORD_LIMIT_BYTES = 1 << 30
@@ -168,6 +168,12 @@ class Catalogue:
             raise refused(self.path, "no-poses", "it has no poses")
 
     @property
+    def is_import(self) -> bool:
+        """Whether its messages are of another program and no session's, so that an importer reads them."""
+        own = self.profile.startswith(PROFILE_FAMILY)
+        return bool(self.channels) and not own and not any(self.channels[number].holds_poses for number in self.ids(TF))
+
+    @property
     def most_samples(self) -> int:
         """Frames times bodies that the file may hold."""
         return MOST_SAMPLES + self.size
@@ -276,7 +282,9 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     found = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
-        raise refused(path, "not-mcap", "it is not an MCAP file" if found.size else "it is empty")
+        if not found.size:
+            raise refused(path, "not-mcap", "it is empty", "record it or copy it again")
+        raise refused(path, "not-mcap", "it is not an MCAP file")
     place = Place(0, 0, len(MAGIC))
     for place in places(stream):
         found.enter(stream, place)

@@ -47,6 +47,9 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     _require_path(path)
     file = McapFile(Path(path))
     if file.catalogue.tear is not None:
+        if file.catalogue.is_import:
+            what = f"it is cut short at byte {file.catalogue.tear} and no session"
+            raise refused(path, "no-poses", what)
         raise TornFileError(
             f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
             "`replay recover`"

@@ -11,7 +11,7 @@ from sessions.errors import SessionFileError
 
 _RECOVER: Final = "save the rest with `replay recover`"
 CURES: Final = {
-    "not-mcap": "export its poses as CSV and bring them in with `replay import csv`",
+    "not-mcap": "if another program wrote it, bring it in: replay import auto FILE -o session.mcap",
     "torn": "save what is there with `replay recover`",
     "unreadable": _RECOVER,
     "damaged-chunk": _RECOVER,
@@ -27,23 +27,24 @@ CURES: Final = {
     "bad-names": _RECOVER,
     "unlisted-body": _RECOVER,
     "no-poses": (
-        "if another program wrote it: replay import mcap FILE; else write poses as foxglove.FrameTransforms in "
-        "protobuf on /tf"
+        "if another program wrote it, bring it in: replay import mcap FILE -o session.mcap; else write poses as "
+        "foxglove.FrameTransforms in protobuf on /tf"
     ),
 }
 """Code of a refusal, which is the doctor's, too -> the cure."""
+FILE: Final = "FILE"
+"""Stands in a cure for the file that is refused."""
 TOO_MANY: Final = "its messages hold more bodies than those of a file of its size"
 """Of what is too much, the one sentence of all who count bodies in messages."""
 
 
-def refused(path: Path | str, code: str, what: str) -> SessionFileError:
-    """One sentence about a file, with the cure."""
-    error = SessionFileError(f"{path}: {what}; {CURES[code]}")
-    error.code = code
+def refused(path: Path | str, code: str, what: str, cure: str = "") -> SessionFileError:
+    """One sentence about a file, with the cure, which is that of the code where no other is given."""
+    error = SessionFileError(f"{path}: {what}; {cure or CURES[code].replace(FILE, str(path))}")
+    error.code, error.what = code, what
     return error
 
 
 def brief(error: SessionFileError) -> str:
     """What is wrong, without the file and the cure."""
-    words = str(error).partition(": ")[2] or str(error)
-    return words.removesuffix(f"; {CURES[error.code]}")
+    return error.what or str(error).partition(": ")[2] or str(error)

@@ -13,6 +13,7 @@ from sessions.glassware.catalogue import make_instrument
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.csv_mapping import read_mapping
+from sessions.importers.ledger import Ledger
 from sessions.mcap_format.metadata import names_of
 from sessions.mcap_format.reader import read_session
 from sessions.meshes.conventions import quaternion_from_euler
@@ -36,7 +37,7 @@ quaternion_xyzw = ["x", "x", "x", "x"]
 READERS = {
     "scene": ("scene.toml", read_scene),
     "mapping": ("map.toml", read_mapping),
-    "contacts": ("contacts.csv", read_contacts),
+    "contacts": ("contacts.csv", lambda path: read_contacts(path, Ledger(path))),
     "csv": ("take.csv", partial(import_session, "csv")),
     "mapped csv": ("take.csv", lambda path: import_session("csv", path, mapping=path.with_name("m.toml"))),
     "aframe": ("take.json", partial(import_session, "aframe")),

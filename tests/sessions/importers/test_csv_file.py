@@ -10,6 +10,7 @@ from replay import guide
 from sessions import MeshData
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
+from sessions.importers.ledger import Ledger
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.event import Event, LiveContact
 from sessions.scene_files.scene_toml import parse_scene
@@ -249,7 +250,7 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
 
 def test_rows_of_contacts_become_reports_in_order_of_time_to_the_nanosecond(written):
     path = written("time,a,b,what", "1700000000.123456789,rod,beaker,end", "", " 0.5 , rod, beaker, Begin")
-    assert read_contacts(path) == (
+    assert read_contacts(path, Ledger(path)) == (
         LiveContact(500_000_000, "rod", "beaker", "enter"),
         LiveContact(1_700_000_000_123_456_789, "rod", "beaker", "exit"),
     )
@@ -258,4 +259,4 @@ def test_rows_of_contacts_become_reports_in_order_of_time_to_the_nanosecond(writ
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_of_contacts_end_in_reports_or_one_sentence(written, count):
     path = written("time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
-    tried(path, count, lambda: read_contacts(path))
+    tried(path, count, lambda: read_contacts(path, Ledger(path)))

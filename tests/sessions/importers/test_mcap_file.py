@@ -6,17 +6,27 @@ the map.
 """
 
 import json
+import struct
 import sys
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
+from mcap.exceptions import McapError
+from mcap.records import Chunk, Message
+from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
 from scipy.spatial.transform import Rotation, Slerp
 from support.import_mutants import books, refused
 from support.true_poses import ROS, has_poses
 
+from sessions import examine, read_session
+from sessions.errors import SessionFileError
 from sessions.importers import import_session
+from sessions.importers.ledger import ledger_of
+from sessions.recovery.recover import recover
 
 COMPOSED = Path(__file__).with_name("composed")
 COUNT, STEP = 25, 11_111_111
@@ -134,6 +144,130 @@ def test_several_roots_that_are_asked_for_are_one_world(tmp_path):
     ]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", said), topics=["/a", "/b"])
     assert {*session.names} == {"a", "b"} and "frames 'map', 'room' taken for one world" in session.facts["assumed"]
+
+
+STAMPED = {
+    "text, as 64-bit numbers of JSON": (lambda k: {"sec": str(k), "nsec": 5}, [1_000_000_005, 2_000_000_005]),
+    "nanoseconds as text": (lambda k: {"seconds": k, "nanos": "7"}, [1_000_000_007, 2_000_000_007]),
+    "whole floats": (lambda k: {"sec": float(k), "nsec": 0.0}, [1_000_000_000, 2_000_000_000]),
+    "seconds alone": (lambda k: {"sec": k}, [1_000_000_000, 2_000_000_000]),
+    "ISO 8601, as protobuf's JSON": (lambda k: f"1970-01-01T00:00:0{k}.000000009Z", [1_000_000_009, 2_000_000_009]),
+    "a clock that begins at 0": (lambda k: {"sec": k - 1, "nsec": 0}, [0, 1_000_000_000]),
+    "0 throughout is none": (lambda k: {"sec": 0, "nsec": 0}, [101, 102]),
+    "none": (lambda k: None, [101, 102]),
+    "a fraction": (lambda k: {"sec": k + 0.5}, r"/t: 1.5 in a timestamp is no whole number"),
+    "a word": (lambda k: {"sec": "now"}, "'now' in a timestamp is no whole number"),
+    "true": (lambda k: {"sec": True}, "True in a timestamp is no whole number"),
+    "a bare number": (lambda k: 1_700_000_000 + k, "a timestamp is 1700000001; write it as sec and nsec"),
+    "other names": (lambda k: {"s": k}, "write it as sec and nsec"),
+    "before 0": (lambda k: {"sec": -k}, "before 0; correct the stamps"),
+    "no date": (lambda k: "yesterday", "Invalid isoformat string"),
+}
+
+
+@pytest.mark.parametrize("kind", STAMPED)
+def test_a_stamp_is_read_whatever_it_is_written_as_or_refused(tmp_path, kind):
+    stamp, expected = STAMPED[kind]
+    said = [("/t", FRAME, 100 + k, {**moved("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
+    path = as_json(tmp_path / "a.mcap", said)
+    if isinstance(expected, str):
+        refused("mcap", path, expected)
+        return
+    assert import_session("mcap", path).tracks["cup"].times_ns.tolist() == expected
+
+
+def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
+    return [(topic, FRAME, k, moved("world", name, stamp(k), of, k)) for k in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("messages", "words"),
+    [
+        (sent("/a/tf") + sent("/b/tf", of=1), "'cup' comes on the topics '/a/tf' and '/b/tf'; choose one by --topic"),
+        (sent("/a/tf") + sent("/b/tf", 1), "'cup' comes on the topics '/a/tf' and '/b/tf'"),
+        (sent("/tf") + sent("/tf2", stamp=lambda k: 900 + k), "'cup' comes on the topics '/tf' and '/tf2'"),
+        (sent("/tf") + sent("/robot/tf_static", 1), "'cup' comes on the topics '/tf' and '/robot/tf'"),
+    ],
+    ids=["apart", "once", "later", "static"],
+)
+def test_a_frame_on_two_topics_is_refused_and_either_can_be_chosen(tmp_path, messages, words):
+    path = as_json(tmp_path / "a.mcap", messages)
+    refused("mcap", path, words)
+    assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "kept", "text"),
+    [
+        (lambda k: 7, 1, "cup: 19 of 20 transforms dropped: with the stamp of another sample"),
+        (lambda k: 1 + k // 2, 10, "cup: 10 of 20 transforms dropped: with the stamp of another sample"),
+        (lambda k: 10**18 if k == 9 else k + 1, 19, "cup: 1 of 20 transforms dropped: with a stamp out of order"),
+        (lambda k: [1, 3, 2][k % 3] + 3 * (k // 3), 14, "cup: 6 of 20 transforms dropped: with a stamp out of order"),
+    ],
+    ids=["all alike", "pairs", "one late", "swapped"],
+)
+def test_what_stamps_cost_is_counted(tmp_path, stamp, kept, text):
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", sent("/tf", stamp=stamp)))
+    assert len(session.tracks["cup"]) == kept and books(session) == text
+
+
+def test_messages_in_another_order_than_they_were_logged_in_cost_nothing(tmp_path):
+    messages = sent("/tf")
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
+    assert len(session.tracks["cup"]) == 20 and books(session) == ""
+
+
+def torn(path, *, chunked, cut=0, broken=0, crc=True):
+    """A file of 60 messages, cut short or with a byte changed, and how many messages of it are whole."""
+    with path.open("wb") as stream:
+        writer = Writer(
+            stream, chunk_size=2000, use_chunking=chunked, compression=CompressionType.NONE, enable_crcs=crc
+        )
+        writer.start()
+        channel = writer.register_channel("/tf", "json", writer.register_schema(FRAME, "jsonschema", b"{}"))
+        for k in range(60):
+            writer.add_message(channel, k, json.dumps(moved("world", "cup", k + 1, 0, k % COUNT)).encode(), k)
+        writer.finish()
+    data = bytearray(path.read_bytes())
+    if broken:
+        data[broken] ^= 1
+    path.write_bytes(data[: len(data) - cut] if cut else data)
+    return path
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"chunked": False, "cut": 9000}, {"chunked": True, "cut": 9000}, {"chunked": True, "broken": 9000},
+        {"chunked": True, "cut": 9}, {"chunked": False, "cut": 9000, "crc": False},
+    ],
+    ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
+)  # fmt: skip
+def test_a_torn_file_of_another_program_is_saved_by_the_import_itself(tmp_path, how):
+    path = torn(tmp_path / "a.mcap", **how)
+    whole = {message.log_time for message in whole_messages(path)}
+    session = import_session("mcap", path)
+    assert {stamp - 1 for stamp in session.tracks["cup"].times_ns.tolist()} == whole
+    assert ledger_of(session.facts).large_losses()
+    # Whatever else reads it sends to the import.
+    for read in (partial(recover, path, tmp_path / "r.mcap"), partial(read_session, path)):
+        with pytest.raises(SessionFileError) as refusal:
+            read()
+        assert f"replay import mcap {path} -o" in str(refusal.value) and "recover" not in str(refusal.value)
+    assert all("recover" not in finding.fix for finding in examine(path) if finding.code != "damaged-chunk")
+
+
+def whole_messages(path):
+    """By the library's reader that needs no index, up to the first byte that it cannot read."""
+    messages = []
+    with path.open("rb") as stream, suppress(McapError, struct.error, EOFError):
+        for record in StreamReader(stream, emit_chunks=True).records:
+            if isinstance(record, Chunk):
+                with suppress(CRCValidationError):
+                    messages += [part for part in breakup_chunk(record, True) if isinstance(part, Message)]
+            elif isinstance(record, Message):
+                messages.append(record)
+    return messages
 
 
 def of(*moves, schema=FRAME, **how):

@@ -1,0 +1,233 @@
+"""Rows repeated, reordered, removed, renamed and restamped: nothing above 1 % is lost without a warning.
+
+Each sample is known by its x, a number of its own, so that losses are counted from what was written and what arrived.
+"""
+
+import json
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.writer import Writer
+from support.import_mutants import MUTANTS
+from support.xdf_files import samples, stream_header, xdf_file
+
+from sessions.errors import ImportFileError
+from sessions.importers import IMPORTERS, import_session
+from sessions.importers.contacts_csv import read_contacts
+from sessions.importers.ledger import Ledger, ledger_of
+
+STEPS, NAMES = 60, ("cup", "rod")
+STEP_NS = 10_000_000
+RECORDS = [
+    (name, STEP_NS * (step + 1), 1.0 + step + 1000 * body) for step in range(STEPS) for body, name in enumerate(NAMES)
+]
+QUATERNION = [0.0, 0.0, 0.0, 1.0]
+
+
+def repeated(records, first, last, _):
+    return [*records[:last], *records[first:last], *records[last:]]
+
+
+def reordered(records, first, last, _):
+    return [*records[:first], *reversed(records[first:last]), *records[last:]]
+
+
+def moved_to_the_end(records, first, last, _):
+    return [*records[:first], *records[last:], *records[first:last]]
+
+
+def removed(records, first, last, _):
+    return [*records[:first], *records[last:]]
+
+
+def renamed(records, first, last, number):
+    name = (*NAMES, "flask")[number % 3]
+    return [*records[:first], *((name, *rest) for _, *rest in records[first:last]), *records[last:]]
+
+
+def restamped(records, first, last, number):
+    ahead = (10**15, -(10**8), 5 * 10**9, STEP_NS // 2)[number % 4]
+    wild = [(name, max(stamp + ahead, 0), x) for name, stamp, x in records[first:last]]
+    return [*records[:first], *wild, *records[last:]]
+
+
+def stuck(records, first, last, _):
+    return [*records[:first], *((name, records[first][1], x) for name, _, x in records[first:last]), *records[last:]]
+
+
+CHANGES = (repeated, reordered, moved_to_the_end, removed, renamed, restamped, stuck)
+EDITS = st.lists(
+    st.tuples(st.sampled_from(CHANGES), st.integers(0, 119), st.sampled_from([1, 2, 3, 12, 60]), st.integers(0, 11)),
+    min_size=1, max_size=3,
+)  # fmt: skip
+
+
+def mutant_of(edits):
+    records = RECORDS
+    for change, first, count, number in edits:
+        first %= len(records) or 1
+        if records[first : first + count]:
+            records = change(records, first, first + count, number)
+    return records
+
+
+def of_body(records):
+    bodies = {}
+    for name, stamp, x in records:
+        bodies.setdefault(name, []).append((stamp, x))
+    return bodies
+
+
+def unity_csv(folder, records):
+    lines = [f"pose,{stamp / 1e9:.9f},{name},{x},0,0,0,0,0,1,1,," for name, stamp, x in records]
+    head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+    (folder / "take.csv").write_text("\n".join([head, *lines, ""]))
+    return folder / "take.csv"
+
+
+def aframe(folder, records):
+    def pose(stamp, x):
+        place, angles = {"x": x, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 0}
+        return {"timestamp": stamp / 1e6, "position": place, "rotation": angles}
+
+    devices = {name: {"poses": [pose(*row) for row in rows]} for name, rows in of_body(records).items()}
+    (folder / "take.json").write_text(json.dumps(devices))
+    return folder / "take.json"
+
+
+def transforms(folder, records):
+    with (folder / "take.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channel = writer.register_channel(
+            "/tf", "json", writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
+        )
+        for name, stamp, x in records:
+            place, turn = {"x": x, "y": 0, "z": 0}, dict(zip("xyzw", QUATERNION, strict=True))
+            time = {"sec": str(stamp // 10**9), "nsec": stamp % 10**9}
+            message = {
+                "timestamp": time,
+                "parent_frame_id": "world",
+                "child_frame_id": name,
+                "translation": place,
+                "rotation": turn,
+            }
+            writer.add_message(channel, 5, json.dumps(message).encode(), 5)
+        writer.finish()
+    return folder / "take.mcap"
+
+
+def motive(folder, records):
+    """A row for each record of the first body, in which the other moves along; a renamed body renames its column."""
+    names = [Counter(name for name, _, x in records if (x > 1000) == other).most_common(1) for other in (False, True)]
+    first, second = (name[0][0] if name else "cup" for name in names)
+    rows = [(stamp, x) for _, stamp, x in records if x < 1000]
+    kinds = [["", "Type", *["Rigid Body"] * 14], ["", "Name", *[first] * 7, *[second] * 7], ["", "ID", *["A"] * 14]]
+    kinds += [["", "", *(["Rotation"] * 4 + ["Position"] * 3) * 2], ["Frame", "Time (Seconds)", *[*"XYZW", *"XYZ"] * 2]]
+    cells = [
+        [k, f"{stamp / 1e9:.9f}", 0, 0, 0, 1, x, 0, 0, 0, 0, 0, 1, x + 1000, 0, 0] for k, (stamp, x) in enumerate(rows)
+    ]
+    lines = ["Format Version,1.23,Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global", ""]
+    lines += [",".join(map(str, row)) for row in (*kinds, *cells)]
+    (folder / "take.csv").write_text("\n".join([*lines, ""]))
+    return folder / "take.csv"
+
+
+def trackers(folder, records):
+    shutil.rmtree(folder / "S001", ignore_errors=True)
+    (folder / "S001").mkdir()
+    (folder / "S001" / "trial_results.csv").write_text("trial_num,start_time,end_time\n1,0,1\n")
+    for name, rows in of_body(records).items():
+        lines = [f"{stamp / 1e9:.9f},{x},0,0,0,0,0" for stamp, x in rows]
+        head = "time,pos_x,pos_y,pos_z,rot_x,rot_y,rot_z"
+        (folder / "S001" / f"{name}_movement_T001.csv").write_text("\n".join([head, *lines, ""]))
+    return folder / "S001"
+
+
+TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationB", "OrientationC", "OrientationD", "OrientationA")
+
+
+def streams(folder, records):
+    """A stream for each stretch of records of a body, as of one that was interrupted and came back."""
+    parts = []
+    for number, (name, rows) in enumerate(of_body(records).items()):
+        described = [{"label": kind, "type": kind, "object": name} for kind in TYPES]
+        for half, part in enumerate((rows[:30], rows[30:])):
+            if part:
+                stamps = np.array([stamp / 1e9 for stamp, _ in part])
+                values = np.array([[x, 0, 0, *QUATERNION] for _, x in part])
+                parts += [stream_header(2 * number + half + 1, "Mocap", "MoCap", described)]
+                parts += [samples(2 * number + half + 1, stamps, values)]
+    return xdf_file(folder, *parts)
+
+
+OPENXR = {"convention": "openxr"}
+WRITERS = {
+    "aframe": (aframe, {}), "csv": (unity_csv, OPENXR), "mcap": (transforms, OPENXR), "optitrack": (motive, {}),
+    "ros2": (transforms, OPENXR), "uxf": (trackers, {}), "xdf": (streams, {}),
+}  # fmt: skip
+
+
+def test_every_importer_has_a_writer_here():
+    assert WRITERS.keys() == IMPORTERS.keys()
+
+
+def written_by(name, records):
+    """The x of every sample in a file, by the name of its body."""
+    if name != "optitrack":
+        return {body: [x for _, x in rows] for body, rows in of_body(records).items()}
+    first = [x for _, _, x in records if x < 1000]
+    return {"both": [*first, *(x + 1000 for x in first)]}
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("name", WRITERS)
+def test_of_row_mutants_nothing_above_one_percent_is_lost_unsaid(tmp_path, name, count):
+    write, options = WRITERS[name]
+
+    @settings(max_examples=count, database=None, deadline=None, suppress_health_check=[*HealthCheck])
+    @given(EDITS)
+    def every_sample_is_accounted_for(edits):
+        records = mutant_of(edits)
+        written = written_by(name, records)
+        path = write(tmp_path, records)
+        try:
+            session = import_session(name, path, **options)
+        except ImportFileError as error:
+            assert Path(path).name in str(error)
+            return
+        ledger = ledger_of(session.facts)
+        kinds = [entry for entry in ledger if entry.kind in ("samples", "transforms")]
+        arrived = {float(x) for track in session.tracks.values() for x in track.positions[:, 0]}
+        assert sum(entry.kept for entry in kinds if entry.kind == "samples") == sum(map(len, session.tracks.values()))
+        first_kind = "transforms" if name in ("mcap", "ros2") else "samples"
+        assert sum(entry.read for entry in kinds if entry.kind == first_kind) == sum(map(len, written.values()))
+        for xs in written.values():
+            lost = {*xs} - arrived
+            assert len(lost) <= 0.01 * len(xs) or ledger.large_losses(), (lost, ledger.sentences())
+
+    every_sample_is_accounted_for()
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_of_row_mutants_of_contacts_every_row_arrives(tmp_path, count):
+    path = tmp_path / "engine.csv"
+
+    @settings(max_examples=count, database=None, deadline=None, suppress_health_check=[*HealthCheck])
+    @given(EDITS)
+    def every_row_is_kept(edits):
+        records = mutant_of(edits)
+        path.write_text("".join(f"{stamp / 1e9:.9f},{name},table {x},begin\n" for name, stamp, x in records))
+        if not records:
+            return
+        contacts = read_contacts(path, ledger := Ledger(path))
+        expected = Counter((stamp, name, f"table {x}") for name, stamp, x in records)
+        assert Counter((contact.time_ns, contact.body_a, contact.body_b) for contact in contacts) == expected
+        assert [(entry.read, entry.kept) for entry in ledger] == [(len(records), len(records))]
+
+    every_row_is_kept()
