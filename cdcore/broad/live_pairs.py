@@ -4,7 +4,7 @@ What they leave is asked of a narrow phase, pair by pair.
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from time import perf_counter
 from typing import Final
 
@@ -98,12 +98,18 @@ def look_at_volumes(
 class LivePairs:
     """Looks of the volumes of a ``BroadPhase``, then of a narrow phase pair by pair.
 
-    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
-    is CLEAR is inside the other; ``None`` where that is not asked. ``verdict`` (P,): the answer of the last look.
+    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, that of a pair whose surfaces are
+    CLEAR, by whether one body is inside the other; ``None`` where that is not asked. ``holed`` are pairs whose bodies
+    can get into each other through a hole: that surfaces are apart does not keep their verdict. ``verdict`` (P,): the
+    answer of the last look.
     """
 
-    def __init__(self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
+    def __init__(
+        self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], Verdict] | None,
+        holed: Collection[int] = (),
+    ) -> None:  # fmt: skip
         self._decide, self._inside, spheres = decide, inside, broad.spheres
+        self._holed = frozenset(holed)
         self._volumes = spheres.spheres, broad.boxes.boxes, spheres.ends
         self._ends = list(zip(*spheres.ends, strict=True))
         bodies, pairs = len(spheres.spheres[0]), len(self._ends)
@@ -126,6 +132,8 @@ class LivePairs:
         """Metres by which it is worth to know that the surfaces of a pair are apart: some steps as long as the last."""
         if self._waits[pair]:
             self._waits[pair] -= 1
+            return 0.0
+        if pair in self._holed:
             return 0.0
         a, b = self._ends[pair]
         margin = float(self._steps[a] + self._steps[b]) * self._reach[pair]
@@ -164,8 +172,7 @@ class LivePairs:
         if self._inside is not None and columns:
             clear = [column for column in columns if verdict[column] == CLEAR]
             for column in clear:
-                if self._inside(now, column):
-                    verdict[column] = Verdict.CONTAINED
+                verdict[column] = self._inside(now, column)
             self._insides += len(clear)
         self._looks += 1
         self._surfaces += len(columns)

@@ -96,8 +96,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the solids meet there."""
         del faces
-        settings = self.settings
-        looked = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        looked = looks_at(motion.times, frame, self.settings.rate_hz)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
@@ -112,12 +111,11 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             near = offset.near(now, FIRST, np.array([column]))[0]
             return int(Verdict.CONTACT if near else Verdict.CLEAR), False
 
-        looks = LivePairs(self._broad, decide, self._containment.question)
-        rate_hz, offset_s = self.settings.rate_hz, self.settings.sampling_offset_s
-        return LiveHeld(looks, self.pairs, rate_hz, offset_s) if rate_hz else looks
+        looks = LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
+        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> HeldLooks:
-        return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
+        return HeldLooks(len(self.pairs), self.settings.rate_hz)
 
     def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
         looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)

@@ -9,14 +9,23 @@ import numpy as np
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.narrow.bvh.box_tree import box_trees_of
-from cdcore.narrow.bvh.whole_motion import decide_motion
+from cdcore.narrow.bvh.whole_motion import MotionAnswer, decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import ImpactSettings
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
-from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
+from cdcore.protocol import (
+    PARTLY_DECIDED,
+    Body,
+    Detection,
+    Motion,
+    PairDetector,
+    Verdict,
+    ordered_by_name,
+    pair_has_pose,
+)
 from cdcore.protocol.settings import flag
 
 LOST_BEFORE: Final = "no pose in the frame before"
@@ -43,8 +52,9 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     that begins in the interval, seconds (low, high): proven clear before ``low``, in contact at ``high``, at most 1e-6
     s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin is
     more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
-    UNRESOLVED: neither, with a reason in ``reasons``. Where a pose is missing before a frame, or the track has a gap or
-    a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
+    UNRESOLVED: neither, with a reason in ``reasons``; so too where holes leave open what is inside at either end, or
+    a body left the inside without contact. Where a pose is missing before a frame, or the track has a gap or a
+    teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
 
     Between frames body origins move along lines and rotations turn at a constant rate along the shorter arc. It says in
     which interval and when, not in which faces; ask ``exact`` for those of a frame and ``time_of_impact`` for one
@@ -107,6 +117,10 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         clear = verdict[frames, columns] == Verdict.CLEAR
         # as one end of an interval without contact is, so is the whole way
         asked = self._containment.mark(motion, frames[clear], columns[clear], verdict)
+        asked += self._mark_ways_through_holes(motion, surfaces, way, verdict)
+        unresolved = np.argwhere((verdict == Verdict.UNRESOLVED) & has_pose)
+        for t, p in unresolved.tolist():
+            reasons.setdefault((t, p), self._containment.words[p].removeprefix(PARTLY_DECIDED))
         clock.append(perf_counter())
         return self._detection(
             block,
@@ -118,6 +132,22 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
             reasons={(t - first, p): why for (t, p), why in reasons.items()},
             toi={(t - first, p): seconds for (t, p), seconds in toi.items()},
         )
+
+    def _mark_ways_through_holes(
+        self, motion: Motion, surfaces: MotionAnswer, way: BoolArray, verdict: ByteArray
+    ) -> int:
+        """Give an interval without contact the answer of its beginning too, where a body can pass through a hole."""
+        holed = self._containment.holed
+        if not holed:
+            return 0
+        at_frames = np.zeros_like(verdict)
+        frames, columns = surfaces.near
+        chosen = np.isin(columns, holed)
+        asked = self._containment.mark(motion, frames[chosen], columns[chosen], at_frames)
+        before = np.zeros_like(at_frames)
+        before[1:] = np.where(way[1:], at_frames[:-1], Verdict.CLEAR)
+        verdict[(verdict == Verdict.CLEAR) & (before != Verdict.CLEAR)] = Verdict.UNRESOLVED
+        return asked
 
     def _search(
         self, motion: Motion, asked: BoolArray, verdict: ByteArray, reasons: dict[tuple[int, int], str],

@@ -48,7 +48,7 @@ class ExactDetector(PairDetector[ContainmentSettings]):
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         broad, surfaces = BroadPhase(self.bodies, self.pairs), FrameLooks(self._trees, self.pairs)
-        return LivePairs(broad, surfaces.decide, self._containment.question)
+        return LivePairs(broad, surfaces.decide, self._containment.question, self._containment.holed)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         answer = self._surfaces.decide(motion, faces=faces)

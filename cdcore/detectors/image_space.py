@@ -4,7 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
+import numpy as np
+
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.mesh import TriangleMesh
+from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import FloatArray, IntArray, place_points
@@ -22,8 +26,9 @@ class ImageSpaceSettings(CheckedSettings):
 class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     """Sends rays along three axes through where the boxes of two solids overlap, and adds up what both share.
 
-    What it calls CONTACT or CONTAINED overlaps in truth; an overlap that no ray meets is NOT_FOUND. Between open meshes
-    the answer is INVALID where their boxes overlap, because an open mesh has no inside.
+    What it calls CONTACT or CONTAINED overlaps in truth; an overlap that no ray meets is NOT_FOUND. CONTAINED is where
+    every connected part of one body is wholly inside the other or wholly beside it, as far as rays tell. Where boxes
+    overlap and rays cannot tell the inside of a mesh (holes, doubled faces, parts that overlap) the answer is INVALID.
 
     Cost: all faces of both bodies, three times, in each pose whose boxes overlap.
     """
@@ -81,10 +86,41 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         low, high = [one.min(axis=(0, 1)) for one in placed], [one.max(axis=(0, 1)) for one in placed]
         if (low[0] > high[1]).any() or (low[1] > high[0]).any():
             return NOTHING, Verdict.CLEAR, ""
-        opened = sorted(self.bodies[body].name for body in pair if not self.bodies[body].mesh.is_closed)
-        if opened:
-            return NOTHING, Verdict.INVALID, f"{' and '.join(opened)} is open: it has no inside to overlap"
+        refusals = sorted(
+            f"{self.bodies[body].name} {why}" for body in pair if (why := _refusal(self.bodies[body].mesh))
+        )
+        if refusals:
+            return NOTHING, Verdict.INVALID, " and ".join(refusals)
         seen = overlap_of_placed(placed[0], placed[1], self.settings.resolution)
         if seen.volume <= 0.0:
             return seen, Verdict.NOT_FOUND, ""
-        return seen, Verdict.CONTACT if seen.inside < 0 else Verdict.CONTAINED, ""
+        contained = seen.inside >= 0 or any(
+            self._parts_are_inside_or_beside(pair[body], placed[body], placed[1 - body]) for body in (0, 1)
+        )
+        return seen, Verdict.CONTAINED if contained else Verdict.CONTACT, ""
+
+    def _parts_are_inside_or_beside(self, body: int, own: FloatArray, other: FloatArray) -> bool:
+        """Whether each connected part of a body lies wholly inside another one or wholly beside it, and one inside.
+
+        ``own`` (f, 3, 3) and ``other`` (g, 3, 3) are placed faces. A body of one part was asked about already.
+        """
+        labels = self.bodies[body].mesh.components
+        parts = np.unique(labels)
+        if len(parts) == 1:
+            return False
+        inside = 0
+        for part in parts:
+            seen = overlap_of_placed(own[labels == part], other, self.settings.resolution)
+            if seen.volume > 0.0 and seen.inside != 0:
+                return False
+            inside += seen.inside == 0
+        return inside > 0
+
+
+def _refusal(mesh: TriangleMesh) -> str:
+    """Why rays cannot tell the inside of a mesh, as a verb and its object; "" where they can."""
+    if not mesh.is_closed:
+        return "is open: it has no inside to overlap"
+    if not parity_is_inside(mesh):
+        return "has faces drawn twice, or parts that cross or lie in each other: rays do not tell its inside"
+    return ""

@@ -48,7 +48,7 @@ class TreeDetector(PairDetector[TreeSettings]):
         if self.settings.budget is not None:
             return super().live()
         decide = partial(self._trees.decide_now, {})
-        return LivePairs(self._broad, decide, self._containment.question)
+        return LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion) if self.spheres_first else self._broad.everywhere(motion)

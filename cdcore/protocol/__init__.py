@@ -2,7 +2,7 @@
 
 from cdcore.protocol.blocks import blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
 from cdcore.protocol.body import Body, Solids, resolve_pairs
-from cdcore.protocol.detection import DECIDED, Detection, join
+from cdcore.protocol.detection import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Detection, join
 from cdcore.protocol.detector import Detector, Explains, Explanation
 from cdcore.protocol.face_sets import NO_FACES, FaceSets
 from cdcore.protocol.frame_detector import FrameDetector, own_failure
@@ -13,8 +13,9 @@ from cdcore.protocol.pair_detector import PairDetector
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_one_of, is_undecided
 
 __all__ = [
-    "DECIDED", "NO_FACES", "REST", "Body", "Detection", "Detector", "Explains", "Explanation", "FaceSets",
-    "FrameDetector", "HeldLooks", "Live", "LiveHeld", "Motion", "PairDetector", "Solids", "Verdict", "blocks_in_order",
-    "contact_or_clear", "counts_as_contact", "detect_live", "is_one_of", "is_undecided", "join", "live_session",
-    "looks_at", "ordered_by_name", "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
+    "DECIDED", "INSIDE_UNDECIDED", "NO_FACES", "PARTLY_DECIDED", "REFUSED", "REST", "Body", "Detection", "Detector",
+    "Explains", "Explanation", "FaceSets", "FrameDetector", "HeldLooks", "Live", "LiveHeld", "Motion", "PairDetector",
+    "Solids", "Verdict", "blocks_in_order", "contact_or_clear", "counts_as_contact", "detect_live", "is_one_of",
+    "is_undecided", "join", "live_session", "looks_at", "ordered_by_name", "own_failure", "pair_has_pose",
+    "require_bodies", "resolve_pairs", "stream_live",
 ]  # fmt: skip

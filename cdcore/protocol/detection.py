@@ -27,7 +27,16 @@ MOST_PAIRS = 20
 """Pairs that a notebook lists of a detection."""
 
 DECIDED = "decided"
-"""Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
+"""Word in ``Detection.containment`` for a pair whose containment was decided in every frame."""
+
+PARTLY_DECIDED = "partly: "
+"""Begins the word of a pair whose containment may be UNRESOLVED in some frames; the reason follows."""
+
+REFUSED = "refused: "
+"""Begins the word of a pair whose containment is never decided; the reason follows."""
+
+INSIDE_UNDECIDED = "inside undecided: "
+"""Begins the reason of a pair-frame that is UNRESOLVED because a mesh does not tell its inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +52,7 @@ class Detection:
     verdict : (T, P) uint8, values of ``Verdict``.
     covers : ``"instants"``: row t speaks of the pose at frame t; ``"intervals"``: of the closed interval from t-1 to t.
     face_sets : the faces that meet, or ``None`` when they were not asked for.
-    containment : (P,) words: ``"decided"`` or ``"refused: <reason>"``.
+    containment : (P,) words: ``"decided"``, ``"partly: <reason>"`` or ``"refused: <reason>"``.
     work : counters: a total, or (T, P) uint32 where asked for.
     seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).

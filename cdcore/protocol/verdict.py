@@ -14,15 +14,15 @@ class Verdict(IntEnum):
     CONTACT = 1
     """Surfaces meet (touching counts), confirmed on triangles."""
     CONTAINED = 2
-    """A connected part of one, or all of it, inside a closed other, surfaces disjoint: the solids overlap."""
+    """A connected part of one, or all of it, inside the other, surfaces disjoint: the solids overlap."""
     CANDIDATE = 3
     """Only bounding volumes overlap: counts as contact, the excess is printed as unconfirmed."""
     NOT_FOUND = 4
-    """A sampled or budgeted search ended without a hit: counts as no contact."""
+    """A search ended without a hit, or a sampled detector has no answer yet: counts as no contact."""
     UNRESOLVED = 5
-    """Undecided, with a reason: left out of an audit, in its own column."""
+    """Undecided, with a reason, as what is inside a mesh with holes: left out of an audit, in its own column."""
     INVALID = 6
-    """The question does not apply (an open mesh in ``image-space``): left out, in its own column."""
+    """The question does not apply (a mesh without inside in ``image-space``): left out, in its own column."""
     NO_POSE = 7
     """Pose missing or flagged: left out, in its own column."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from cdcore.mesh import TriangleMesh, once_a_mesh, winding
 from cdcore.narrow.containment.ray_parity import point_inside
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import Motion
 
 
@@ -21,12 +21,8 @@ def parity_is_inside(mesh: TriangleMesh) -> bool:
     if mesh.has_doubled_faces:
         return False
     parts = connected_parts(mesh)
-    low, high = (np.array([bound(part, axis=(0, 1)) for part in parts]) for bound in (np.min, np.max))
-    near = [
-        (k, j) for k in range(len(parts) - 1)
-        for j in (k + 1 + np.flatnonzero(((low[k + 1 :] <= high[k]) & (low[k] <= high[k + 1 :])).all(axis=1))).tolist()
-    ]  # fmt: skip
-    return not near or not (_any_meet(parts, near) or _any_inside_alike(parts, near))
+    near = parts_near_each_other(parts)
+    return not near or not (parts_that_meet(parts, near).any() or parts_inside_alike(parts, near))
 
 
 def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
@@ -35,7 +31,20 @@ def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
     return np.split(mesh.triangles[order], np.flatnonzero(np.diff(mesh.components[order])) + 1)
 
 
-def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
+def parts_near_each_other(parts: list[FloatArray]) -> list[tuple[int, int]]:
+    """Numbers of two parts whose boxes meet, the lower first."""
+    if len(parts) < 2:
+        return []
+    low, high = (np.array([bound(part, axis=(0, 1)) for part in parts]) for bound in (np.min, np.max))
+    near = []
+    for k in range(len(parts) - 1):
+        overlaps = ((low[k + 1 :] <= high[k]) & (low[k] <= high[k + 1 :])).all(axis=1)
+        near += [(k, k + 1 + int(j)) for j in np.flatnonzero(overlaps)]
+    return near
+
+
+def parts_that_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> BoolArray:
+    """Whether the surfaces of two parts meet, for each of ``pairs``, (n,)."""
     # Here, since most meshes have one part: whoever asks only for parity compiles no more than that.
     from cdcore.narrow.bvh.box_tree import build_box_trees
     from cdcore.narrow.bvh.whole_motion import decide_motion
@@ -44,10 +53,10 @@ def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     count = len(used)
     as_they_lie = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
     trees = build_box_trees([np.ascontiguousarray(parts[k]) for k in used])
-    return bool(decide_motion(trees, renumbered.reshape(-1, 2), as_they_lie).hits.any())
+    return decide_motion(trees, renumbered.reshape(-1, 2), as_they_lie).hits[0]
 
 
-def _any_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
+def parts_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     """Whether some part that meets no other lies in a region that is inside others already: hollows cancel them."""
     turns = [winding(part) for part in parts]
     around = turns.copy()

@@ -1,7 +1,10 @@
-"""Which bodies have a connected part inside a closed other, where their surfaces do not meet: by exact parity.
+"""Which bodies have a connected part inside another, where their surfaces do not meet.
 
 Solids with disjoint surfaces overlap exactly there. A ball in a box is contained; a rod in an open beaker is not, even
 if the beaker's mesh is closed: the cavity is outside the glass.
+
+Sound closed meshes are decided by exact parity of rays. Where parity refuses, because of holes, doubled faces, or parts
+that cross or lie in each other, the winding number decides, or the answer is UNRESOLVED: it is never CLEAR by default.
 """
 
 from __future__ import annotations
@@ -12,23 +15,40 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
+from cdcore.kernels.compiling import kernel
 from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
+from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
+from cdcore.narrow.containment.inside_by_winding import (
+    AT_HOLE,
+    BESIDE,
+    MAY_REACH,
+    UNDECIDED,
+    InnerParts,
+    decide_by_winding,
+    hulls_apart,
+    outline_of,
+    reach_of_part,
+    side_of_part,
+    side_of_surface,
+    worse,
+)
+from cdcore.narrow.containment.placed_points import margin_at, margin_of, seen_point
 from cdcore.narrow.containment.ray_parity import (
+    INSIDE,
+    OUTSIDE,
     UNCERTAIN,
     InsideGrid,
     build_inside_grid,
+    crossed_faces,
     point_inside,
     point_state,
-)  # fmt: skip
+)
+from cdcore.narrow.containment.winding_surface import PartKind, winding_surface
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import EPS, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import DECIDED, Body, Motion, Verdict
-
-PAD: Final = 1024.0 * EPS
-"""How far a point seen from the other body may be from the reference vertices, as a share of both bodies' size: over
-twice the sum of 192, to which a rotation's transpose is its inverse (``ORTHONORMAL_KEEP``), and 64 for placing it."""
+from cdcore.numerics import ByteArray, FloatArray, IntArray, place_points
+from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Body, Motion, Verdict
 
 ROOM_SLACK: Final = 1e-9
 """A part longer than the other's box by less than this share is still asked about."""
@@ -41,7 +61,7 @@ PROBE_WEIGHTS: Final = np.array([[0.21], [0.33], [0.46]])
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
-REFUSAL: Final = "refused: containment=False"
+REFUSAL: Final = f"{REFUSED}containment=False"
 """What ``Detection.containment`` says of every pair where a setting turned the question off."""
 
 
@@ -90,6 +110,116 @@ def grid_of(mesh: TriangleMesh) -> InsideGrid:
     return build_inside_grid(mesh.triangles)
 
 
+@once_a_mesh
+def parity_decides(mesh: TriangleMesh) -> bool:
+    """Whether parity of rays tells inside from outside of a mesh."""
+    return mesh.is_closed and parity_is_inside(mesh)
+
+
+@once_a_mesh
+def inner_parts_of(mesh: TriangleMesh) -> InnerParts:
+    """The connected parts of a mesh in arrays, for the winding number of the other body."""
+    parts = parts_of(mesh)
+    counts = np.array([[len(part.probes), len(part.extremes)] for part in parts])
+    first_point = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
+    return InnerParts(
+        boxes=np.array([part.box for part in parts]),
+        points=np.concatenate([points for part in parts for points in (part.probes, part.extremes)]),
+        first_point=first_point,
+        first_extreme=first_point[:-1] + counts[:, 0],
+    )
+
+
+@once_a_mesh
+def size_of(mesh: TriangleMesh) -> float:
+    """How far a mesh reaches from the origin of its body at most, metres."""
+    return float(np.abs(mesh.referenced_vertices).sum(axis=1).max())
+
+
+class WindingQuestion:
+    """Asks whether a part of one body is inside another that parity refuses, in frames without contact."""
+
+    def __init__(self, inner: int, outer: int, meshes: Sequence[TriangleMesh]) -> None:
+        self._ends, self._bodies = (inner, outer), len(meshes)
+        self._inner_mesh = meshes[inner]
+        self._parts, self._surface = inner_parts_of(meshes[inner]), winding_surface(meshes[outer])
+        self._outlines = outline_of(meshes[inner]), outline_of(meshes[outer])
+        self._size = size_of(meshes[inner]) + size_of(meshes[outer])
+
+    def states(self, motion: Motion, frames: IntArray) -> IntArray:
+        """INSIDE, OUTSIDE or UNDECIDED, (K,) for K frames."""
+        states = self._by_points(motion, frames)
+        reaching = np.flatnonzero(states == MAY_REACH)
+        if len(reaching):
+            meet = self._caps.decide(motion.take(frames[reaching])).hits[:, 0]
+            states[reaching] = np.where(meet, UNDECIDED, OUTSIDE)
+        return states
+
+    def state_now(self, now: Motion) -> int:
+        """INSIDE, OUTSIDE or UNDECIDED in a motion of one frame."""
+        state = int(self._by_points(now, FIRST_FRAME)[0])
+        if state != MAY_REACH:
+            return state
+        meet, _ = self._caps_now.decide(now, 0, 0.0)
+        return UNDECIDED if meet == Verdict.CONTACT else OUTSIDE
+
+    def _by_points(self, motion: Motion, frames: IntArray) -> IntArray:
+        """The same as far as points of the parts tell; MAY_REACH where caps must be asked."""
+        states = np.zeros(len(frames), dtype=np.int64)
+        poses = motion.rotations, motion.translations
+        decide_by_winding(poses, frames, self._ends, self._parts, self._surface, self._outlines, self._size, states)
+        for k in np.flatnonzero(states == UNCERTAIN).tolist():
+            states[k] = self._exactly(motion, int(frames[k]))
+        return states
+
+    @cached_property
+    def _cap_trees(self) -> list[BoxTree]:
+        """The tree of the inner body at its number, those of the caps at all others."""
+        caps = self._surface.caps
+        inner, of_caps = build_box_trees([np.ascontiguousarray(self._inner_mesh.triangles), caps])
+        return [inner if body == self._ends[0] else of_caps for body in range(self._bodies)]
+
+    @cached_property
+    def _caps(self) -> MotionSearch:
+        """Whether the inner body meets caps of the outer one, over a motion."""
+        return MotionSearch(self._cap_trees, np.array([self._ends]))
+
+    @cached_property
+    def _caps_now(self) -> FrameLooks:
+        """The same of one frame after another."""
+        return FrameLooks(self._cap_trees, np.array([self._ends]))
+
+    def _exactly(self, motion: Motion, frame: int) -> int:
+        """The same in one frame, from crossings of rays with placed faces, counted in whole numbers."""
+        inner, outer = self._ends
+        turns, places, parts = motion.rotations, motion.translations, self._parts
+        margin = margin_of(places[frame], inner, outer, self._size)
+        turn = turns[frame, outer].T @ turns[frame, inner]
+        move = turns[frame, outer].T @ (places[frame, inner] - places[frame, outer])
+        placed = place_points(self._surface.grid.triangles, turns[frame, outer], places[frame, outer])
+        state = OUTSIDE
+        for part in range(len(parts.boxes)):
+            reach = reach_of_part(parts, part, self._surface, turn, move, margin)
+            if reach == BESIDE:
+                continue
+            # Vertices alone: where a point on a face lies is rounded.
+            own = parts.points[parts.first_extreme[part] : parts.first_point[part + 1]]
+            points = place_points(own, turns[frame, inner], places[frame, inner])
+            side = MAY_REACH if reach == AT_HOLE else UNDECIDED
+            for local, point in zip(own @ turn.T + move, points, strict=True):
+                crossings = np.zeros(len(self._surface.kinds), dtype=np.int64)
+                numbers, facings = crossed_faces(point, placed)
+                np.add.at(crossings, self._surface.part[numbers], facings)
+                found = side_of_surface(self._surface, local, margin, crossings)
+                side = side_of_part(side, found, reach == AT_HOLE)
+                if side == INSIDE or (side == OUTSIDE and reach != AT_HOLE):
+                    break
+            state = worse(state, side)
+        if state in (UNDECIDED, MAY_REACH) and hulls_apart(self._outlines, turn, move, margin):
+            return OUTSIDE
+        return int(state)
+
+
 class ContainmentStage:
     """Decides containment for pair-frames of ``pairs`` (P, 2) whose surfaces do not meet.
 
@@ -103,7 +233,10 @@ class ContainmentStage:
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
     def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
-        """Mark as CONTAINED in ``verdict`` (T, P) which of K pair-frames are; returns how many were asked about."""
+        """Mark as CONTAINED or UNRESOLVED in ``verdict`` (T, P) which of K pair-frames are; returns how many it asked.
+
+        All of them must be CLEAR as far as surfaces tell.
+        """
         if not self._asked:
             return 0
         for column, rows in rows_of_columns(columns):
@@ -112,20 +245,51 @@ class ContainmentStage:
                 inside = self._inside(motion, nesting, left).view(np.bool_)
                 verdict[left[inside], column] = Verdict.CONTAINED
                 left = left[~inside]
+            for question in self._winding_questions[column]:
+                states = question.states(motion, left)
+                verdict[left[states == UNDECIDED], column] = Verdict.UNRESOLVED
+                verdict[left[states == INSIDE], column] = Verdict.CONTAINED
+                left = left[states != INSIDE]
         return len(frames)
 
     @property
-    def question(self) -> Callable[[Motion, int], bool] | None:
-        """``inside_now``, or ``None`` where containment is not asked."""
-        return self.inside_now if self._asked else None
+    def question(self) -> Callable[[Motion, int], Verdict] | None:
+        """``verdict_now``, or ``None`` where containment is not asked."""
+        return self.verdict_now if self._asked else None
 
-    def inside_now(self, now: Motion, column: int) -> bool:
-        """Whether one body of a pair is inside the other in a motion of one frame."""
+    def verdict_now(self, now: Motion, column: int) -> Verdict:
+        """CONTAINED, CLEAR or UNRESOLVED for a pair whose surfaces do not meet, in a motion of one frame."""
         for nesting in self._nestings[column]:
-            states = self._inside(now, nesting, FIRST_FRAME)
-            if states[0]:
-                return True
-        return False
+            if self._inside(now, nesting, FIRST_FRAME)[0]:
+                return Verdict.CONTAINED
+        verdict = Verdict.CLEAR
+        for question in self._winding_questions[column]:
+            state = question.state_now(now)
+            if state == INSIDE:
+                return Verdict.CONTAINED
+            if state == UNDECIDED:
+                verdict = Verdict.UNRESOLVED
+        return verdict
+
+    @cached_property
+    def holed(self) -> list[int]:
+        """Pairs whose answer may change though no surfaces meet, as one body can pass through a hole of the other."""
+        if not self._asked:
+            return []
+        holed = [has_holes(mesh) for mesh in self._meshes]
+        return [column for column, (i, j) in enumerate(self._pairs) if holed[i] or holed[j]]
+
+    @cached_property
+    def _winding_questions(self) -> list[list[WindingQuestion]]:
+        """Per pair, what is asked of the winding number; nothing where parity decides."""
+        return [
+            [
+                WindingQuestion(inner, outer, self._meshes)
+                for inner, outer in ((i, j), (j, i))
+                if not parity_decides(self._meshes[outer]) and len(winding_surface(self._meshes[outer]).kinds)
+            ]
+            for i, j in self._pairs
+        ]
 
     @cached_property
     def _nestings(self) -> list[list[Nesting]]:
@@ -133,8 +297,8 @@ class ContainmentStage:
         return [self._fitting(i, j) + self._fitting(j, i) for i, j in self._pairs]
 
     def _fitting(self, inner: int, outer: int) -> list[Nesting]:
-        """The parts of a body that are no longer than the box of a part of the other one, if that is closed."""
-        if not self._meshes[outer].is_closed:
+        """The parts of a body that are no longer than the box of a part of the other one, if parity decides there."""
+        if not parity_decides(self._meshes[outer]):
             return []
         grid = grid_of(self._meshes[outer])
         boxes = np.array([part.box for part in parts_of(self._meshes[outer])])
@@ -162,18 +326,32 @@ class ContainmentStage:
         return states
 
 
+def has_holes(mesh: TriangleMesh) -> bool:
+    """Whether a mesh has a part with holes."""
+    return not parity_decides(mesh) and bool((winding_surface(mesh).kinds != PartKind.CLOSED).any())
+
+
 def containment_word(a: Body, b: Body) -> str:
-    """Whether containment of a pair is decided, as ``Detection.containment`` says it."""
-    opened = [body.name for body in (a, b) if not body.mesh.is_closed]
-    if opened:
-        return f"refused: {_are(opened, 'is open', 'are open')}"
-    doubled = [body.name for body in (a, b) if not parity_is_inside(body.mesh)]
-    what = "doubled or overlapping faces"
-    return f"refused: {_are(doubled, f'has {what}', f'have {what}')}" if doubled else DECIDED
+    """Whether containment of a pair is decided everywhere, as ``Detection.containment`` says it."""
+    causes = []
+    for body in sorted((a, b), key=lambda body: body.name):
+        cause = doubt(body.mesh)
+        if cause:
+            causes.append(f"{body.name} {cause}")
+    return f"{PARTLY_DECIDED}{INSIDE_UNDECIDED}{' and '.join(causes)}" if causes else DECIDED
 
 
-def _are(names: Sequence[str], one: str, several: str) -> str:
-    return f"{names[0]} {one}" if len(names) == 1 else f"{' and '.join(sorted(names))} {several}"
+def doubt(mesh: TriangleMesh) -> str:
+    """Why it may be undecided what is inside a mesh, as a verb and its object; "" where it always is decided."""
+    if parity_decides(mesh):
+        return ""
+    surface = winding_surface(mesh)
+    causes = []
+    if (surface.kinds != PartKind.CLOSED).any():
+        causes.append("has holes")
+    if surface.opposed.any():
+        causes.append("has crossing parts of opposite winding")
+    return " and ".join(causes)
 
 
 @kernel
@@ -230,29 +408,3 @@ def decide_by_rays(
             if states[k] == UNCERTAIN:
                 seen[0], seen[1], seen[2] = seen_point(turns, places, frames[k], inner, outer, probes, probe)
                 states[k] = point_state(grid, seen, margin)
-
-
-@hot_kernel
-def margin_at(places: FloatArray, frame: int, inner: int, outer: int, size: float) -> float:
-    """Metres by which a point seen from the other body may be off."""
-    become_part_of_caller()
-    for i in range(3):
-        size += abs(places[frame, inner, i]) + abs(places[frame, outer, i])
-    return PAD * size
-
-
-@hot_kernel
-def seen_point(
-    turns: FloatArray, places: FloatArray, frame: int, inner: int, outer: int, points: FloatArray, e: int
-) -> tuple[float, float, float]:
-    """A point of the inner body in the outer body's frame."""
-    become_part_of_caller()
-    x = y = z = 0.0
-    for k in range(3):
-        way = places[frame, inner, k] - places[frame, outer, k]
-        for j in range(3):
-            way += turns[frame, inner, k, j] * points[e, j]
-        x += turns[frame, outer, k, 0] * way
-        y += turns[frame, outer, k, 1] * way
-        z += turns[frame, outer, k, 2] * way
-    return x, y, z

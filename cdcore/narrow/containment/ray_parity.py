@@ -51,7 +51,12 @@ class InsideGrid(NamedTuple):
 
 
 def build_inside_grid(triangles: FloatArray) -> InsideGrid:
-    """The grid over the triangles (f, 3, 3) of a closed mesh."""
+    """The grid over the triangles (f, 3, 3) of a closed mesh; of none one empty cell."""
+    if not len(triangles):
+        nothing, no_number = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+        return InsideGrid(
+            triangles, nothing, nothing, np.zeros((2, 3)), 0.0, 1, 1.0, 0.0, np.zeros(2, np.int64), no_number
+        )
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     box = np.array([low.min(axis=0), high.max(axis=0)])
     extent = float((box[1] - box[0]).max())
@@ -148,20 +153,31 @@ def plane_side(corners: FloatArray, point: FloatArray, margin: float) -> int:
 def point_inside(point: FloatArray, triangles: FloatArray) -> bool:
     """Whether a point (3,) is inside the surface of triangles (n, 3, 3) that is closed and does not hold the point.
 
-    Exact for the numbers given: floats decide what can be decided by comparing them, integers the rest. Source: parity
-    of crossings; the half-open rule is the usual one of polygon filling.
+    Exact for the numbers given. Source: parity of crossings.
+    """
+    return len(crossed_faces(point, triangles)[0]) % 2 == 1
+
+
+def crossed_faces(point: FloatArray, triangles: FloatArray) -> tuple[list[int], list[int]]:
+    """Numbers of the triangles (n, 3, 3) that a ray from a point (3,) along +x crosses, and 1 or -1 for each.
+
+    1 where the normal points along the ray, so that the ray leaves there. Exact for the numbers given: floats decide
+    what can be decided by comparing them, integers the rest. Source: the half-open rule is the usual one of polygon
+    filling.
     """
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     column = (low[:, 1:] <= point[1:]).all(axis=1) & (high[:, 1:] >= point[1:]).all(axis=1)
     column &= high[:, 0] >= point[0]
     (start, *corners), _ = integer_points(np.concatenate([point[None], triangles[column].reshape(-1, 3)]))
-    inside = False
-    for a, b, c in zip(corners[::3], corners[1::3], corners[2::3], strict=True):
+    numbers, facings = [], []
+    for face, a, b, c in zip(np.flatnonzero(column).tolist(), corners[::3], corners[1::3], corners[2::3], strict=True):
         if _above(a, b, start) ^ _above(b, c, start) ^ _above(c, a, start):
             # whether the plane of the triangle lies beyond the point along +x
             upright = normal((a, b, c))
-            inside ^= dot(upright, difference(start, a)) * upright[0] < 0
-    return inside
+            if dot(upright, difference(start, a)) * upright[0] < 0:
+                numbers.append(face)
+                facings.append(1 if upright[0] > 0 else -1)
+    return numbers, facings
 
 
 def _above(a: Vector, b: Vector, p: Vector) -> bool:

@@ -15,7 +15,7 @@ from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
-from cdcore.protocol import DECIDED, Body, Motion
+from cdcore.protocol import Body, Motion, Verdict
 from cdcore.protocol.settings import MOST_METRES, MOST_WORK, CheckedSettings, number, whole
 
 
@@ -48,8 +48,8 @@ class TimeOfImpact:
     toi : seconds (low, high): nothing touches before ``low``, at ``high`` a contact was seen; where UNRESOLVED, the
         time within which the question is open; ``None`` where FREE.
     faces : a face of A and one of B that meet at ``high``; ``None`` unless HIT.
-    inside : at the start, whether a part of one mesh is inside the other, without touching; ``None`` where the outer
-        one would be open, or has parts that overlap, and the question has no answer. It stays so throughout where FREE.
+    inside : at the start, whether a part of one mesh is inside the other, without touching; ``None`` where holes of the
+        outer one leave that open. Where FREE it stays so throughout, unless a mesh has holes to pass through.
     reason : why UNRESOLVED.
     """
 
@@ -144,8 +144,7 @@ def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
 
 
 def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, start: Motion) -> bool | None:
-    """Whether one is inside the other at the start; ``None`` where an open mesh or overlapping parts leave it open."""
+    """Whether one is inside the other at the start; ``None`` where that is undecided."""
     stage = ContainmentStage([Body("A", mesh_a), Body("B", mesh_b)], np.array([[0, 1]]))
-    if stage.inside_now(start, 0):
-        return True
-    return False if stage.words[0] == DECIDED else None
+    verdict = stage.verdict_now(start, 0)
+    return None if verdict == Verdict.UNRESOLVED else verdict == Verdict.CONTAINED

@@ -83,7 +83,7 @@ def test_a_look_without_a_pose_teaches_nothing(name):
     assert name == "collider" or detection.faces(6, 0).tolist() == detection.faces(0, 0).tolist()
     valid[:5] = False
     blind = Motion(times, motion.translations, motion.rotations, valid)
-    assert detector.detect(blind).verdict[:, 0].tolist() == [Verdict.NO_POSE] * 8 + [0] * 4
+    assert detector.detect(blind).verdict[:, 0].tolist() == [Verdict.NO_POSE] * 6 + [Verdict.NOT_FOUND] * 2 + [0] * 4
 
 
 def test_faces_and_sections_stand_with_the_verdict_they_were_seen_with():

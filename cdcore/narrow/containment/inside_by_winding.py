@@ -1,0 +1,269 @@
+"""Is a part of one body inside another, whose surface ray parity refuses? By its winding number, or undecided.
+
+The parts of the inner body meet no face of the outer one. So a part that keeps away from every hole lies on one side of
+each part of the outer body, and one point decides. A part near a hole may reach through it: it is inside where any of
+its points clearly is, outside where all are and it meets no cap, else undecided. Where a plane keeps the bodies apart,
+and so wherever any of their boxes or spheres do, the answer is outside, whatever holes there are: it is the same after
+every broad phase.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cdcore.bounding.hull import hull_of
+from cdcore.kernels.box_box import apart_on_all_axes
+from cdcore.kernels.compiling import kernel, stay_one_function
+from cdcore.kernels.vectors import dot
+from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.narrow.containment.placed_points import margin_at, seen_point
+from cdcore.narrow.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
+from cdcore.narrow.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
+from cdcore.narrow.containment.winding_surface import CLOSED, HOLED, WindingSurface
+from cdcore.narrow.published_trees.gjk import NO_PROGRESS, nearest_on_simplex, put
+from cdcore.numerics import FloatArray, IntArray
+
+UNDECIDED: Final = 3
+"""Beside OUTSIDE, INSIDE and UNCERTAIN: the surface does not tell, whatever the arithmetic."""
+MAY_REACH: Final = 4
+"""All points that were tried are outside, near a hole: whether the surfaces meet a cap decides."""
+
+HOLED_MARGIN: Final = 1.0 / 3.0
+"""How far the winding number of a part with lost faces may be from a whole one: a third is as near to a round hole as
+0.44 of its radius."""
+
+OPEN_MARGIN: Final = 0.1
+"""The same of a part with an opening, at a point outside its caps. For half a sphere it is 0.15 at the other pole."""
+
+MOST_HULL_STEPS: Final = 64
+"""Hulls of a thousand corners settle in twenty; those that go on are within rounding of touching."""
+
+
+class InnerParts(NamedTuple):
+    """I connected parts of a body: ``boxes`` (I, 2, 3) and ``points`` (p, 3), on faces first, then outermost vertices.
+
+    Those of part i begin at ``first_point[i]``, its vertices at ``first_extreme[i]``; next is ``first_point[i + 1]``.
+    """
+
+    boxes: FloatArray
+    points: FloatArray
+    first_point: IntArray
+    first_extreme: IntArray
+
+
+@once_a_mesh
+def outline_of(mesh: TriangleMesh) -> FloatArray:
+    """Points (n, 3) that reach as far as the mesh in every direction: the corners of its hull."""
+    hull = hull_of(mesh.referenced_vertices)
+    return np.ascontiguousarray(mesh.referenced_vertices if hull is None else hull.vertices)
+
+
+@kernel
+def decide_by_winding(
+    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], parts: InnerParts,
+    surface: WindingSurface, outlines: tuple[FloatArray, FloatArray], size: float, states: IntArray,
+) -> None:  # fmt: skip
+    """Write to ``states`` (K,) whether a part of one body is INSIDE another in K frames, OUTSIDE or UNDECIDED.
+
+    MAY_REACH stands where caps must be asked, UNCERTAIN where rounding leaves a ray open. ``poses``: (T, N, 3, 3),
+    (T, N, 3); ``ends``: the inner body and the outer one; ``outlines`` of both, in this order; ``size``: metres of both
+    bodies from their origins.
+    """
+    turns, places = poses
+    inner, outer = ends
+    crossings = np.zeros(len(surface.kinds), dtype=np.int64)
+    seen, turn, move = np.empty(3), np.empty((3, 3)), np.empty(3)
+    for k in range(len(frames)):
+        frame = frames[k]
+        margin = margin_at(places, frame, inner, outer, size)
+        for i in range(3):
+            move[i] = 0.0
+            for j in range(3):
+                move[i] += turns[frame, outer, j, i] * (places[frame, inner, j] - places[frame, outer, j])
+                turn[i, j] = 0.0
+                for n in range(3):
+                    turn[i, j] += turns[frame, outer, n, i] * turns[frame, inner, n, j]
+        states[k] = OUTSIDE
+        for i in range(len(parts.boxes)):
+            reach = reach_of_part(parts, i, surface, turn, move, margin)
+            if reach == BESIDE:
+                continue
+            state = MAY_REACH if reach == AT_HOLE else UNCERTAIN
+            for n in range(parts.first_point[i], parts.first_point[i + 1]):
+                seen[0], seen[1], seen[2] = seen_point(turns, places, frame, inner, outer, parts.points, n)
+                found = UNCERTAIN
+                if ray_crossings(surface.grid, surface.part, seen, margin, crossings) != RAY_UNCERTAIN:
+                    found = side_of_surface(surface, seen, margin, crossings)
+                state = side_of_part(state, found, reach == AT_HOLE)
+                if state == INSIDE or (state == OUTSIDE and reach == WITHIN):
+                    break
+            states[k] = worse(states[k], state)
+            if state == INSIDE:
+                break
+        if states[k] in (UNDECIDED, MAY_REACH) and hulls_apart(outlines, turn, move, margin):
+            states[k] = OUTSIDE
+
+
+BESIDE: Final = 0
+"""A part of the inner body that is not within the box of any part of the outer one, nor near a hole: outside."""
+WITHIN: Final = 1
+"""It is within such a box and keeps away from holes: on one side of every part."""
+AT_HOLE: Final = 2
+"""It is near a hole, through which it may reach."""
+
+
+@kernel
+def reach_of_part(
+    parts: InnerParts, i: int, surface: WindingSurface, turn: FloatArray, move: FloatArray, margin: float
+) -> int:
+    """BESIDE, WITHIN or AT_HOLE for part ``i`` of the inner body, whose pose in the outer one's frame is given."""
+    stay_one_function()
+    half, d = np.empty(3), np.empty(3)
+    reach = BESIDE
+    for k in range(len(surface.kinds)):
+        if part_beside_box(parts, i, surface.boxes[k], turn, move, margin, half, d):
+            continue
+        for hole in range(surface.first_hole[k], surface.first_hole[k + 1]):
+            if not part_beside_box(parts, i, surface.holes[hole], turn, move, margin, half, d):
+                return AT_HOLE
+        if reach == BESIDE and extremes_within(parts, i, surface.boxes[k], turn, move, margin):
+            reach = WITHIN
+    return reach
+
+
+@kernel
+def part_beside_box(
+    parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray, margin: float, half: FloatArray,
+    d: FloatArray,
+) -> bool:  # fmt: skip
+    """Whether the box of part ``i`` is apart from a box (2, 3) of the outer body; ``half``, ``d`` (3,) are scratch."""
+    stay_one_function()
+    half_part = np.empty(3)
+    for a in range(3):
+        half[a] = 0.5 * (box[1, a] - box[0, a])
+        half_part[a] = 0.5 * (parts.boxes[i, 1, a] - parts.boxes[i, 0, a])
+        d[a] = move[a] - 0.5 * (box[0, a] + box[1, a])
+        for b in range(3):
+            d[a] += turn[a, b] * 0.5 * (parts.boxes[i, 0, b] + parts.boxes[i, 1, b])
+    return apart_on_all_axes(turn, d, half, half_part, margin)
+
+
+@kernel
+def extremes_within(
+    parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray, margin: float
+) -> bool:
+    """Whether a box (2, 3) of the outer body may hold part ``i``."""
+    stay_one_function()
+    for e in range(parts.first_extreme[i], parts.first_point[i + 1]):
+        for a in range(3):
+            x = move[a]
+            for b in range(3):
+                x += turn[a, b] * parts.points[e, b]
+            # What is not a number is kept: in poses far out a difference may be none.
+            if x < box[0, a] - margin or x > box[1, a] + margin:
+                return False
+    return True
+
+
+@kernel
+def side_of_surface(surface: WindingSurface, point: FloatArray, margin: float, crossings: IntArray) -> int:
+    """INSIDE, OUTSIDE or UNDECIDED for a point (3,) that each closed part goes round ``crossings`` (K,) times."""
+    stay_one_function()
+    total, around, opposed, undecided = 0, False, False, False
+    for k in range(len(surface.kinds)):
+        beside = False
+        for a in range(3):
+            beside |= point[a] < surface.boxes[k, 0, a] - margin or point[a] > surface.boxes[k, 1, a] + margin
+        if beside:
+            continue
+        turns = crossings[k]
+        if surface.kinds[k] != CLOSED:
+            undecided |= not decided_by_part(surface, k, point, turns)
+        if turns != 0:
+            total, around, opposed = total + turns, True, opposed or surface.opposed[k] != 0
+    if undecided or (total == 0 and around and opposed):
+        return UNDECIDED
+    return INSIDE if total != 0 else OUTSIDE
+
+
+@kernel
+def decided_by_part(surface: WindingSurface, k: int, point: FloatArray, turns: int) -> bool:
+    """Whether part ``k``, which has holes and with its caps goes round a point so many times, tells its side."""
+    stay_one_function()
+    lost = surface.kinds[k] == HOLED
+    if turns != 0 and not lost:
+        return False
+    of_caps = winding_number_at(point, surface.caps, surface.first_cap[k], surface.first_cap[k + 1])
+    if turns != 0:
+        return abs(of_caps) <= HOLED_MARGIN
+    # Outside, in front of a hole, the number rises towards one half; beside and behind it, it is below 0.
+    in_front = abs(of_caps) if surface.signs[k] == 0 else -surface.signs[k] * of_caps
+    return in_front <= (HOLED_MARGIN if lost else OPEN_MARGIN)
+
+
+@kernel
+def side_of_part(so_far: int, found: int, at_hole: bool) -> int:
+    """The side of a part of which ``found`` is that of one more point.
+
+    One point that is inside tells; one that is outside tells where the part keeps away from holes.
+    """
+    stay_one_function()
+    if found == INSIDE or (found == OUTSIDE and not at_hole):
+        return found
+    if found == UNDECIDED or (at_hole and found == UNCERTAIN):
+        return UNDECIDED
+    return so_far
+
+
+@kernel
+def worse(first: int, second: int) -> int:
+    """The state of a body of which two parts have these: one that is inside decides, then what is open."""
+    stay_one_function()
+    for state in (INSIDE, UNCERTAIN, UNDECIDED, MAY_REACH):
+        if first == state or second == state:
+            return state
+    return OUTSIDE
+
+
+@kernel
+def hulls_apart(outlines: tuple[FloatArray, FloatArray], turn: FloatArray, move: FloatArray, margin: float) -> bool:
+    """Whether the convex hulls of two bodies are more than a margin apart; the pose is as for ``reach_of_part``.
+
+    Source: GJK, as in ``cdcore.narrow.published_trees.gjk``.
+    """
+    stay_one_function()
+    inner, outer = outlines
+    placed, room = np.empty_like(inner), np.empty(36)
+    for n in range(len(inner)):
+        for a in range(3):
+            placed[n, a] = move[a]
+            for b in range(3):
+                placed[n, a] += turn[a, b] * inner[n, b]
+    count, v = 0, (placed[0, 0] - outer[0, 0], placed[0, 1] - outer[0, 1], placed[0, 2] - outer[0, 2])
+    for _ in range(MOST_HULL_STEPS):
+        p, q = furthest(placed, v, -1.0), furthest(outer, v, 1.0)
+        w = placed[p, 0] - outer[q, 0], placed[p, 1] - outer[q, 1], placed[p, 2] - outer[q, 2]
+        far, ahead = dot(v, v), dot(v, w)
+        if ahead > margin * np.sqrt(far):
+            return True
+        if far - ahead <= NO_PROGRESS * far or count == 4:
+            return False
+        put(room, count, w)
+        count, v = nearest_on_simplex(room, count + 1)
+        if count == 0 or dot(v, v) <= 0.0:
+            return False
+    return False
+
+
+@kernel
+def furthest(points: FloatArray, direction: tuple[float, float, float], sign: float) -> int:
+    """Number of the point (n, 3) that lies furthest along a direction, or with -1 furthest against it."""
+    stay_one_function()
+    best, most = 0, -np.inf
+    for n in range(len(points)):
+        along = points[n, 0] * direction[0] + points[n, 1] * direction[1] + points[n, 2] * direction[2]
+        if sign * along > most:
+            best, most = n, sign * along
+    return best

@@ -1,0 +1,67 @@
+"""What depth images call CONTAINED is contained, and no contained body is called CONTACT, whatever parts it has."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, rod_mesh, without_faces
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+
+FRAMES = 60
+TWO_BALLS = merged(ball_mesh(0.1), moved(ball_mesh(0.1), [0.9, 0, 0]))
+THREE_BALLS = merged(*(moved(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) for k in range(3)))
+
+
+def reversed_faces(mesh):
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+@cache
+def pairs():
+    return {
+        "ball in box": (box_mesh(), ball_mesh(0.1)),
+        "rod in box": (box_mesh(), rod_mesh()),
+        "one ball of two": (box_mesh(), TWO_BALLS),
+        "balls of three": (box_mesh(), THREE_BALLS),
+        "hollow ball": (box_mesh(), merged(ball_mesh(0.1), reversed_faces(ball_mesh(0.05)))),
+        "bead in glass": (beaker_mesh(0.05, 0.1, 0.02), ball_mesh(0.004)),
+    }
+
+
+def verdicts(name, first, second, seed=0):
+    rng = np.random.default_rng(seed)
+    low, high = first.bounds
+    turns = random_rotations(rng, FRAMES, 2)
+    places = np.einsum("nij,nj->ni", turns[:, 0], rng.uniform(low, high, (FRAMES, 3)))
+    motion = Motion(np.arange(FRAMES), np.stack([0 * places, places], axis=1), turns)
+    return create_detector(name, [Body("a", first), Body("b", second)]).detect(motion)
+
+
+@pytest.mark.parametrize("name", pairs())
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_contained_bodies_are_not_called_contact(name, exchanged):
+    first, second = pairs()[name]
+    if exchanged:
+        first, second = second, first
+    truth, seen = (verdicts(asker, first, second).verdict[:, 0] for asker in ("exact", "image-space"))
+    contained = truth == Verdict.CONTAINED
+    assert exchanged or contained.sum() > 3
+    assert not (seen[contained] == Verdict.CONTACT).any()
+    # Rays pass a thin crossing now and then.
+    assert ((truth == Verdict.CONTACT) & (seen == Verdict.CONTAINED)).mean() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("mesh", "why"),
+    [
+        (without_faces(box_mesh(), 1), "a is open"),
+        (merged(box_mesh(), box_mesh()), "a has faces drawn twice"),
+        (merged(box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])), "a has faces drawn twice, or parts that cross"),
+    ],
+)
+def test_a_mesh_without_an_inside_for_rays_is_invalid_not_clear(mesh, why):
+    found = verdicts("image-space", mesh, ball_mesh(0.1))
+    assert set(found.verdict[:, 0].tolist()) <= {Verdict.INVALID, Verdict.CLEAR}
+    assert (found.verdict == Verdict.INVALID).any()
+    assert all(reason.startswith(why) for reason in found.reasons.values())

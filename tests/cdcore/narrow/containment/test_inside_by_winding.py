@@ -1,0 +1,209 @@
+"""What is inside a damaged mesh is right or UNRESOLVED, by every detector alike; boxes give the truth."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations, unturned
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.protocol import detect_live
+
+SIZE = np.array([0.2, 0.12, 0.12])
+"""Metres of the block, and of a second one that crosses it."""
+SHIFT = np.array([0.1, 0.03, 0.02])
+PROBE = 0.01
+FRAMES = 150
+ASKERS = {
+    "exact": {}, "hybrid": {}, "static": {}, "aabb": {}, "obb": {}, "rapid-style": {}, "solid-style": {},
+    "collider": {"shape": "mesh"}, "hybrid-qaco": {"decide": "mesh"},
+}  # fmt: skip
+
+
+def reversed_faces(mesh):
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def without(mesh, *faces):
+    return TriangleMesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0))
+
+
+def grid_box(size, count):
+    """A box whose sides are cut into count x count squares of two triangles."""
+    u = np.linspace(-0.5, 0.5, count + 1)
+    points, faces = [], []
+    for axis in range(3):
+        for side in (-0.5, 0.5):
+            first = len(points)
+            for a in u:
+                for b in u:
+                    points.append(np.roll([side, a, b], axis) * size)
+            for i in range(count):
+                for j in range(count):
+                    p = first + i * (count + 1) + j
+                    square = [[p, p + count + 1, p + count + 2], [p, p + count + 2, p + 1]]
+                    faces += square if side > 0 else [face[::-1] for face in square]
+    return TriangleMesh(np.array(points), np.array(faces))
+
+
+def without_a_side():
+    """A block that lacks its side at x = -0.1 m, through which bodies pass without touching."""
+    return without(grid_box(SIZE, 4), *range(32))
+
+
+@cache
+def damaged():
+    """Name -> mesh, the middles of the boxes that it fills, how many lost faces it has."""
+    block, other = box_mesh(SIZE), moved(box_mesh(SIZE), SHIFT)
+    small = moved(box_mesh(SIZE / 2), [0.0, 0.0, 0.0])
+    rows = {"sound": (block, [0 * SHIFT], 0)}
+    rows |= {f"block lacks face {k}": (without(block, k), [0 * SHIFT], 1) for k in range(12)}
+    rows |= {f"fine block lacks face {k}": (without(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 20)}
+    rows |= {
+        "every face twice": (merged(block, block), [0 * SHIFT], 0),
+        "every face from both sides": (merged(block, reversed_faces(block)), [0 * SHIFT], 0),
+        "one face twice": (merged(block, TriangleMesh(block.vertices, block.faces[3:4])), [0 * SHIFT], 0),
+        "crossing": (merged(block, other), [0 * SHIFT, SHIFT], 0),
+        "crossing, one reversed": (merged(block, reversed_faces(other)), [0 * SHIFT, SHIFT], 2),
+        "nested": (merged(block, small), [0 * SHIFT], 0),
+        "crossing, one lacks a face": (merged(without(block, 5), other), [0 * SHIFT, SHIFT], 1),
+        "lacks a face, another twice": (
+            merged(without(block, 2), TriangleMesh(block.vertices, block.faces[7:8])),
+            [0 * SHIFT],
+            1,
+        ),
+    }
+    return rows
+
+
+def overlap_of_boxes(places, middles):
+    """(T,) whether a probe overlaps any box, and whether it lies inside one of them without touching its surface."""
+    overlaps, within = np.zeros(len(places), bool), np.zeros(len(places), bool)
+    for middle in middles:
+        away = np.abs(places - middle)
+        overlaps |= (away < (SIZE + PROBE) / 2).all(axis=1)
+        within |= (away < (SIZE - PROBE) / 2).all(axis=1)
+    return overlaps, within
+
+
+def asked(name, mesh, places, live=False, **settings):
+    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
+    motion = unturned(np.stack([0 * places, places], axis=1))
+    detector = create_detector(name, bodies, **settings)
+    return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
+
+
+@pytest.mark.parametrize("wound", ["outwards", "inwards"])
+@pytest.mark.parametrize("name", damaged())
+def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
+    mesh, middles, lost = damaged()[name]
+    mesh = reversed_faces(mesh) if wound == "inwards" else mesh
+    places = np.random.default_rng(3).uniform(-0.16, 0.26, (FRAMES, 3)) * [1.0, 0.6, 0.6]
+    verdict = asked("exact", mesh, places)
+    overlaps, within = overlap_of_boxes(places, middles)
+    undecided = verdict == Verdict.UNRESOLVED
+    assert not (overlaps & (verdict == Verdict.CLEAR)).any()
+    assert (overlaps | (verdict == Verdict.CLEAR) | undecided).all()
+    assert within.sum() > 10
+    if name.startswith(("sound", "every", "one face", "crossing", "nested")) and lost != 1:
+        met = (verdict == Verdict.CONTACT) | undecided
+        assert ((verdict == Verdict.CONTAINED) | met)[within].all()
+    low, high = mesh.bounds
+    beside = ((places - PROBE / 2 > high) | (places + PROBE / 2 < low)).any(axis=1)
+    assert (verdict[beside] == Verdict.CLEAR).all()
+    assert undecided.mean() <= (0.1 if lost else 0.0)
+    assert np.array_equal(asked("exact", mesh, places, live=True), verdict)
+
+
+@pytest.mark.parametrize("asker", ASKERS)
+@pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
+def test_every_detector_that_claims_containment_agrees(asker, live):
+    mesh = without_a_side()
+    places = np.array([-0.1, 0.0, 0.0]) + np.random.default_rng(4).uniform(-0.03, 0.03, (60, 3))
+    expected = asked("exact", mesh, places)
+    assert {Verdict.UNRESOLVED, Verdict.CLEAR} <= {Verdict(code) for code in expected.tolist()}
+    assert np.array_equal(asked(asker, mesh, places, live=live, **ASKERS[asker]), expected)
+
+
+@pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
+def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
+    mesh, steps = without_a_side(), np.linspace(-0.13, 0.0, 400)
+    places = steps[:, None] * [1.0, 0.0, 0.0]
+    expected = asked("exact", mesh, places)
+    assert expected[0] == Verdict.CLEAR
+    assert (expected[steps > -0.1] != Verdict.CLEAR).all()
+    for asker, settings in ASKERS.items():
+        assert np.array_equal(asked(asker, mesh, places, live=live, **settings), expected), asker
+
+
+def test_an_interval_through_a_hole_is_not_clear():
+    mesh = without_a_side()
+    places = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
+    bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
+    motion = unturned(np.stack([0 * places, places], axis=1))
+    found = create_detector("continuous", bodies).detect(motion)
+    assert found.verdict[0, 0] == found.verdict[4, 0] == Verdict.CLEAR
+    assert (found.verdict[1:4, 0] != Verdict.CLEAR).all()
+    unresolved = np.argwhere(found.verdict == Verdict.UNRESOLVED)
+    assert {found.reasons[t, p] for t, p in unresolved.tolist()} == {"inside undecided: block has holes"}
+    parts = list(create_detector("continuous", bodies).stream([motion.frames(0, 3), motion.frames(3, 5)]))
+    assert np.array_equal(np.concatenate([part.verdict for part in parts]), found.verdict)
+
+
+def tube(open_at_top, segments=12):
+    """A cup of one wall: a cylinder of radius and height 0.1, with a floor and, if it is not open, a lid."""
+    angle = 2 * np.pi * np.arange(segments) / segments
+    ring = 0.1 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    up = np.array([[0, 0, 0.1]])
+    points = np.concatenate([ring, ring + up, 0 * up, up])
+    k, n = np.arange(segments), (np.arange(segments) + 1) % segments
+    wall = np.concatenate([np.column_stack([k, n, n + segments]), np.column_stack([k, n + segments, k + segments])])
+    floor = np.column_stack([n, k, np.full(segments, 2 * segments)])
+    lid = np.column_stack([k + segments, n + segments, np.full(segments, 2 * segments + 1)])
+    return TriangleMesh(points, np.concatenate([wall, floor] if open_at_top else [wall, floor, lid]))
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
+def test_nobody_knows_whether_a_cup_of_one_wall_is_filled(turn):
+    places = np.array([[0, 0, 0.05], [0, 0, 0.09], [0, 0, 0.1], [0, 0, 0.12], [0.12, 0, 0.05], [0.09, 0.09, 0.05]])
+    motion = Motion(np.arange(6), np.stack([0 * places, places @ turn.T], axis=1), np.tile(turn, (6, 2, 1, 1)))
+    found = {}
+    for filled in (True, False):
+        bodies = [Body("cup", tube(not filled)), Body("bead", ball_mesh(0.004))]
+        found[filled] = create_detector("exact", bodies).detect(motion).verdict[:, 0].tolist()
+    inside, beside = Verdict.CONTAINED, Verdict.CLEAR
+    assert found[True] == [inside, inside, Verdict.CONTACT, beside, beside, beside]
+    assert found[False] == [*3 * [Verdict.UNRESOLVED], beside, beside, beside]
+
+
+def test_a_body_may_be_open_where_the_other_is_closed():
+    cup = tube(open_at_top=True)
+    inner = TriangleMesh(cup.vertices * 0.1, cup.faces)
+    assert asked("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
+    bodies = [Body("block", box_mesh([0.5] * 3)), Body("cup", inner)]
+    assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).verdict[0, 0] == Verdict.CONTAINED
+
+
+def loose_triangles(mesh, jitter):
+    """Triangles that share no corner, as a file of too few digits leaves them."""
+    corners = mesh.triangles + np.random.default_rng(0).uniform(-jitter, jitter, mesh.triangles.shape)
+    return TriangleMesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+def test_inside_loose_triangles_is_never_clear_and_outside_is():
+    places = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
+    overlaps, within = overlap_of_boxes(places, [0 * SHIFT])
+    for mesh in (loose_triangles(grid_box(SIZE, 4), 1e-7), loose_triangles(box_mesh(SIZE), 1e-9)):
+        verdict = asked("exact", mesh, places)
+        assert not (overlaps & (verdict == Verdict.CLEAR)).any()
+        assert (verdict[~overlaps] == Verdict.CLEAR).all()
+        assert within.sum() > 10
+        assert np.array_equal(asked("exact", mesh, places, live=True), verdict)
+
+
+def test_a_flat_sheet_contains_nothing():
+    sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    places = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
+    assert (asked("exact", sheet, places) == Verdict.CLEAR).all()
+    bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE] * 3))]
+    assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).containment == ("decided",)

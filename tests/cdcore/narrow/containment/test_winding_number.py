@@ -1,0 +1,102 @@
+"""The winding number is that of closed forms, of parity on sound meshes, and of the slow sum of solid angles."""
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved
+
+from cdcore import TriangleMesh
+from cdcore.narrow.containment.ray_parity import UNCERTAIN, build_inside_grid, point_state
+from cdcore.narrow.containment.winding_number import (
+    RAY_UNCERTAIN,
+    ray_crossings,
+    winding_number,
+    winding_number_at,
+)
+from cdcore.narrow.containment.winding_surface import winding_surface
+
+MARGIN = 1e-14
+
+
+def test_a_box_goes_once_round_its_inside_and_a_side_counts_by_its_solid_angle():
+    box, points = box_mesh((2, 2, 2)), np.array([[0, 0, 0], [0.3, -0.9, 0.5], [3, 0, 0], [0, 0, -1.5]])
+    assert winding_number(points, box.triangles) == pytest.approx([1, 1, 0, 0], abs=1e-12)
+    # From the middle of a cube each side takes a sixth of the sphere.
+    normals = np.cross(box.triangles[:, 1] - box.triangles[:, 0], box.triangles[:, 2] - box.triangles[:, 0])
+    for axis in range(3):
+        side = box.triangles[normals[:, axis] > 0]
+        assert winding_number(np.zeros((1, 3)), side) == pytest.approx([1 / 6], abs=1e-12)
+
+
+def test_a_disk_seen_from_its_axis_takes_the_solid_angle_of_a_cone():
+    angle = np.linspace(0, 2 * np.pi, 2001)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    disk = np.stack([np.zeros((2000, 3)), ring[:-1], ring[1:]], axis=1)
+    for height in (0.1, 0.5, 1.0, 3.0):
+        cone = (1 - height / np.hypot(height, 1)) / 2
+        for sign in (-1, 1):
+            value = winding_number(np.array([[0, 0, sign * height]]), disk)
+            assert value == pytest.approx([-sign * cone], abs=1e-5)
+
+
+def reversed_faces(mesh):
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        TriangleMesh(ball_mesh(0.5).vertices, ball_mesh(0.5).faces[5:]),
+        TriangleMesh(beaker_mesh(0.5, 1.0, 0.05).vertices, beaker_mesh(0.5, 1.0, 0.05).faces[::2]),
+        merged(box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])),
+        merged(box_mesh((2, 2, 2)), reversed_faces(ball_mesh(0.5))),
+    ],
+    ids=["holes", "every other face", "crossing", "hollow"],
+)
+def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
+    surface = winding_surface(mesh)
+    faces = surface.grid.triangles[: len(surface.part) - len(surface.caps)]
+    points = np.random.default_rng(0).uniform(*mesh.bounds, (200, 3))
+    expected = winding_number(points, faces)
+    crossings, compared = np.zeros(len(surface.kinds), dtype=np.int64), 0
+    for point, value in zip(points, expected, strict=True):
+        if ray_crossings(surface.grid, surface.part, point, MARGIN, crossings) == RAY_UNCERTAIN:
+            continue
+        caps = winding_number_at(point, surface.caps, 0, len(surface.caps))
+        assert crossings.sum() - caps == pytest.approx(value, abs=1e-9)
+        compared += 1
+    assert compared > 150
+
+
+def test_the_kernel_sums_what_the_reference_sums():
+    triangles, points = np.random.default_rng(1).normal(size=(50, 3, 3)), np.random.default_rng(2).normal(size=(20, 3))
+    values = [winding_number_at(point, triangles, 0, len(triangles)) for point in points]
+    assert values == pytest.approx(winding_number(points, triangles), abs=1e-12)
+
+
+SOUND = {
+    "box": box_mesh(),
+    "ball": ball_mesh(0.5, 12, 20),
+    "beaker": beaker_mesh(0.5, 1.0, 0.05),
+    "hollow": merged(ball_mesh(0.5), reversed_faces(ball_mesh(0.3))),
+    "apart": merged(box_mesh(), moved(box_mesh(), [3, 0, 0])),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOUND)
+def test_winding_number_and_parity_are_equal_in_sound_meshes(name):
+    mesh, surface, count = SOUND[name], winding_surface(SOUND[name]), 20_000
+    parity, crossings = build_inside_grid(mesh.triangles), np.zeros(len(surface.kinds), dtype=np.int64)
+    low, high = mesh.bounds
+    points = np.random.default_rng(5).uniform(low, high, (count, 3))
+    numbers = np.concatenate([winding_number(some, mesh.triangles) for some in np.split(points, 40)])
+    compared = 0
+    for point, number in zip(points, numbers, strict=True):
+        state = point_state(parity, point, MARGIN)
+        uncertain = ray_crossings(surface.grid, surface.part, point, MARGIN, crossings) == RAY_UNCERTAIN
+        assert uncertain == (state == UNCERTAIN)
+        if not uncertain:
+            assert crossings.sum() == state == round(number)
+            assert number == pytest.approx(state, abs=1e-6)
+            compared += 1
+    assert compared > 0.99 * count

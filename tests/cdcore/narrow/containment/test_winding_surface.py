@@ -1,0 +1,87 @@
+"""Lost faces are told from openings, faces drawn twice count once, and every hole is closed by its cap."""
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merged, moved
+
+from cdcore import TriangleMesh
+from cdcore.narrow.containment.winding_surface import PartKind, winding_surface
+
+
+def without(mesh, *faces):
+    return TriangleMesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0))
+
+
+def side(mesh, axis):
+    """Faces of a box's side towards +axis."""
+    return np.flatnonzero((mesh.triangles[:, :, axis] == mesh.bounds[1, axis]).all(axis=1)).tolist()
+
+
+def cut_sphere(height):
+    """A ball without all faces that reach above a height, in radii: a bowl, or a flask without a neck."""
+    ball = ball_mesh(1.0, 24, 36)
+    return without(ball, *np.flatnonzero(ball.triangles[:, :, 2].max(axis=1) > height).tolist())
+
+
+ALL = {
+    "box": (box_mesh(), PartKind.CLOSED),
+    "one triangle of a box": (without(box_mesh(), 4), PartKind.HOLED),
+    "one side of a box": (without(box_mesh(), *side(box_mesh(), 2)), PartKind.OPEN),
+    "one face of a ball": (without(icosphere_mesh(), 7), PartKind.HOLED),
+    "two places of a ball": (without(ball_mesh(1.0, 24, 36), 200, 900), PartKind.HOLED),
+    "half a ball": (cut_sphere(0.0), PartKind.OPEN),
+    "bowl": (cut_sphere(0.7), PartKind.OPEN),
+    "flask without a neck": (cut_sphere(0.9), PartKind.OPEN),
+    "curved sheet": (TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]), PartKind.OPEN),
+}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_lost_faces_are_told_from_openings(name):
+    mesh, kind = ALL[name]
+    assert winding_surface(mesh).kinds.tolist() == [kind]
+    assert winding_surface(merged(mesh, mesh)).kinds.tolist() == [kind]
+    assert winding_surface(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])).kinds.tolist() == [kind]
+
+
+def test_flat_sheets_are_left_out_until_they_can_enclose_something():
+    side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    sheets = [moved(side, [0, 0, 3 * k]) for k in range(4)]
+    assert winding_surface(side).kinds.tolist() == winding_surface(merged(*sheets[:3])).kinds.tolist() == []
+    assert winding_surface(merged(*sheets)).kinds.tolist() == [PartKind.OPEN]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_parts_with_caps_are_closed_whatever_is_lost_or_reversed(seed):
+    rng = np.random.default_rng(seed)
+    mesh = merged(icosphere_mesh(), moved(box_mesh(), [0.4, 0.1, 0.2]), moved(ball_mesh(0.3), [2, 0, 0]))
+    faces = mesh.faces[rng.random(len(mesh.faces)) < 0.8].copy()
+    some = rng.random(len(faces)) < 0.3
+    faces[some] = faces[some, ::-1]
+    surface = winding_surface(TriangleMesh(mesh.vertices, np.concatenate([faces, faces[:5], faces[5:9, ::-1]])))
+    assert len(surface.grid.triangles) == len(faces) + len(surface.caps)
+    for part in np.unique(surface.part):
+        uses = {}
+        for corners in surface.grid.triangles[surface.part == part].tolist():
+            for k in range(3):
+                a, b = tuple(corners[k]), tuple(corners[(k + 1) % 3])
+                uses[a, b] = uses.get((a, b), 0) + 1
+                uses[b, a] = uses.get((b, a), 0) - 1
+        assert not any(uses.values())
+
+
+def test_parts_of_mixed_winding_are_wound_alike():
+    box = box_mesh()
+    faces = without(box, 4).faces.copy()
+    faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]
+    surface = winding_surface(TriangleMesh(box.vertices, faces))
+    assert surface.kinds.tolist() == [PartKind.HOLED]
+    assert len(surface.caps) == 1
+    assert surface.signs.tolist() == [1]
+
+
+def test_a_part_that_crosses_one_wound_the_other_way_is_noted():
+    box, ball = box_mesh(), moved(ball_mesh(0.3), [0.5, 0.3, 0.2])
+    backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
+    assert winding_surface(merged(box, ball, moved(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]
+    assert winding_surface(merged(box, backwards, moved(box, [5, 0, 0]))).opposed.tolist() == [1, 1, 0]
