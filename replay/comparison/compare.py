@@ -72,9 +72,10 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Seque
     undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
     # An interval found at its first end stays found, whatever the subject says at its second.
     outcome[undecided & ~(truth & found)] = Outcome.LEFT_OUT
+    decided = ~is_undecided(oracle.verdict[rows])
     for one in holdings:
         part = slice(max(one.first - rows.start, 0), max(one.last + 1 - rows.start, 0)), one.pair
-        outcome[part][truth[part] | reports[part]] = Outcome.HELD
+        outcome[part][(truth[part] | reports[part]) & decided[part]] = Outcome.HELD
     return outcome
 
 

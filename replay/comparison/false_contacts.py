@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore import Verdict
+from cdcore import Detection, Verdict
 from cdcore.numerics import FloatArray, place_points
-from cdcore.protocol import NO_FACES, counts_as_contact, is_one_of
+from cdcore.protocol import NO_FACES, REFUSED, counts_as_contact, is_one_of
 from replay.comparison.causes import Audited, Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
 from replay.comparison.delay import at_frame
@@ -144,9 +144,17 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, ends=between,
         )  # fmt: skip
         cause = _cause(by, one)
-        hollow = hulls.hollow_at(pair, frame) if cause == SOLIDS and hulls is not None else ""
+        hollow = ""
+        if cause == SOLIDS and hulls is not None and _side_is_known(by.oracle, pair):
+            hollow = hulls.hollow_at(pair, frame)
         made.append(replace(one, cause=HOLLOW if hollow else cause, hollow=hollow))
     return tuple(made)
+
+
+def _side_is_known(oracle: Detection, pair: int) -> bool:
+    """Whether CLEAR of a pair says that neither body is inside the other: else a hollow was not measured."""
+    words = oracle.containment[pair] if oracle.containment else REFUSED
+    return not words.startswith(REFUSED)
 
 
 def _widest(

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
-from cdcore.protocol import DECIDED
+from cdcore.protocol import DECIDED, REFUSED
 from replay import words
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
@@ -147,7 +147,7 @@ def sampling_notes(result: Summarised) -> list[str]:
     if not labels:
         return []
     who = ", ".join(labels)
-    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset nearest the mean."]
+    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset of this run."]
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
@@ -206,10 +206,13 @@ def contact_table(result: Summarised, label: str) -> Table:
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
-    """A line where this detector did not decide of every pair if one body is inside the other."""
+    """A line where this detector never decides of some pairs if one body is inside the other.
+
+    Pairs that it decides in some frames are no matter of this line: their undecided frames are counted.
+    """
     words = [pair.get("containment", {}).get(label, DECIDED) for pair in result.summary["pairs"]]
-    refused = [word for word in words if word != DECIDED]
-    why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
+    refused = [word for word in words if word.startswith(REFUSED)]
+    why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
     of = f"{len(refused)} of {plural(len(words), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []

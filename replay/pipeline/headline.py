@@ -1,7 +1,7 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Final
 
 from replay.base.shown import plural
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
@@ -19,10 +19,6 @@ NOT_COVERED: Final = (
 )
 
 
-RECORDING: Final = "FILE.mcap"
-"""The recording in a command where its name is not printed, since files may be called after people."""
-
-
 def headlines(result: RunResult) -> list[str]:
     """What a title says of a run: what is wrong with the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []
@@ -33,12 +29,7 @@ def doubts(result: RunResult) -> list[str]:
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
-    return [*open_questions(result.summary), *doubts_of(result.treatment.findings)]
-
-
-def open_questions(summary: Mapping[str, Any]) -> list[str]:
-    """What an import assumed, nobody decided, and changes the contacts: a sentence each."""
-    return list(summary.get("open_questions", ()))
+    return doubts_of(result.treatment.findings)
 
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:
@@ -56,17 +47,31 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
 
 
 def undecided(result: Summarised) -> list[str]:
-    """A line for each detector that was not compared in every pair-frame that has a pose."""
+    """A line of what the reference did not decide, and one for each detector that left out more than that."""
+    audits = result.summary["audit"]
     lines = []
-    for label, audit in result.summary["audit"].items():
-        part = audit["undecided"]
-        if part["count"]:
-            what = f"{part['count']:,} of {part['of']:,} pair-frames with a pose"
-            lines.append(f"Not counted: {what}, which {result.oracle} or {label} did not decide.")
-            # A run folder of an earlier version has no reasons.
+    for audit in list(audits.values())[:1]:
+        count = audit["oracle_undecided"]
+        if count:
+            frames = plural(count, "frame" if len(result.summary["pairs"]) == 1 else "pair-frame")
+            because = _because(audit.get("oracle_undecided_reasons", {}))
+            lines.append(f"Not counted: {frames}{because or f', which {result.oracle} did not decide'}.")
+    for label, audit in audits.items():
+        # A run folder of an earlier version has neither this count nor reasons.
+        alone = audit.get("undecided_alone", audit["undecided"]["count"])
+        if alone:
+            what = f"{alone:,} of {audit['undecided']['of']:,} pair-frames with a pose"
+            lines.append(f"Not counted: {what}, which {label} did not decide.")
             reasons = audit.get("undecided_reasons", {})
             lines += [f"Of them {count:,}: {reason}." for reason, count in reasons.items()]
     return lines
+
+
+def _because(reasons: Mapping[str, int]) -> str:
+    """`` (inside undecided: block has holes)``: the reasons of pair-frames that are not counted, with their numbers."""
+    if len(reasons) == 1:
+        return f" ({next(iter(reasons))})"
+    return f" ({'; '.join(f'{count:,}: {why}' for why, count in reasons.items())})" if reasons else ""
 
 
 def held(result: Summarised) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
+from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, is_undecided
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
 from replay.comparison.look_phases import OffsetCounts, spread
@@ -43,7 +44,10 @@ def score(result: RunResult, label: str) -> dict[str, Any]:
         "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
         "undecided_reasons": reasons_of(result.detections[label]),
+        "undecided_alone": undecided_alone(result, label),
         "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
+        "oracle_undecided_reasons": reasons_of(result.detections[result.oracle]),
+        "oracle_inside_undecided": inside_undecided(result.detections[result.oracle]),
         "between_frames": _between(result, label),
         "unconfirmed": unconfirmed, "contacts": contacts.contacts,
         "contacts_cut": sum(one.cuts > 0 for one in result.loose),
@@ -141,9 +145,6 @@ def _between(result: RunResult, label: str) -> int | str:
     return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
 
 
-REFUSED: Final = "refused: "
-"""Begins what a detector says of a pair whose containment it did not decide."""
-
 MOST_REASONS: Final = 3
 """Reasons why a detector did not decide that a summary lists, the most frequent first."""
 
@@ -153,13 +154,24 @@ def reasons_of(detection: Detection) -> dict[str, int]:
 
     A detector that is asked live gives no reason a frame; that of a pair stands in what it says of containment.
     """
+    return dict(_all_reasons(detection).most_common(MOST_REASONS))
+
+
+def inside_undecided(detection: Detection) -> int:
+    """Pair-frames that are undecided because nobody knows what is inside a mesh."""
+    return sum(count for why, count in _all_reasons(detection).items() if why.startswith(INSIDE_UNDECIDED))
+
+
+def _all_reasons(detection: Detection) -> Counter[str]:
     found = Counter(detection.reasons.values())
-    if not found:
-        # A recorded detection says nothing of containment.
-        for words, verdict in zip(detection.containment, detection.verdict.T, strict=False):
-            if words.startswith(REFUSED):
-                found[words.removeprefix(REFUSED)] += int((verdict == Verdict.INVALID).sum())
-    return dict((+found).most_common(MOST_REASONS))
+    explained = Counter(pair for _, pair in detection.reasons)
+    # A recorded detection says nothing of containment.
+    for pair, (words, verdict) in enumerate(zip(detection.containment, detection.verdict.T, strict=False)):
+        if words != DECIDED:
+            stated = Verdict.INVALID if words.startswith(REFUSED) else Verdict.UNRESOLVED
+            why = words.removeprefix(REFUSED).removeprefix(PARTLY_DECIDED)
+            found[why] += max(0, int((verdict == stated).sum()) - explained[pair])
+    return +found
 
 
 def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
@@ -175,6 +187,12 @@ def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
         left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
         whole.append(int(posed.sum()))
     return share_of_clusters(left, whole)
+
+
+def undecided_alone(result: RunResult, label: str) -> int:
+    """Pair-frames left out because this detector did not decide, where the reference did."""
+    columns = zip(result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True)
+    return sum(int((~is_undecided(verdict) & (outcome == Outcome.LEFT_OUT)).sum()) for verdict, outcome in columns)
 
 
 def _spread(errors: list[float]) -> dict[str, float] | None:

@@ -56,7 +56,7 @@ STATES = {
     "millimetres": lambda: compute(
         cubes({"a": [0.0] * 12, "b": [3000, 3000, 0.9, 3000, 0.9, 0.8] * 2}), detectors="hybrid"
     ),
-    "containment refused": lambda: doubled(),
+    "inside undecided": lambda: opened(),
     "not live": lambda: compute(jumping(), detectors="hybrid,a=continuous,b=continuous"),
     "offline": lambda: compute(jumping(), detectors="hybrid", offline=True),
     "a tradeoff": lambda: traded(
@@ -76,13 +76,13 @@ def gated(place):
     return compute(replace(session, meshes={"gate": gate, "ball": cube(0.2)}), detectors="hull=collider[skin_m=0.04]")
 
 
-def doubled():
-    """Of a body with a second surface nobody can say what is inside it."""
-    shell = MeshData(
-        np.concatenate([9 * cube().vertices, cube().vertices + 1]), np.concatenate([cube().faces, cube().faces + 8])
-    )
-    session = cubes({"a": [0] * 3, "b": [0.2, 0.3, 3.0]})
-    return compute(replace(session, meshes={"a": shell, "b": cube()}), detectors="sphere")
+def opened():
+    """Of a body that lacks a side nobody can say what is inside it."""
+    box = cube()
+    top = (box.triangles[:, :, 2] == box.bounds[1, 2]).all(axis=1)
+    cup = MeshData(9 * box.vertices, box.faces[~top])
+    session = cubes({"a": [0] * 4, "b": [0.2, 0.3, 4.5, 9.0]})
+    return compute(replace(session, meshes={"a": cup, "b": box}), detectors="hull=collider")
 
 
 def traded(*rows, cut=()):

@@ -9,7 +9,7 @@ from support.report_states import STATES, steady
 from replay.cli.run_tables import run_screen, run_tables
 
 TABLED = (
-    "several", "nine pairs", "effects beside an audit", "no reference", "containment refused", "not live", "offline",
+    "several", "nine pairs", "effects beside an audit", "no reference", "inside undecided", "not live", "offline",
 )  # fmt: skip
 SEE_IT = ("See it   replay view runs/demo --miss 1", "Read it  runs/demo/report.html   (-v prints every table here)")
 
