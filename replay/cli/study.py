@@ -86,6 +86,7 @@ def write_page(
         people.say("resampling students")
         answers = read_questionnaire(questionnaire, book)
         study = analyse(book, answers, sessions.as_metrics(), detector=detector, seed=seed)
+        people.say(*(f"note: {sentence}" for sentence in study.unmatched))
         inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
     folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed)
     answer(as_json, folder.as_json(sessions, study), lambda: study_tables(study, sessions))

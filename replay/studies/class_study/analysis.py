@@ -4,17 +4,25 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cdcore.numerics import FloatArray
+from replay.base.shown import plural
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook
 from replay.studies.class_study.groups import GroupDifference, compare_groups
-from replay.studies.class_study.joining import DETECTOR, RECALL, means_of_students, recall_of
+from replay.studies.class_study.joining import (
+    DETECTOR,
+    RECALL,
+    STUDENT,
+    means_of_students,
+    recall_of,
+    unmatched_students,
+)
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
 from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
@@ -67,6 +75,7 @@ class Study:
     test of all items together. ``coefficients`` stand in the order asked, p corrected across all of them; ``groups``
     compare the declared groups, ``group_sizes`` says how many students each has. ``sensitivity`` is both again with
     each other detector. ``refusals`` are results that a rule forbids, ``warnings`` speak of those that carry little.
+    ``unmatched`` names students of one file who are not in the other: for a terminal, not for what is shared.
     """
 
     students: int
@@ -82,6 +91,7 @@ class Study:
     sensitivity: tuple[Sensitivity, ...]
     refusals: tuple[StudyRefusedError, ...]
     warnings: tuple[str, ...]
+    unmatched: tuple[str, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -117,6 +127,7 @@ def analyse(
         adequacy = kmo(_complete(answers[items]))
     with study.noted("Bartlett's test"):
         sphericity = bartlett(_complete(answers[items]))
+    unmatched = unmatched_students(answers.index, metrics[STUDENT])
     coefficients, groups = study.coefficients(), study.groups()
     sensitivity = []
     if study.recall is not None:
@@ -141,7 +152,8 @@ def analyse(
         group_sizes={name: few(int((answers[codebook.group_column] == name).sum())) for name in codebook.groups},
         sensitivity=tuple(sensitivity),
         refusals=tuple(study.refusals),
-        warnings=tuple(_warnings(answers[items])),
+        warnings=(*_warnings(answers[items]), *_unmatched_warning(unmatched)),
+        unmatched=tuple(unmatched),
     )
 
 
@@ -212,6 +224,14 @@ def _warnings(answers: "DataFrame") -> Iterator[str]:
     unanswered = int(answers.isna().sum().sum())
     if unanswered:
         yield f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used"
+
+
+def _unmatched_warning(unmatched: Sequence[str]) -> Iterator[str]:
+    if unmatched:
+        yield (
+            f"{plural(len(unmatched), 'student')} of only one file, questionnaire or recordings, "
+            f"{'is' if len(unmatched) == 1 else 'are'} in no result that needs both: n counts those of both"
+        )
 
 
 def _check_names(codebook: Codebook, metrics: "DataFrame") -> None:

@@ -100,9 +100,16 @@ class ClassTables:
         for label in self.runs.audited:
             share = self._never(label, contacts)[1]
             if share.students >= LEAST_IN_CELL:
-                between = f"{percent(share.low)} to {percent(share.high)}, n = {share.students}"
+                between = f"{percent(share.low)} to {percent(share.high)}, n = {self._counted_students(share.students)}"
                 lines.append(f"{label} misses {percent(share.value)} of the contacts ({between}).")
         return lines
+
+    def _counted_students(self, counted: int) -> str:
+        """``52``, or ``44 of 52``, and why: a student without a contact has no share of missed ones."""
+        others = len(self.runs.students) - counted
+        if not others:
+            return f"{counted}"
+        return f"{counted} of {len(self.runs.students)}; {few(others)} others had no contact in a session it replayed"
 
     def sample(self) -> dict[str, str]:
         """What the sessions say of the sample, by the words of Table II."""

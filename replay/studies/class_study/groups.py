@@ -24,15 +24,18 @@ DRAWS: Final = 1999
 class GroupDifference(Finding):
     """One outcome of two groups; a student counts once.
 
-    ``sizes`` and ``means`` are of the first and the second group. ``pooled_beta``, ``pooled_fit`` and ``pooled_p`` are
-    what the paper's way gives: the correlation with the group, its adjusted fit, and p of Student's t. As a finding it
-    is the difference of the means, second less first, by t with HC3 errors: its interval has the quantiles of permuted
-    residuals, its p is that of permuted groups.
+    ``first_students`` and ``first_mean`` are of the first group, ``second_...`` of the second. ``pooled_beta``,
+    ``pooled_fit`` and ``pooled_p`` are what the paper's way gives: the correlation with the group, its adjusted
+    fit, and p of Student's t. As a finding it is the difference of the means, second less first, by t with HC3
+    errors: its interval has the quantiles of permuted residuals, its p is that of permuted groups.
     """
 
-    groups: tuple[str, str]
-    sizes: tuple[int, int]
-    means: tuple[float, float]
+    first_group: str
+    second_group: str
+    first_students: int
+    second_students: int
+    first_mean: float
+    second_mean: float
     pooled_beta: float
     pooled_fit: float
     pooled_p: float
@@ -62,7 +65,8 @@ def _compare(
     """Both ways to compare.
 
     With 5 or 10 of 52 students in one group a bootstrap over students covers 85 to 90 %, and Welch's t of lognormal
-    answers 85 to 92 %; this covers 93 to 97 % of both, and of groups of equal size.
+    answers 85 to 92 %; this covers 93 to 97 % of both, and of groups of equal size. Of 5 and 5 students, of whom one
+    group is spread three times as widely, it covers 92 %.
 
     Source: MacKinnon and White (1985), J. Econometrics 29, 305-325, for HC3; ter Braak (1992) in: Bootstrapping and
     related techniques, 79-86, for permuting residuals; Janssen (1997), Stat. Probab. Lett. 36, 9-21, for permuting a
@@ -97,9 +101,12 @@ def _compare(
         low=difference - float(most) * error,
         high=difference - float(least) * error,
         p=p,
-        groups=pair,
-        sizes=(len(first), len(second)),
-        means=means,
+        first_group=pair[0],
+        second_group=pair[1],
+        first_students=len(first),
+        second_students=len(second),
+        first_mean=means[0],
+        second_mean=means[1],
         pooled_beta=r,
         pooled_fit=adjusted_fit(r, len(both)),
         pooled_p=pooled_p,

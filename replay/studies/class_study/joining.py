@@ -1,8 +1,11 @@
-"""Questionnaire and metrics, joined student by student; a row that cannot be joined is an error."""
+"""Questionnaire and metrics, joined student by student; a row that cannot be joined is counted and named."""
 
+import codecs
 import csv
+import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -35,13 +38,62 @@ def _first(items: Sequence[object]) -> str:
     return ", ".join(map(str, items[:5])) + (", ..." if len(items) > 5 else "")
 
 
+DELIMITERS: Final = (",", ";", "\t", "|")
+"""What spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
+
+_DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
+
+
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """The rows of a CSV file; one that cannot be read is a ``StudyError``."""
+    """Rows of a CSV file as spreadsheets write it: with commas, semicolons or tabs, in UTF-8, UTF-16 or Windows-1252.
+
+    A first line ``sep=;`` is obeyed. Where columns are not set apart by commas, ``2,5`` is read as ``2.5``. Empty rows
+    are left out, names of columns lose the space around them. Raises ``StudyError``: not such a file, a row longer
+    than the heading, or two columns of one name.
+    """
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return list(csv.DictReader(file))
+        text = _decoded(path.read_bytes())
+        first, _, rest = text.partition("\n")
+        declared = re.fullmatch(r'"?sep=(.)"?', first.strip())
+        if declared:
+            text = rest
+        delimiter = declared[1] if declared else _delimiter(text)
+        reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+        lines = [[cell.strip() for cell in line] for line in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise StudyError(f"{path} cannot be read as CSV: {error}") from error
+    lines = [line for line in lines if any(line)]
+    if not lines:
+        return []
+    head, *body = lines
+    twice = [name for name in head if name and head.count(name) > 1]
+    if twice:
+        raise StudyError(f"{path.name} has two columns {twice[0]!r}; give each a name of its own")
+    rows = []
+    for number, line in enumerate(body, start=1):
+        if any(line[len(head) :]):
+            raise StudyError(f"{path.name}, data row {number}: {len(line)} cells below {len(head)} names of columns")
+        cells = [*line, *[""] * (len(head) - len(line))]
+        if delimiter != ",":
+            cells = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
+        rows.append(dict(zip(head, cells, strict=False)))
+    return rows
+
+
+def _decoded(content: bytes) -> str:
+    """The text of a file by its byte order mark; without one UTF-8, or else what Excel writes on Windows."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252")
+
+
+def _delimiter(text: str) -> str:
+    """The delimiter that cuts the heading into most columns; the comma where none cuts it."""
+    head = next((line for line in text.splitlines() if line.strip()), "")
+    return max(DELIMITERS, key=lambda delimiter: len(next(csv.reader([head], delimiter=delimiter), [])))
 
 
 def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
@@ -99,13 +151,41 @@ def recall_of(metrics: "DataFrame") -> float | None:
 
 
 def means_of_students(metrics: "DataFrame", answers: "DataFrame", names: Sequence[str]) -> "DataFrame":
-    """The mean of columns of metrics over the sessions of each student of the questionnaire.
+    """Means of columns of metrics over the sessions of each student who is in both files.
 
     One value a student: with the rows of sessions and cluster-robust errors p was below 0.05 in 25 % of classes without
-    any association, where three of 15 students had 20 sessions each. Raises ``StudyRefusedError`` ``ids``: a student is
-    in one file only.
+    any association, where three of 15 students had 20 sessions each. Raises ``StudyRefusedError`` ``ids``: no student
+    is in both files.
     """
-    lost = sorted({*answers.index} ^ {*metrics[STUDENT]})
-    if lost:
-        raise StudyRefusedError("ids", f"joining answers and metrics: {_first(lost)} in one of the files only")
-    return metrics.groupby(STUDENT)[names].mean()
+    both = metrics[metrics[STUDENT].isin(answers.index)]
+    if not len(both):
+        raise StudyRefusedError("ids", "joining answers and metrics: no student is in both files")
+    return both.groupby(STUDENT)[names].mean()
+
+
+def unmatched_students(answers: Iterable[str], recorded: Iterable[str]) -> list[str]:
+    """A sentence for each student of one file who is not in the other, with the pseudonym that may be meant.
+
+    ``answers``: pseudonyms of the questionnaire; ``recorded``: pseudonyms of the sessions.
+    """
+    answering, recording = {*answers}, {*recorded}
+    only_answers = sorted(answering - recording)
+    only_recorded = sorted(recording - answering)
+    sentences = []
+    for student in only_answers:
+        sentences.append(f"{student!r} of the questionnaire matches no recording{_meant(student, only_recorded)}")
+    for student in only_recorded:
+        sentences.append(f"{student!r} of the recordings is not in the questionnaire{_meant(student, only_answers)}")
+    return sentences
+
+
+def _meant(student: str, candidates: Sequence[str]) -> str:
+    """``; did you mean 'S07'?`` for the one candidate that differs in case, spaces, zeros or a single letter."""
+    alike = [candidate for candidate in candidates if _plain(candidate) == _plain(student)]
+    near = alike or get_close_matches(student, candidates, n=1, cutoff=0.75)
+    return f"; did you mean {near[0]!r}?" if len(near) == 1 else ""
+
+
+def _plain(student: str) -> str:
+    """A pseudonym without case, signs and leading zeros: "s-07" and "S7" are alike."""
+    return re.sub(r"(?<!\d)0+(?=\d)", "", re.sub(r"[\s_-]", "", student.casefold()))

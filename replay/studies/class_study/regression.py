@@ -92,7 +92,7 @@ def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generat
 
     ``table`` has a row a student and a column a name, the outcome first. Refused as ``no-variance`` or ``collinear``.
 
-    Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations.
+    Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations of ``permutation_p``.
     """
     students, predictors = len(table), len(names) - 1
     # The mean of equal values may differ from them in its last digit.
@@ -137,17 +137,37 @@ def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
 
 
 def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.Generator) -> float:
-    """Two-sided p of one predictor by permuting what the other predictors leave unexplained of the outcome."""
+    """Two-sided p of one predictor by permuting what the other predictors leave unexplained of the outcome.
+
+    ``y`` (n,) and ``x`` (n, k), centred. The statistic is the coefficient in its HC3 errors: with the plain correlation
+    p was below 0.05 in 21 % of classes without association whose scatter grew with the predictor.
+
+    Source: Freedman and Lane (1983) for the permutations; DiCiccio and Romano (2017), J. Am. Stat. Assoc. 112,
+    1211-1220, for permuting a studentised coefficient; MacKinnon and White (1985), J. Econometrics 29, 305-325, for
+    HC3.
+    """
     others = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
     basis, _ = np.linalg.qr(others)
-    rest = y - basis @ (basis.T @ y)
-    drawn = random.permuted(np.broadcast_to(rest, (PERMUTATIONS, len(y))), axis=1)
-    left = drawn - (drawn @ basis) @ basis.T
-    # What is left is at right angles to the other predictors, and sees of this one only what they do not explain.
-    chance = np.abs(left @ x[:, column]) / np.linalg.norm(left, axis=1)
-    found = abs(float(rest @ x[:, column])) / float(np.linalg.norm(rest))
-    # A draw equal to what was found, up to rounding, counts as no smaller.
-    return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
+    outcome = y - basis @ (basis.T @ y)
+    predictor = x[:, column] - basis @ (basis.T @ x[:, column])
+    leverage = (basis**2).sum(axis=1) + predictor**2 / (predictor @ predictor)
+    drawn = random.permuted(np.broadcast_to(outcome, (PERMUTATIONS, len(y))), axis=1)
+    unexplained = drawn - (drawn @ basis) @ basis.T
+    chance = _studentised(unexplained, predictor, leverage)
+    observed = float(_studentised(outcome[None], predictor, leverage)[0])
+    # A draw equal to the observed value, up to rounding, counts as no smaller.
+    return (1 + int((chance >= observed * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
+
+
+def _studentised(outcomes: FloatArray, predictor: FloatArray, leverage: FloatArray) -> FloatArray:
+    """Absolute coefficients (B,) of ``outcomes`` (B, n) on ``predictor`` (n,) in HC3 errors, up to a common factor.
+
+    Both are at right angles to the other predictors; ``leverage`` (n,) is that of all predictors.
+    """
+    coefficients = outcomes @ predictor / (predictor @ predictor)
+    residuals = outcomes - coefficients[:, None] * predictor
+    spread = (residuals / np.maximum(1.0 - leverage, LEAST_SPREAD)) ** 2 @ predictor**2
+    return np.abs(coefficients) / np.sqrt(np.maximum(spread, 1e-300))
 
 
 def _betas(weights: FloatArray, table: FloatArray) -> FloatArray:

@@ -105,7 +105,7 @@ def kmo(answers: FloatArray) -> float:
     """Kaiser-Meyer-Olkin measure of sampling adequacy, ``sum r^2 / (sum r^2 + sum a^2)`` over i != j.
 
     ``a`` are the partial correlations, ``-P_ij / sqrt(P_ii P_jj)`` with ``P`` the inverse correlation matrix.
-    ``answers`` are (students, items); refused as by ``correlations``.
+    ``answers`` are (students, items); refused as by ``correlations``, and as ``uncorrelated``.
 
     Source: Kaiser (1970), Psychometrika 35, 401-415.
     """
@@ -114,6 +114,8 @@ def kmo(answers: FloatArray) -> float:
     scale = np.sqrt(np.diag(inverse))
     off = ~np.eye(len(matrix), dtype=bool)
     plain, partial = (float(np.square(one[off]).sum()) for one in (matrix, inverse / np.outer(scale, scale)))
+    if plain + partial < LEAST_SPREAD:
+        raise StudyRefusedError("uncorrelated", "KMO")
     return plain / (plain + partial)
 
 

@@ -46,10 +46,9 @@ def headlines(study: Study) -> list[str]:
         lines.append(f"{what}: {_between(c)}, n = {c.students}")
     for two in study.groups:
         if two.associated:
-            (first, second), (n, of) = two.groups, two.sizes
             lines.append(
-                f"{_capital(two.outcome)} is {_more(two)} in group {second} than in {first}: "
-                f"{_between(two)}, n = {n} and {of}"
+                f"{_capital(two.outcome)} is {_more(two)} in group {two.second_group} than in {two.first_group}: "
+                f"{_between(two)}, n = {two.first_students} and {two.second_students}"
             )
     if lines:
         return lines
@@ -88,21 +87,23 @@ def _recall(value: float | None) -> str:
 
 WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
     "outcome": readable_name, "predictor": readable_name, "construct": str, "regression": str, "detector": str,
-    "groups": ", ".join,
+    "first_group": str, "second_group": str,
     "conclusion": lambda value: Marked(value, STRONG if value == "associated" else ""),
-    "means": lambda pair: "{:.4g}, {:.4g}".format(*pair),
 }  # fmt: skip
 """Column of words -> what people read of it."""
 
 NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
     "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_words, "p_holm": p_words, "vif": ".2f",
     "adjusted_r2": ".3f", "recall": _recall, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
-    "pooled_fit": ".3f", "pooled_p": ".3f",
+    "pooled_fit": ".3f", "pooled_p": ".3f", "first_mean": ".4g", "second_mean": ".4g",
 }  # fmt: skip
 """Column of numbers -> its format."""
 
 HEADS: Final = {
-    "students": "n", "low": "95 % from", "high": "to", "p_holm": "p (Holm)", "adjusted_r2": "adj. R²", "vif": "VIF",
+    "students": "n", "first_group": "first group", "first_students": "its n", "first_mean": "its mean",
+    "second_group": "second group", "second_students": "its n",
+    "second_mean": "its mean", "low": "95 % from", "high": "to", "p_holm": "p (Holm)", "adjusted_r2": "adj. R²",
+    "vif": "VIF",
     "alpha": "Cronbach's alpha", "least_item_total": "least item with the rest", "pooled_beta": "paper's coefficient",
     "pooled_fit": "its fit", "pooled_p": "its p",
 }  # fmt: skip
@@ -148,8 +149,8 @@ def study_tables(study: Study) -> dict[str, Table]:
         ),
         "groups": _table(
             "Groups compared", study.groups,
-            "outcome groups students=sizes means pooled_beta pooled_fit pooled_p difference=beta low high p p_holm "
-            "conclusion",
+            "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
+            "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
             [
                 "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing "
                 "corrected.",

@@ -105,3 +105,13 @@ def test_students_named_in_a_file_are_counted_and_one_session_of_two_or_another_
     shutil.move(tmp_path / "more" / "run000", tmp_path / "runs" / "run009")
     with pytest.raises(StudyRefusedError, match="belongs to two students"):
         read_class(tmp_path / "runs")
+
+
+def test_headline_says_why_n_is_smaller_than_the_class(tmp_path):
+    runs, made = tables_of(tmp_path, 12, 12, detectors={"slow": 0.9}, contacts=20)
+    assert made.headlines()[0].endswith("n = 12).")
+    without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
+    schema = runs.tables["episodes"].schema
+    fewer = replace(runs, tables=runs.tables | {"episodes": pa.Table.from_pylist(without, schema=schema)})
+    sentence = ClassTables(fewer).headlines()[0]
+    assert "n = 7 of 12; 5 others had no contact in a session it replayed" in sentence

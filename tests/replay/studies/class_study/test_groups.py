@@ -23,7 +23,8 @@ def test_the_paper_s_figures_are_those_of_one_pooled_predictor():
     line = stats.linregress(np.repeat([0.0, 1.0], 26), np.concatenate([first, second]))
     fit = 1 - (1 - line.rvalue**2) * 51 / 50
     assert (one.pooled_beta, one.pooled_fit, one.pooled_p) == pytest.approx((line.rvalue, fit, line.pvalue))
-    assert one.sizes == (26, 26) and one.means == pytest.approx((first.mean(), second.mean()))
+    assert (one.first_students, one.second_students) == (26, 26)
+    assert (one.first_mean, one.second_mean) == pytest.approx((first.mean(), second.mean()))
     assert one.beta == pytest.approx(line.slope) and one.low < one.beta < one.high
 
 

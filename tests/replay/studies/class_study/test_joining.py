@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
 
-from replay.studies.class_study.joining import check_pseudonyms, means_of_students, read_questionnaire, recall_of
+from replay.errors import StudyError
+from replay.studies.class_study.joining import (
+    check_pseudonyms,
+    means_of_students,
+    read_questionnaire,
+    read_rows,
+    recall_of,
+    unmatched_students,
+)
 from replay.studies.class_study.refusals import StudyRefusedError
 
 BOOK = codebook()
@@ -44,6 +52,60 @@ def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
     table = metrics(np.arange(2.0))
     table["recall"], table["contact_frames"] = recall, frames
     assert recall_of(table) is None
+
+
+ROWS = [{"Code": "S01", "e1": "2.5"}, {"Code": "S02", "e1": ""}]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"Code,e1\nS01,2.5\nS02,\n",
+        b"Code;e1\r\nS01;2,5\r\nS02;\r\n",
+        b"\xef\xbb\xbfCode;e1\nS01;2,5\nS02\n",
+        b"sep=;\r\nCode;e1\r\nS01;2,5\r\nS02;\r\n;\r\n",
+        "Code\te1\r\nS01\t2,5\r\nS02\t\r\n".encode("utf-16"),
+        b'"Code";"e1"\n"S01";"2,5"\n\n"S02";""\n',
+        b" Code , e1 \n S01 , 2.5 \n S02 , \n",
+    ],
+)
+def test_spreadsheet_formats_give_the_same_rows(content, tmp_path):
+    (tmp_path / "q.csv").write_bytes(content)
+    assert read_rows(tmp_path / "q.csv") == ROWS
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"Code,e1\nS01,2,5\n", "data row 1: 3 cells below 2 names of columns"),
+        (b"Code,e1,e1\nS01,2,5\n", "two columns 'e1'"),
+        (b"Code;\xe41\n", None),
+    ],
+)
+def test_row_that_does_not_fit_its_heading_is_refused(content, sentence, tmp_path):
+    (tmp_path / "q.csv").write_bytes(content)
+    if sentence is None:
+        assert read_rows(tmp_path / "q.csv") == []
+        return
+    with pytest.raises(StudyError, match=sentence):
+        read_rows(tmp_path / "q.csv")
+
+
+@pytest.mark.parametrize(
+    ("answering", "recorded", "meant"),
+    [
+        (["S07"], ["s07"], ["did you mean 's07'", "did you mean 'S07'"]),
+        (["S7"], ["S07"], ["did you mean 'S07'", "did you mean 'S7'"]),
+        (["S-07"], ["S07"], ["did you mean 'S07'", "did you mean 'S-07'"]),
+        (["student17"], ["studnet17"], ["did you mean 'studnet17'", "did you mean 'student17'"]),
+        (["S07"], ["X99"], ["matches no recording", "is not in the questionnaire"]),
+        (["S07"], ["S07"], []),
+    ],
+)
+def test_student_of_only_one_file_is_named(answering, recorded, meant):
+    sentences = unmatched_students(answering, recorded)
+    assert len(sentences) == len(meant)
+    assert all(words in sentence for sentence, words in zip(sentences, meant, strict=True))
 
 
 def test_students_are_joined_by_pseudonym_and_never_by_place():

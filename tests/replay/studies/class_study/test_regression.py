@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from replay.studies.class_study import regression
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import permutation_p, regress
 
@@ -35,10 +36,23 @@ def test_permuted_and_textbook_p_agree_where_errors_are_normal():
     y = 0.25 * x[:, 0] + random.normal(size=60)
     import statsmodels.api as sm
 
-    textbook = sm.OLS(y, sm.add_constant(x)).fit().pvalues[1:]
+    textbook = sm.OLS(y, sm.add_constant(x)).fit(cov_type="HC3", use_t=True).pvalues[1:]
     for column in range(2):
         permuted = permutation_p(y - y.mean(), x - x.mean(axis=0), column, random)
         assert permuted == pytest.approx(textbook[column], abs=4 * np.sqrt(0.25 / 4999) + 0.01)
+
+
+@pytest.mark.slow
+def test_p_holds_its_level_where_scatter_grows_with_predictor(monkeypatch):
+    monkeypatch.setattr(regression, "PERMUTATIONS", 199)
+    rejected = []
+    for number in range(400):
+        random = np.random.default_rng([number, 3])
+        x = random.exponential(size=(40, 1))
+        y = random.normal(size=40) * x[:, 0]
+        rejected.append(permutation_p(y - y.mean(), x - x.mean(axis=0), 0, random) < 0.05)
+    # 5 % and three standard errors; with the plain correlation 21 %.
+    assert np.mean(rejected) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
 
 
 def test_no_p_is_zero_because_what_was_found_is_one_of_its_permutations():

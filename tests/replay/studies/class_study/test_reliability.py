@@ -52,6 +52,14 @@ def test_what_does_not_vary_has_a_point_and_what_is_not_there_has_none():
     assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()
 
 
+def test_kmo_of_uncorrelated_items_is_refused():
+    signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]] * 3, dtype=float)
+    with pytest.raises(StudyRefusedError) as refused:
+        kmo(signs)
+    assert refused.value.rule == "uncorrelated"
+    assert bartlett(signs).p == pytest.approx(1.0) and alpha_of(signs) == pytest.approx(0.0)
+
+
 def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     assert kmo(ANSWERS) == pytest.approx(REFERENCE["kmo"], abs=1e-10)
     found = bartlett(ANSWERS)

@@ -36,7 +36,7 @@ def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
     if scattered:
         table.loc[others, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
-        table.loc[~others, "contacts_per_min"] += 4.0 * (np.arange(count) % 2)
+        table.loc[~others, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
     return analyse(ARMS if arms else ASKED, questionnaire(answers, HALVES if arms else ()), table)
 
 
@@ -119,13 +119,27 @@ def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
 
 def test_behaviour_without_a_measured_recall_or_of_other_students_is_refused_and_the_answers_are_left(runs):
     answers, contacts = a_class(30)
-    for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (metrics(contacts[:29]), "ids")):
+    strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
+    for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
         found = analyse(ASKED, questionnaire(answers), table)
         assert [one.variables for one in found.coefficients] == [EASE]
         (refused,) = found.refusals
         assert refused.rule == rule and "contacts_per_min" in refused.what
         (plain,) = json.loads(json.dumps(as_json(runs, found), allow_nan=False))["refused"]
         assert plain["rule"] == rule and plain["lift"]
+
+
+def test_misspelt_student_leaves_the_others_in_the_study():
+    answers, contacts = a_class(30)
+    table = metrics(contacts).replace({"student": {"S07": "s7"}})
+    found = analyse(ASKED, questionnaire(answers), table)
+    assert [(finding.variables, finding.students) for finding in found.coefficients] == [(EASE, 30), (CONTACTS, 29)]
+    assert found.unmatched == (
+        "'S07' of the questionnaire matches no recording; did you mean 's7'?",
+        "'s7' of the recordings is not in the questionnaire; did you mean 'S07'?",
+    )
+    (warning,) = [sentence for sentence in found.warnings if "only one file" in sentence]
+    assert "S07" not in warning and warning.startswith("2 students")
 
 
 @pytest.mark.parametrize("count", [4, 5, 9])
@@ -156,7 +170,7 @@ def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_i
     answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
     found = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
-    sizes = {two.outcome: two.sizes for two in found.groups}
+    sizes = {two.outcome: (two.first_students, two.second_students) for two in found.groups}
     assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
     assert rules(found) == (set() if left == 5 else {"small-cell"})
     few = ["first"] * (40 - left) + ["second"] * left
