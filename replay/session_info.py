@@ -11,6 +11,8 @@ from replay.base.constants import BLOCK_FRAMES
 from sessions import Session, Status
 from sessions.doctor.timing import gap_rows, typical_step
 from sessions.importers.ledger import FACT, ledger_of
+from sessions.model.assumption import ASSUMPTIONS_FACT
+from sessions.scene_files.answers import recording_assumptions
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,10 @@ def session_info(session: Session) -> dict[str, Any]:
         ],
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
         "ledger": _ledger(session),
-        "facts": {key: value for key, value in session.facts.items() if key != FACT},
+        "assumptions": [
+            {**row.as_json(), "what": row.title, "said": row.sentence} for row in recording_assumptions(session)
+        ],
+        "facts": {key: value for key, value in session.facts.items() if key not in (FACT, ASSUMPTIONS_FACT)},
     }  # fmt: skip
 
 

@@ -96,7 +96,8 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the solids meet there."""
         del faces
-        looked = looks_at(motion.times, frame, self.settings.rate_hz)
+        settings = self.settings
+        looked = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
@@ -112,10 +113,11 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             return int(Verdict.CONTACT if near else Verdict.CLEAR), False
 
         looks = LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
-        return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
+        rate_hz, offset_s = self.settings.rate_hz, self.settings.sampling_offset_s
+        return LiveHeld(looks, self.pairs, rate_hz, offset_s) if rate_hz else looks
 
     def _fresh_memory(self) -> HeldLooks:
-        return HeldLooks(len(self.pairs), self.settings.rate_hz)
+        return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
     def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
         looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)

@@ -41,8 +41,8 @@ from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSetti
 class _HeldMeshes(HeldLooks):
     """Of each pair the last question and its answer; the only thing that passes from block to block."""
 
-    def __init__(self, pairs: int, rate_hz: float | None) -> None:
-        super().__init__(pairs, rate_hz)
+    def __init__(self, pairs: int, rate_hz: float | None, offset_s: float) -> None:
+        super().__init__(pairs, rate_hz, offset_s)
         # (P, 2, 12): rotation by rows and translation of both bodies; NaN before the first question.
         self.poses: FloatArray = np.full((pairs, 2, 12), np.nan)
         self.faces: list[Int32Array] = [NO_FACES] * pairs
@@ -62,6 +62,7 @@ class MeshDetector(PairDetector[Any]):
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
         super().__init__(bodies, pairs, settings)
         self._rate_hz: float | None = getattr(settings, "rate_hz", None)
+        self._offset_s: float = getattr(settings, "sampling_offset_s", 0.0)
         self._epsilon: float | None = getattr(settings, "epsilon", None)
         self._broad = BroadPhase(bodies, pairs, boxes="boxes" in self.stages)
         self._meshes = MeshStage(bodies, pairs)
@@ -74,7 +75,7 @@ class MeshDetector(PairDetector[Any]):
         if self._epsilon:
             return super().live()
         looks = LivePairs(self._broad, self._meshes.decide_now, self._containment.question, self._containment.holed)
-        return LiveHeld(looks, self.pairs, self._rate_hz) if self._rate_hz else looks
+        return LiveHeld(looks, self.pairs, self._rate_hz, self._offset_s) if self._rate_hz else looks
 
     def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
         """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
@@ -84,7 +85,7 @@ class MeshDetector(PairDetector[Any]):
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
     def _fresh_memory(self) -> _HeldMeshes:
-        return _HeldMeshes(len(self.pairs), self._rate_hz)
+        return _HeldMeshes(len(self.pairs), self._rate_hz, self._offset_s)
 
     def _run(self, motion: Motion, memory: _HeldMeshes, faces: bool) -> Detection:
         known, looks = pair_has_pose(motion, self.pairs), memory.looks(motion.times)
@@ -211,11 +212,12 @@ class DiscreteSettings(ContainmentSettings, RateSettings):
 
 
 class DiscreteDetector(MeshDetector):
-    """Tests every pair at each tick ``k / rate_hz`` and holds the answer until the next test (zero-order hold).
+    """Tests every pair at each tick of its rate and holds the answer until the next test (zero-order hold).
 
-    A test (a *look*) happens at the first frame at or after a tick, and at the first frame of all. The verdict of a
-    frame between two looks is *held*: a live engine would still believe it, and it may be wrong. A look at which a pair
-    has no pose keeps the verdict before. A frame without a pose is NO_POSE, even where a verdict is held.
+    A test (a *look*) happens at the first frame at or after a tick ``sampling_offset_s + k / rate_hz``, and at the
+    first frame of all. The verdict of a frame between two looks is *held*: a live engine would still believe it, and it
+    may be wrong. A look at which a pair has no pose keeps the verdict before. A frame without a pose is NO_POSE, even
+    where a verdict is held.
 
     ``hybrid`` gives the same verdicts at every frame. ``work["held"]`` counts the pair-frames between looks.
     """
@@ -229,7 +231,7 @@ class DiscreteDetector(MeshDetector):
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
-        return Explanation(looked=looks_at(motion.times, frame, self._rate_hz), spheres_meet=True)
+        return Explanation(looked=looks_at(motion.times, frame, self._rate_hz, self._offset_s), spheres_meet=True)
 
 
 class HybridDetector(MeshDetector):

@@ -91,10 +91,12 @@ class EngineDetector(PairDetector[SettingsT]):
         """Say whether the frame was tested, and whether the engine lists the pair there; ``None``: not supported."""
         del faces
         meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
-        return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), shapes_meet=meet)
+        settings = self.settings
+        looked = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        return Explanation(looked=looked, shapes_meet=meet)
 
     def _fresh_memory(self) -> HeldLooks:
-        return HeldLooks(len(self.pairs), self.settings.rate_hz)
+        return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
     def _touch(self, motion: Motion, frame: int) -> BoolArray:
         """Which pairs the engine lists, (P,)."""

@@ -1,6 +1,6 @@
 """What a detector with a rate answers between its looks: each pair keeps its last answer (zero-order hold).
 
-A look is the first frame at or after a tick ``k / rate_hz``, and the first frame of all.
+A look is the first frame at or after a tick ``offset_s + k / rate_hz``, and the first frame of all.
 """
 
 from collections import Counter
@@ -21,14 +21,14 @@ BEFORE_FIRST_ANSWER: Final = Verdict.NOT_FOUND
 """Of a pair whose poses are known and that was not sampled yet: the detector reports no contact, and proves nothing."""
 
 
-def tick_of(times: FloatArray, rate_hz: float) -> FloatArray:
+def tick_of(times: FloatArray, rate_hz: float, offset_s: float = 0.0) -> FloatArray:
     """Number of the last tick at each time, of any shape."""
-    return np.floor((times + TICK_SLACK) * rate_hz)
+    return np.floor((times - offset_s + TICK_SLACK) * rate_hz)
 
 
-def looks_at(times: FloatArray, frame: int, rate_hz: float | None) -> bool:
+def looks_at(times: FloatArray, frame: int, rate_hz: float | None, offset_s: float = 0.0) -> bool:
     """Whether one frame of a whole motion is looked at."""
-    return bool(HeldLooks(0, rate_hz).looks(times[max(0, frame - 1) : frame + 1])[-1])
+    return bool(HeldLooks(0, rate_hz, offset_s).looks(times[max(0, frame - 1) : frame + 1])[-1])
 
 
 def last_answers(answered: BoolArray) -> IntArray:
@@ -44,11 +44,11 @@ def last_answers(answered: BoolArray) -> IntArray:
 class HeldLooks:
     """Which frames are looked at, and the last answer about each pair; handed from block to block.
 
-    ``rate_hz``: looks per second; ``None``: every frame.
+    ``rate_hz``: looks per second; ``None``: every frame. ``offset_s``: seconds at which the first tick lies.
     """
 
-    def __init__(self, pairs: int, rate_hz: float | None) -> None:
-        self._rate_hz = rate_hz
+    def __init__(self, pairs: int, rate_hz: float | None, offset_s: float = 0.0) -> None:
+        self._rate_hz, self._offset_s = rate_hz, offset_s
         self._tick = -np.inf
         self._verdict: ByteArray = np.full(pairs, BEFORE_FIRST_ANSWER, dtype=np.uint8)
 
@@ -56,7 +56,7 @@ class HeldLooks:
         """Which frames of the next block are looked at, (T,)."""
         if self._rate_hz is None or not len(times):
             return np.ones(len(times), dtype=np.bool_)
-        ticks = tick_of(times, self._rate_hz)
+        ticks = tick_of(times, self._rate_hz, self._offset_s)
         looks: BoolArray = np.diff(ticks, prepend=self._tick) > 0
         self._tick = float(ticks[-1])
         return looks
@@ -85,8 +85,9 @@ class LiveHeld:
     ``pairs`` (P, 2) body numbers.
     """
 
-    def __init__(self, live: Live, pairs: IntArray, rate_hz: float) -> None:
-        self._live, self._pairs, self._rate_hz, self._tick = live, pairs, rate_hz, -np.inf
+    def __init__(self, live: Live, pairs: IntArray, rate_hz: float, offset_s: float = 0.0) -> None:
+        self._live, self._pairs, self._tick = live, pairs, -np.inf
+        self._rate_hz, self._offset_s = rate_hz, offset_s
         self._believed: ByteArray = np.full(len(pairs), BEFORE_FIRST_ANSWER, dtype=np.uint8)
         self.seconds: dict[str, float] = {}
 
@@ -97,7 +98,7 @@ class LiveHeld:
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        tick = float(tick_of(now.times[0], self._rate_hz))
+        tick = float(tick_of(now.times[0], self._rate_hz, self._offset_s))
         if tick > self._tick:
             seen, self._tick = self._live.look(now), tick
             self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)

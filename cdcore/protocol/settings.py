@@ -12,8 +12,9 @@ from cdcore.errors import InvalidSettingError
 
 MOST_METRES: Final = 1e6
 MOST_HERTZ: Final = 1e6
+MOST_SECONDS: Final = 1e6
 MOST_WORK: Final = 10**12
-"""Bounds of lengths, rates and budgets: far above any that is meant, far below what overflows."""
+"""Bounds of lengths, rates, times and budgets: far above any that is meant, far below what overflows."""
 
 ALLOWED: Final = "allowed"
 """Key of what a field may be, in its metadata."""
@@ -123,6 +124,11 @@ class ContainmentSettings(CheckedSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class RateSettings(CheckedSettings):
-    """``rate_hz``: looks per second of session time; ``None``: every frame."""
+    """When a detector samples.
+
+    ``rate_hz``: samples per second of session time; ``None``: every frame. ``sampling_offset_s``: seconds after the
+    start of the session at which the first tick of that rate lies.
+    """
 
     rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
+    sampling_offset_s: float = number(0.0, 0, MOST_SECONDS, unit="seconds")

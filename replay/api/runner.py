@@ -55,6 +55,7 @@ def run(
             check_target(target, force=force)
     with fetched(session_or_path) as here:
         result = compute(opened(here, scene), settings, progress=progress, **changes)
+    result = with_open_questions(result, progress)
     if request:
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
@@ -62,6 +63,16 @@ def run(
         with delivered(target) as folder:
             write_watched(result, folder, progress, force=force, picture=picture)
     return RunResult.of(result)
+
+
+def with_open_questions(result: run_result.RunResult, progress: Progress) -> run_result.RunResult:
+    """The result with the assumptions of its recording's import that nobody decided and that change its contacts."""
+    if not result.detections:
+        return result
+    from replay.advice.assumptions import open_question_lines
+
+    questions = open_question_lines(result.session, result.assembly, progress)
+    return replace(result, summary={**result.summary, "open_questions": questions}) if questions else result
 
 
 def opened(given: Session | str | Path, scene: str | Path | None) -> Session:

@@ -23,17 +23,24 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @click.command()
 @click.argument("files", type=SESSION_ANYWHERE, nargs=-1, required=True, metavar="FILE...")
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
+@click.option("--look", is_flag=True, help="Pictures of the scene, and questions on what its import guessed.")
+@click.option("--answer", "answers", multiple=True, metavar="1b", help="Answer a question of --look. Repeatable.")
+@click.option("--forget-answers", is_flag=True, help="Undo the answers to the questions of --look.")
 @scene
 @reporting
 def command(
-    files: tuple[Path, ...], fail_on: str | None, scene: Path | None, as_json: bool, people: People
+    files: tuple[Path, ...], fail_on: str | None, scene: Path | None, as_json: bool, people: People,
+    look: bool, answers: tuple[str, ...], forget_answers: bool,
 ) -> int:  # fmt: skip
     """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 
     \b
     replay doctor session.mcap
     replay doctor *.mcap --format json --fail-on warning
+    replay doctor session.mcap --look
     """
+    if look or answers or forget_answers:
+        return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers)
     from replay.api.remote_files import fetched
     from replay.base.shown import plural
     from replay.cli.terminal import terminal
@@ -51,6 +58,17 @@ def command(
     if bad:
         people.say(f"{plural(bad, 'finding')} of severity {fail_on} or worse")
     return GATE_FAILED if bad else OK
+
+
+def _look(files: Sequence[Path], people: People, *, as_json: bool, answers: Sequence[str], forgets: bool) -> int:
+    """Show one recording and ask what its import guessed, or forget what was answered."""
+    from replay.cli.look import forget_answers, look_at, parse_answers
+
+    if len(files) != 1 or files[0].suffix.lower() != ".mcap" or not files[0].is_file():
+        raise click.UsageError("--look, --answer and --forget-answers are for one session file: FILE.mcap")
+    if forgets:
+        return forget_answers(files[0], people)
+    return look_at(files[0], people, as_json=as_json, given=parse_answers(answers))
 
 
 def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":

@@ -1,5 +1,6 @@
 """``replay import``: a recording of another program as a session file."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,12 +35,13 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_WORDS)
 @click.option("--collider-axes", metavar="NAME", help="Axes of the colliders' file. Default: the recording's.")
+@click.option("--no-look", is_flag=True, help="Do not show the scene and ask what was guessed, on a terminal.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_WORDS)
 @reporting
 def command(
     kind: str, source: Path, out: Path, force: bool, session: Path | None, offset: float | None, as_json: bool,
-    people: People, **given: Any,
+    people: People, no_look: bool, **given: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
@@ -66,7 +68,28 @@ def command(
     people.say(*notes)
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
     answer(as_json, plain, lambda: str(out))
-    return DATA_LOSS if _large_losses(imported, people) else OK
+    code = DATA_LOSS if _large_losses(imported, people) else OK
+    _show_scene(imported, out, people, looks=not no_look and not as_json and kind != "contacts")
+    return code
+
+
+def _show_scene(imported: "Session", out: Path, people: People, *, looks: bool) -> None:
+    """On a terminal, pictures of the scene and questions on what was guessed; elsewhere the command that asks them."""
+    from replay.errors import ReplayError
+    from sessions.scene_files.answers import recording_assumptions
+
+    unsure = [row.title for row in recording_assumptions(imported) if row.is_open]
+    if looks and sys.stdin.isatty() and sys.stdout.isatty():
+        from cdcore.errors import CollisionCoreError
+        from replay.cli.look import look_at
+        from sessions.errors import SessionError
+
+        try:
+            look_at(out, people, as_json=False, given={})
+        except (ReplayError, CollisionCoreError, SessionError) as error:
+            people.say(f"No pictures of the scene: {error}")
+    elif unsure:
+        people.say(f"not sure: {', '.join(unsure)}; to see what each would change: replay doctor {out} --look")
 
 
 def _large_losses(imported: "Session", people: People) -> bool:

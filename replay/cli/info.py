@@ -54,6 +54,9 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
         yield from (plain(line, "dim") for line in _imported(info["ledger"]))
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
     yield from (plain(words, "dim") for words in listed)
+    if info["assumptions"]:
+        rows = [(row["what"], row["said"]) for row in info["assumptions"]]
+        yield table("What the numbers were taken to mean", ("what", "taken for, and who says so"), rows, words=2)
 
 
 def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:

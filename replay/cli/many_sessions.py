@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
 from replay.cli.run_report import lost_frames, lost_poses
+from replay.words import count_range
 
 if TYPE_CHECKING:
     from replay.api.batch import Batch
@@ -64,29 +66,70 @@ def run_many(
 
 
 def session_table(batch: "Batch") -> "Table":
-    """A row per session that is done, the one with the most missed contacts first; sums over all in the last row."""
+    """A row per session that is done, the one with the most missed contacts first; sums over all in the last row.
+
+    Contacts missed are smallest to largest over the sampling offsets, as the run of each session says them.
+    """
     from replay.base.tables import IN_RED, WARNING, table
 
     missed = {f"missed by {label}": label for label in batch.audit}
     counts = {name: _counts(run, missed) for name, run in batch.runs.items()}
-    order = sorted(counts, key=lambda name: (-sum(counts[name][column] for column in missed), name))
-    total = {column: sum(row[column] for row in counts.values()) for column in next(iter(counts.values()))}
-    columns = [column for column in total if total[column] or column not in RARE]
-    rows = [(name, *(counts[name][column] for column in columns)) for name in order[:SESSION_ROWS]]
+    order = sorted(counts, key=lambda name: (-sum(counts[name][column].mean for column in missed), name))
+    total = {
+        column: sum((row[column] for row in counts.values()), start=NOTHING_COUNTED)
+        for column in next(iter(counts.values()))
+    }
+    columns = [column for column in total if total[column].largest or column not in RARE]
+    rows = [(name, *(counts[name][column].cell for column in columns)) for name in order[:SESSION_ROWS]]
     return table(
         "sessions, the most missed contacts first" if missed else "sessions",
         ["session", *columns],
-        [*rows, ("all", *(total[column] for column in columns))],
+        [*rows, ("all", *(total[column].cell for column in columns))],
         marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(RARE, WARNING),
         notes=[f"… and {len(order) - SESSION_ROWS} more"] if len(order) > SESSION_ROWS else [],
     )
 
 
-def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, int]:
+@dataclass(frozen=True)
+class Count:
+    """A count of a session: over its sampling offsets where it depends on them."""
+
+    smallest: int
+    largest: int
+    mean: float
+
+    @classmethod
+    def once(cls, count: int) -> "Count":
+        """A count that depends on no offset."""
+        return cls(count, count, float(count))
+
+    def __add__(self, other: "Count") -> "Count":
+        return Count(self.smallest + other.smallest, self.largest + other.largest, self.mean + other.mean)
+
+    @property
+    def cell(self) -> int | str:
+        """What a table shows: the number, or ``0-1``."""
+        return self.smallest if self.smallest == self.largest else count_range((self.smallest, self.largest))
+
+
+NOTHING_COUNTED: Final = Count.once(0)
+
+
+def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, Count]:
     """What a row of the table says of a run; the contacts are the oracle's, the same beside every detector."""
     audit = run["audit"]
-    contacts = {"contacts": max((figures["contacts"] for figures in audit.values()), default=0)} if missed else {}
-    never_found = {name: audit[label]["contacts_missed"] if label in audit else 0 for name, label in missed.items()}
+    counts = {"frames": Count.once(run["session"]["frames"])}
+    if missed:
+        counts["contacts"] = Count.once(max((figures["contacts"] for figures in audit.values()), default=0))
+    for name, label in missed.items():
+        counts[name] = _never_found(audit[label]) if label in audit else NOTHING_COUNTED
     undecided = sum(figures["contacts_undecided"] for figures in audit.values())
-    rare = dict(zip(RARE, (undecided, lost_frames(run), lost_poses(run)), strict=True))
-    return {"frames": run["session"]["frames"], **contacts, **never_found, **rare}
+    rare = zip(RARE, (undecided, lost_frames(run), lost_poses(run)), strict=True)
+    return counts | {name: Count.once(count) for name, count in rare}
+
+
+def _never_found(figures: Mapping[str, Any]) -> Count:
+    over = figures.get("offsets", {}).get("contacts_missed")
+    if over is None:
+        return Count.once(figures["contacts_missed"])
+    return Count(round(over["smallest"]), round(over["largest"]), over["mean"])

@@ -15,7 +15,7 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
-from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
+from replay.pipeline.headline import RECORDING, beside, doubts, engine_reports, price, undecided
 from replay.pipeline.run_result import RunResult
 
 FAULT_ROWS: Final = 20
@@ -39,7 +39,9 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
-    parts: list[Table | RenderableType] = [line(words, INVENTED) for words in doubts(result)]
+    parts: list[Table | RenderableType] = [
+        line(words.replace(RECORDING, quote(recording)), INVENTED) for words in doubts(result)
+    ]
     if result.ranking:
         parts += [built.ranking_table(result).only(*SCREEN_HEADS, heads=SCREEN_HEADS)]
         parts += [Paragraph("", words) for words in (*undecided(result), *engine_reports(result))]

@@ -11,6 +11,7 @@ import numpy as np
 from cdcore.numerics import IntArray
 from replay.base.tables import columns_of, types_of
 from replay.comparison.holding import Grasp, grasps, hand_bodies
+from replay.comparison.look_phases import OFFSET_SETTING
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
@@ -194,6 +195,10 @@ def contact_frames(result: RunResult) -> int | None:
 def settings_digest(result: RunResult, label: str) -> str:
     """The first 16 hex digits over everything that decides a row but the session."""
     summarised = result.summary["detectors"][label]
-    decided = {"name": summarised["name"], "settings": summarised["settings"], "oracle": result.oracle,
+    settings = dict(summarised["settings"])
+    if OFFSET_SETTING not in summarised["asked"]:
+        # The offset that is typical of a session belongs to the session.
+        settings.pop(OFFSET_SETTING, None)
+    decided = {"name": summarised["name"], "settings": settings, "oracle": result.oracle,
                "versions": result.summary.get("versions")}  # fmt: skip
     return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]

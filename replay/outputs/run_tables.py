@@ -147,7 +147,7 @@ def sampling_notes(result: Summarised) -> list[str]:
     if not labels:
         return []
     who = ", ".join(labels)
-    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset of this run."]
+    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset nearest the mean."]
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:

@@ -13,14 +13,13 @@ import numpy as np
 from cdcore import Detection, Detector, Motion
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
-from replay.base.progress import Progress, Silent
+from replay.base.progress import Advance, Progress, Silent
 from replay.base.shown import plural
 from replay.comparison.causes import Audited, examine
 from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import false_contacts
-from replay.comparison.holding import holdings
-from replay.comparison.look_phases import STEPS, over_phases
+from replay.comparison.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
 from replay.comparison.matching import match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.tolerance import Reference, Tolerance
@@ -107,9 +106,9 @@ def compute(
     # Of a recording of hours, what one step frees is too much to be kept for the next.
     tidy = give_back_memory if len(ready.assembly.motion) > HELD_FRAMES else lambda: None
     tidy()
-    runs = _detected(ready, lineup, settings, progress)
+    detected = _detected(ready, lineup, settings, progress)
     tidy()
-    result = _audited(ready, lineup, runs, settings, progress)
+    runs, result = detected.runs, _audited(ready, lineup.oracle, detected, progress)
     if blur:
         with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
@@ -142,44 +141,89 @@ def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineu
     return Lineup((*lineup.specs, *more), lineup.oracle, frozenset() if settings.offline else lineup.live)
 
 
-def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: Progress) -> dict[str, Run]:
-    """What each detector answers, and what it took."""
+@dataclass(frozen=True)
+class Detected:
+    """What each detector answers and what it took, by label, in the order of the lineup.
+
+    ``reference``: the oracle's contacts, ``None`` without an oracle; ``offsets``: of a fixed rate the counts at each
+    sampling offset; ``face_source``: the most trusted answer, with faces, for some frames.
+    """
+
+    runs: dict[str, Run]
+    reference: Reference | None
+    offsets: dict[str, OffsetCounts]
+    face_source: Callable[[Motion], Detection]
+
+
+def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: Progress) -> Detected:
+    """Ask every detector; one of a fixed rate samples at the offset whose counts are typical of all offsets."""
     runs: dict[str, Run] = {}
+    offsets: dict[str, OffsetCounts] = {}
+    assembly, oracle = ready.assembly, lineup.oracle
+    frames = len(assembly.motion)
     if not lineup.specs:
-        return runs
-    name = f"Replaying {plural(len(lineup.specs), 'detector')}"
-    total = len(lineup.specs) * len(ready.assembly.motion)
-    with progress.stage(name, total) as advance, compiling_announced(progress):
-        for spec in lineup.specs:
-            faces = spec.label in (lineup.oracle, *ready.plan.detectors)
-            runs[spec.label] = run_detector(
-                spec, ready.assembly, seed=settings.seed, faces=faces, advance=advance, live=spec.label in lineup.live
-            )
-    return runs
+        return Detected(runs, None, offsets, _face_source(assembly, settings.seed, None))
+    # The oracle comes first: its contacts say which offset is typical.
+    specs = sorted(lineup.specs, key=lambda spec: spec.label != oracle)
+    rated = {spec.label for spec in specs if oracle not in ("", spec.label) and has_offsets(spec, frames)}
+    reference, face_source = None, _face_source(assembly, settings.seed, None)
+    name = f"Replaying {plural(len(specs), 'detector')}"
+    with (
+        progress.stage(name, (len(specs) + len(rated)) * frames) as advance,
+        compiling_announced(progress),
+    ):
+        for spec in specs:
+            live, chosen = spec.label in lineup.live, spec
+            if spec.label in rated and reference is not None:
+                counts = over_phases(
+                    spec, assembly, reference, settings.seed, live=live, advance=_steps_as_frames(advance, frames)
+                )
+                offsets[spec.label] = counts
+                chosen = replace(spec, settings={OFFSET_SETTING: counts.typical_offset, **spec.settings})
+            faces = spec.label in (oracle, *ready.plan.detectors)
+            run = run_detector(chosen, assembly, seed=settings.seed, faces=faces, advance=advance, live=live)
+            runs[spec.label] = replace(run, spec=spec)
+            if spec.label == oracle:
+                face_source = _face_source(assembly, settings.seed, run)
+                tolerance = Tolerance(assembly, face_source, settings.tau)
+                reference = Reference.of(run.detection, assembly, ready.treatment.session, tolerance)
+    return Detected({spec.label: runs[spec.label] for spec in lineup.specs}, reference, offsets, face_source)
 
 
-def _audited(
-    ready: Prepared, lineup: Lineup, runs: dict[str, Run], settings: RunSettings, progress: Progress
-) -> RunResult:
+def _steps_as_frames(advance: Advance, frames: int) -> Advance:
+    """An ``advance`` by ``STEPS`` in all that moves another by ``frames`` in all."""
+    done = 0
+
+    def step(count: int) -> None:
+        nonlocal done
+        before, done = done * frames // STEPS, done + count
+        advance(done * frames // STEPS - before)
+
+    return step
+
+
+def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progress) -> RunResult:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
-    assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
-    again = _face_source(assembly, settings.seed, runs.get(oracle))
-    tolerance = Tolerance(assembly, again, settings.tau)
-    found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
+    assembly, session = ready.assembly, ready.treatment.session
+    runs, reference = detected.runs, detected.reference
+    found = {
+        label: reference.episodes
+        if reference is not None and label == oracle
+        else episodes(run.detection, assembly.motion.valid)
+        for label, run in runs.items()
+    }
     result = RunResult(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=oracle, episodes=found, treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
-    if not oracle:
+    if reference is None:
         return result
     audited = {label: run for label, run in runs.items() if label != oracle}
-    total = (2 * EXAMINING + STEPS) * len(audited)
     # Misses are examined with other kernels.
-    with progress.stage(COMPARING, total) as advance, compiling_announced(progress):
+    with progress.stage(COMPARING, 2 * EXAMINING * len(audited)) as advance, compiling_announced(progress):
         truth = found[oracle]
-        reference = Reference(runs[oracle].detection, truth, holdings(assembly, session, truth), tolerance)
         comparisons = {label: reference.compare(run.detection, (label, oracle)) for label, run in audited.items()}
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
@@ -193,12 +237,11 @@ def _audited(
             )
             for label, comparison in comparisons.items()
         }
-        phases = over_phases(audited, assembly, reference, settings.seed, advance)
         subjects = {
             label: Audited(assembly.motion, run.detector, run.detection, reference.truth)
             for label, run in audited.items()
         }
-        misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, again)
+        misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detected.face_source)
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
@@ -214,7 +257,7 @@ def _audited(
             advance(EXAMINING)
     return replace(
         result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
-        phases=phases, counts=counts, holdings=reference.holdings, loose=reference.contacts,
+        phases=detected.offsets, counts=counts, holdings=reference.holdings, loose=reference.contacts,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
 from collections.abc import Iterable, Mapping
-from typing import Final
+from typing import Any, Final
 
 from replay.base.shown import plural
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
@@ -19,6 +19,10 @@ NOT_COVERED: Final = (
 )
 
 
+RECORDING: Final = "FILE.mcap"
+"""The recording in a command where its name is not printed, since files may be called after people."""
+
+
 def headlines(result: RunResult) -> list[str]:
     """What a title says of a run: what is wrong with the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []
@@ -29,7 +33,12 @@ def doubts(result: RunResult) -> list[str]:
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
-    return doubts_of(result.treatment.findings)
+    return [*open_questions(result.summary), *doubts_of(result.treatment.findings)]
+
+
+def open_questions(summary: Mapping[str, Any]) -> list[str]:
+    """What an import assumed, nobody decided, and changes the contacts: a sentence each."""
+    return list(summary.get("open_questions", ()))
 
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:

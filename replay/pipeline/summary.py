@@ -28,6 +28,8 @@ from replay.pipeline.settings import Lineup, RunSettings
 from replay.prepare.session_scan import SessionScan
 from sessions import Session
 from sessions.mcap_format.metadata import NOT_STATED
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption
+from sessions.scene_files.answers import recording_assumptions
 
 SCHEMA: Final = "vrlab-replay/run/1"
 
@@ -92,12 +94,22 @@ def _session(result: RunResult, seen: SessionScan) -> dict[str, Any]:
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
         "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),
         "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k in REPORTED_FACTS},
-        "facts_withheld": sum(k not in REPORTED_FACTS and v != NOT_STATED for k, v in session.facts.items()),
+        "facts_withheld": sum(_is_withheld(key, value) for key, value in session.facts.items()),
+        "assumptions": [_assumption_figures(row) for row in recording_assumptions(session)],
         "bodies": {
             body.name: {"faces": len(body.mesh.faces), "proxy": body.name in assembly.proxies}
             for body in assembly.bodies
         },
     }  # fmt: skip
+
+
+def _is_withheld(key: str, value: str) -> bool:
+    return key not in REPORTED_FACTS and key != ASSUMPTIONS_FACT and value != NOT_STATED
+
+
+def _assumption_figures(row: Assumption) -> dict[str, str]:
+    """An assumption without the names of files, which may be those of people."""
+    return {"what": row.title_by_bodies, "value": row.value, "said": row.sentence}
 
 
 def session_digest(result: RunResult) -> str:

@@ -68,7 +68,7 @@ def assemble(
         raise AssemblyError("the session has no frames; record some, or look at the file with `replay info`")
     scene = session.scene
     fixed = [body.id for body in scene.bodies if body.fixed is not None and body.id not in session.names]
-    bodies = tuple(_body(session, name) for name in [*session.names, *fixed] if name in session.meshes)
+    bodies = tuple(body_of(session, name) for name in [*session.names, *fixed] if name in session.meshes)
     names = [body.name for body in bodies]
     if not bodies:
         tracked = shown(", ".join(session.names))
@@ -160,7 +160,8 @@ def _breaks(seen: SessionScan, chain: Sequence[str]) -> IntArray:
     return np.sort(np.concatenate([gaps, *(seen.jumps[one] for one in chain if one in seen.jumps)]), axis=0)
 
 
-def _body(session: Session, name: str) -> Body:
+def body_of(session: Session, name: str) -> Body:
+    """Returns a body with its mesh and its colliders; InvalidMeshError names it."""
     mesh = session.meshes[name]
     try:
         parts = [_solid(one) for one in session.colliders.get(name, ())]

@@ -12,6 +12,7 @@ from sessions.errors import ImportFileError, SessionError
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
+    BODY,
     GLTF,
     default_mesh_axes,
     mesh_axes_alternatives,
@@ -175,8 +176,7 @@ def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Ass
         origin, reason = Origin.FORMAT, "all axes it may have are those of the recording"
     elif not stated:
         origin = Origin.GUESS
-        usual = "glTF is Y up by its standard" if axes == GLTF else f"usual for {file_type.upper()}"
-        reason = f"{usual} beside poses of {poses.name}; the file does not say"
+        reason = _reason(axes, file_type, poses)
     return Assumption(
         subject=Subject.MESH_AXES,
         value=axes,
@@ -188,6 +188,15 @@ def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Ass
         reason=reason,
         alternatives=alternatives,
     )
+
+
+def _reason(axes: str, file_type: str, poses: Convention) -> str:
+    """Why a file that does not say its axes was taken to have these."""
+    if axes == GLTF:
+        return "glTF is Y up by its standard"
+    if axes == BODY:
+        return f"{file_type.upper()} files say no axes"
+    return f"tools for poses of {poses.name} write {file_type.upper()} so"
 
 
 def _grouped(rows: Iterable[Assumption]) -> list[Assumption]:

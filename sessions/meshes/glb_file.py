@@ -18,6 +18,7 @@ from sessions.errors import MeshFileError
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 
+FILE_HEADER: Final = struct.Struct("<4sII")
 JSON_CHUNK: Final = 0x4E4F534A
 BINARY_CHUNK: Final = 0x004E4942
 DATA_URI: Final = "data:"
@@ -61,12 +62,14 @@ class GlbFile:
     def __init__(self, data: bytes) -> None:
         if data[:4] != b"glTF":
             raise MeshFileError("it does not begin as a GLB; export it as binary glTF")
-        version, length = struct.unpack_from("<II", data, 4)
+        if len(data) < FILE_HEADER.size:
+            raise MeshFileError("it ends within its header: cut short; export it again")
+        _, version, length = FILE_HEADER.unpack_from(data)
         _check_version(f"{version}.0", least="2.0")
         if length > len(data):
             raise MeshFileError(f"it declares {length:,} bytes and holds {len(data):,}: cut short; export it again")
         chunks = _chunks(memoryview(data)[:length])
-        self._json: Row = json.loads(bytes(chunks[JSON_CHUNK]))
+        self._json = _json(chunks[JSON_CHUNK])
         self._binary = chunks.get(BINARY_CHUNK, memoryview(b""))
         self._size = len(data)
         self._decoded: dict[int, memoryview] = {}
@@ -160,6 +163,16 @@ class GlbFile:
         raise MeshFileError("it keeps its data in another file; export it as one GLB")
 
 
+def _json(chunk: memoryview) -> Row:
+    try:
+        content = json.loads(bytes(chunk))
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict):
+        raise MeshFileError("its JSON is damaged; export it again")
+    return content
+
+
 def at(rows: list[Row], number: int) -> Row:
     """Return the row of this number; ``MeshFileError`` for one that is not there, negative ones included."""
     if not 0 <= number < len(rows):
@@ -170,7 +183,7 @@ def at(rows: list[Row], number: int) -> Row:
 def _chunks(data: memoryview) -> dict[int, memoryview]:
     """Type -> content of the first chunk of each type."""
     chunks: dict[int, memoryview] = {}
-    start = 12
+    start = FILE_HEADER.size
     while start + 8 <= len(data):
         length, kind = struct.unpack_from("<II", data, start)
         content = data[start + 8 : start + 8 + length]

@@ -247,11 +247,10 @@ class _Skin:
     def part(self, node: int, place: tuple[int, int], mesh: MeshData, primitive: Row) -> Part:
         """The part of a mesh that hangs on this skin."""
         joints, weights = self._influences(primitive["attributes"], len(mesh.vertices))
-        total = np.zeros((len(mesh.faces), len(self._joints)))
-        rows = np.repeat(np.arange(len(mesh.faces)), mesh.faces.shape[1] * joints.shape[1])
-        np.add.at(total, (rows, joints[mesh.faces].ravel()), weights[mesh.faces].ravel())
+        each_face = len(mesh.faces), 3 * joints.shape[1]
+        dominant = _heaviest(joints[mesh.faces].reshape(each_face), weights[mesh.faces].reshape(each_face))
         to_joint = dict(zip(self._joints.tolist(), self._inverse, strict=True))
-        return Part(node, place, mesh, self._joints[total.argmax(axis=1)], to_joint, self._posed(mesh, joints, weights))
+        return Part(node, place, mesh, self._joints[dominant], to_joint, self._posed(mesh, joints, weights))
 
     def _influences(self, attributes: Row, count: int) -> tuple[Indices, Array]:
         """Joints and weights of each vertex, (v, k); weights add up to one, all that are zero mean the first joint."""
@@ -275,6 +274,17 @@ class _Skin:
             points += weights[:, column, None] * moved
             turned_inside_out -= float((weights[:, column] * np.sign(np.linalg.det(matrices[:, :3, :3]))).sum())
         return MeshData(points, mesh.faces[:, ::-1] if turned_inside_out > 0 else mesh.faces)
+
+
+def _heaviest(numbers: Indices, weights: Array) -> Indices:
+    """The number in each row (r, k) whose weights in it add up to most, the lowest of several; (r,)."""
+    count = int(numbers.max()) + 1
+    rows = np.repeat(np.arange(len(numbers)), numbers.shape[1])
+    keys, places = np.unique(rows * count + numbers.ravel(), return_inverse=True)
+    sums = np.bincount(places.ravel(), weights=weights.ravel())
+    order = np.lexsort((-keys, sums, keys // count))  # by row, then by sum, of equal sums the lowest number last
+    last = np.flatnonzero(np.diff(keys[order] // count, append=len(numbers)))
+    return keys[order[last]] % count
 
 
 def _local(node: Row) -> Array:

@@ -79,7 +79,7 @@ def mesh_axes_description(name: str, poses: Convention) -> str:
     if name in MESH_TURNS:
         return MESH_TURNS[name].description
     row = convention(name)
-    return row.name if row.name == row.description else f"{row.name}: {row.description}"
+    return row.name if row.name == row.description else f"{row.name} ({row.description})"
 
 
 def default_mesh_axes(file_type: str, poses: Convention) -> str:

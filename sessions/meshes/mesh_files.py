@@ -76,13 +76,13 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str =
     if not data:
         raise MeshFileError("the mesh file is empty; export it again")
     try:
-        vertices, faces = _read(data, kind, node)
+        with np.errstate(all="ignore"):  # what is not finite is refused, and no warning about it helps
+            vertices, faces = _read(data, kind, node)
     except MeshFileError:
         raise
     except Exception as error:  # parsers of foreign files raise errors of any kind; each means: damaged
-        raise MeshFileError(
-            f"this is no readable {kind.upper()} ({error or type(error).__name__}); export it again"
-        ) from error
+        reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
+        raise MeshFileError(f"this is no readable {kind.upper()} ({reason}); export it again") from error
     if kind == "stl":
         vertices, faces = _share_equal_vertices(vertices, faces)
     return MeshData(vertices * scale, faces)

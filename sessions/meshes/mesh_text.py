@@ -1,6 +1,7 @@
 """Text of mesh files as bytes: numbers and keywords are ASCII in every format, names may be in any encoding of it."""
 
 import codecs
+import re
 import warnings
 from typing import Any, Final
 
@@ -16,6 +17,9 @@ WIDE_MARKS: Final = {
     codecs.BOM_UTF16_BE: "UTF-16",
 }
 """Byte order mark -> encoding; those of UTF-32 first, since they begin as those of UTF-16 do."""
+
+SIGN_ALONE: Final = re.compile(rb"[+-](?![0-9.a-zA-Z])")
+"""A sign without a number behind it."""
 
 FIRST_BYTES: Final = 64
 """Enough to tell by zero bytes whether text without a mark takes two bytes a letter."""
@@ -47,22 +51,41 @@ def whole_numbers(text: bytes, where: str) -> NDArray[np.int64]:
 
 
 def _parsed(text: bytes, kind: type[np.generic], where: str, noun: str) -> NDArray[Any]:
-    if not text.strip():
-        return np.zeros(0, dtype=kind)
-    if (values := _converted(text, kind)) is not None:
+    values = _converted(text, kind)
+    if values is not None:
         return values
-    bad = next(word for word in text.split() if _converted(word, kind) is None)
+    bad = next((word for word in text.split() if _converted(word, kind) is None), text)
     raise MeshFileError(f"{where} holds {quoted(bad)}, which is no {noun}; export it again")
 
 
 def _converted(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
-    """NumPy's parser, which takes no underscore, comma or hexadecimal digit; ``None`` where a word is no number."""
+    """The numbers of a text, one for each word of it; ``None`` where a word is no number.
+
+    NumPy's parser takes no underscore, comma or hexadecimal digit. But it reads ``1.5.5`` and ``1-2`` as two numbers
+    each and, of whole numbers, a sign alone as 0 or as that of the next word: so words are counted, signs checked.
+    """
+    words = _word_count(text)
+    if not words:
+        return np.zeros(0, dtype=kind)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # how older versions report it
         try:
-            return np.fromstring(text, dtype=kind, sep=" ")
+            values = np.fromstring(text, dtype=kind, sep=" ")
         except (ValueError, DeprecationWarning):
             return None
+    is_signed = b"-" in text or b"+" in text
+    if len(values) != words or (is_signed and SIGN_ALONE.search(text)):
+        return None
+    return values
+
+
+def _word_count(text: bytes) -> int:
+    """How many words a text has, apart by blanks and ends of lines."""
+    letters = np.frombuffer(text, dtype=np.uint8)
+    is_blank = (letters == ord(" ")) | ((letters >= ord("\t")) & (letters <= ord("\r")))
+    is_first = ~is_blank
+    is_first[1:] &= is_blank[:-1]
+    return int(np.count_nonzero(is_first))
 
 
 def quoted(word: bytes) -> str:

@@ -117,6 +117,8 @@ class _Numbers:
         return np.concatenate(self._blocks)
 
     def _convert(self) -> None:
+        if b"" in self._words:
+            raise MeshFileError(f"{self._where} names a corner without a vertex; export it again")
         self._in_blocks += len(self._words)
         self._blocks.append(self._parse(b" ".join(self._words), self._where))
         self._words.clear()

@@ -80,6 +80,10 @@ class Body(ABC):
         """How far a number of this type reaches."""
 
     @abstractmethod
+    def dtype(self, kind: str, /) -> np.dtype[Any]:
+        """How numbers of this type are kept."""
+
+    @abstractmethod
     def length_at(self, position: int, kind: str, /) -> int:
         """The length of a list that is written there."""
 
@@ -173,7 +177,7 @@ class Body(ABC):
     def _listed(self, starts: Indices, sizes: Indices, kind: str) -> Column:
         """The numbers of lists, list after list, from where each begins and how many it has."""
         first = np.cumsum(sizes) - sizes
-        numbers_of_all = np.empty(int(sizes.sum()), dtype=np.float64 if kind[0] == "f" else np.int64)
+        numbers_of_all = np.empty(int(sizes.sum()), dtype=self.dtype(kind))
         for size in np.unique(sizes[sizes > 0]).tolist():
             rows = np.flatnonzero(sizes == size)
             for block in np.array_split(rows, -(-len(rows) * size * self.width(kind) // BLOCK)):
@@ -197,6 +201,10 @@ class BinaryBody(Body):
     def width(self, kind: str, /) -> int:
         """Bytes of a number: the last letter of its type says so."""
         return int(kind[1])
+
+    def dtype(self, kind: str, /) -> np.dtype[Any]:
+        """Their own type, whose bytes are in the order of the file."""
+        return np.dtype(self._order + kind)
 
     def length_at(self, position: int, kind: str, /) -> int:
         """The whole number that is written there."""
@@ -224,6 +232,10 @@ class TextBody(Body):
     def width(self, _kind: str, /) -> int:
         """One word, whatever its type."""
         return 1
+
+    def dtype(self, _kind: str, /) -> np.dtype[Any]:
+        """Fractions: a text may hold them wherever its header declares whole numbers."""
+        return np.dtype(np.float64)
 
     def length_at(self, position: int, _kind: str, /) -> int:
         """The number that is written there, if it is whole."""

@@ -10,7 +10,7 @@ import struct
 from typing import Final
 
 from sessions.errors import MeshFileError
-from sessions.meshes.mesh_text import ascii_text
+from sessions.meshes.mesh_text import ascii_text, numbers
 
 HEADER_BYTES: Final = 84
 TRIANGLE_BYTES: Final = 50
@@ -35,6 +35,7 @@ def plain_stl(data: bytes) -> bytes:
 
 def _with_plain_names(text: bytes) -> bytes:
     lines: list[bytes] = []
+    corners: list[bytes] = []
     counts = dict.fromkeys((b"solid", b"endsolid", *CORNER_LINES), 0)
     for line in text.splitlines():
         words = line.split()
@@ -44,7 +45,11 @@ def _with_plain_names(text: bytes) -> bytes:
         if keyword in (b"solid", b"endsolid"):
             lines.append(keyword)
         elif keyword == b"vertex":
-            lines.append(line)
+            if len(words) != 4:
+                raise MeshFileError(f"a vertex has {len(words) - 1} coordinates instead of three; export it again")
+            lines.append(b" ".join(words))
+            corners += words[1:]
+    numbers(b" ".join(corners), "a vertex")
     facets = counts[b"facet"]
     if any(counts[keyword] != times * facets for keyword, times in CORNER_LINES.items()):
         found = f"{facets:,} facets begin, {counts[b'endfacet']:,} end, with {counts[b'vertex']:,} corners"

@@ -86,9 +86,21 @@ class Assumption:
         return f"{what} of {', '.join(first)}{' and ' if first else ''}{last}"
 
     @property
+    def title_by_bodies(self) -> str:
+        """The same without names of files, which may be those of people: ``axes of the meshes of beaker and rod``."""
+        if not self.bodies:
+            return str(self.subject)
+        *first, last = self.bodies
+        return f"{self.subject} of {', '.join(first)}{' and ' if first else ''}{last}"
+
+    @property
     def sentence(self) -> str:
         """The value and who says it: ``unity (left-handed, +Y up); guessed: Unity's own axes``."""
-        value = f"{self.value} ({self.description})" if self.description else self.value
+        value = self.value
+        if self.description.startswith(self.value):
+            value = self.description
+        elif self.description:
+            value = f"{self.value} ({self.description})"
         origin = str(self.origin)
         if self.origin is Origin.GUESS:
             origin = f"guessed{'' if self.confidence is Confidence.SURE else ', not sure'}"

@@ -83,7 +83,7 @@ def test_misses_at_a_low_rate_are_exactly_those_the_closed_form_predicts(name, s
     session, truth = make_analytic(name, seconds=10.0, seed=seed)
     expected = predicted(truth, session.frames.stamp_ns, RATE_HZ)
     # The closed form counts contacts of any depth, grazing ones of less than tau too.
-    result = compute(session, detectors=f"slow=discrete[rate_hz={RATE_HZ}]", oracle=ORACLE, tau=0.0)
+    result = compute(session, detectors=f"slow=discrete[rate_hz={RATE_HZ},sampling_offset_s=0]", oracle=ORACLE, tau=0.0)
     never = [miss for miss in result.misses["slow"] if miss.kind == "never found"]
     for episode in expected.missed:
         assert any(_is(miss, episode) for miss in never), episode

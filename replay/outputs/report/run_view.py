@@ -15,7 +15,7 @@ from replay.outputs.report.charts import Span
 from replay.outputs.report.markup import moment_address
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
 from replay.pipeline.answer import RUN, SESSION, Answer
-from replay.pipeline.headline import doubts_of
+from replay.pipeline.headline import doubts_of, open_questions
 from replay.pipeline.ranking import Rank
 from replay.pipeline.result_tables import EFFECT
 from replay.pipeline.run_result import Summarised
@@ -164,7 +164,7 @@ class RunView:
     @property
     def doubts(self) -> list[str]:
         """What a reader must know before the answer."""
-        return doubts_of(findings_of(self.summary))
+        return [*open_questions(self.summary), *doubts_of(findings_of(self.summary))]
 
 
 def session_names(summary: Mapping[str, Any]) -> list[str]:

@@ -55,7 +55,7 @@ def lead_of(view: RunView, answer: Answer) -> str:
         counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
     counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
     over = next(rank for rank in view.ranking if rank.label == answer.label).phases
-    at = ", at the sampling offset of this run" if over > 1 else ""
+    at = ", at the sampling offset nearest the mean" if over > 1 else ""
     return f"{', '.join(counts)}{at}."
 
 
@@ -126,6 +126,7 @@ def _fact_table(session: Mapping[str, Any]) -> Table:
     if dropped:
         rows.append(("frames left out", ", ".join(dropped)))
     rows += [("note", note) for note in session["notes"]]
+    rows += [(row["what"], row["said"]) for row in session.get("assumptions", ())]
     rows += [(key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED]
     if withheld := session.get("facts_withheld", 0):
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))

@@ -8,7 +8,7 @@ from replay.base.shown import plural
 from replay.base.tables import Table, columns_of
 
 if TYPE_CHECKING:
-    from replay.studies.diff.runs import DetectorDiff, RunDiff, Shares, Shift
+    from replay.studies.diff.runs import DetectorDiff, Ranges, RunDiff, Shares, Shift
 
 TRUTH: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the reference",
@@ -51,17 +51,32 @@ def _change(shares: "Shares") -> str:
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 
+def _range_change(ranges: "Ranges") -> str:
+    """``0-2 -> 0``; of one that was not audited nothing."""
+    if set(ranges) == {None}:
+        return ""
+    before, after = ("?" if counts is None else words.count_range(counts) for counts in ranges)
+    return before if before == after else f"{before} -> {after}"
+
+
 VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}
 
 DIFFERENCES: Final = columns_of(
-    "studies/diff/differences.toml", {"count": len, "change": _change, "times": _times, "verdicts": VERDICTS.get}
+    "studies/diff/differences.toml",
+    {
+        "count": len,
+        "range_change": _range_change,
+        "change": _change,
+        "times": _times,
+        "verdicts": VERDICTS.get,
+    },
 )["differences"]
 """Columns of pairs of a label and what its detector changed."""
 
 
 def diff_table(diff: "RunDiff") -> Table:
     """A row per detector that both runs have."""
-    title = "contacts, and shares of pair-frames"
+    title = "contacts, and the share of false contact"
     note = "time, p99: of the second run, as a multiple of the first's; where verdicts are the same, the machine's own"
     return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
 

@@ -9,6 +9,7 @@ from replay.comparison.matching import partners
 from replay.comparison.outcome import Episode
 from replay.errors import RunFolderError
 from replay.outputs.results.run_folder import read_run_folder
+from replay.pipeline.ranking import Range, counts_over_offsets
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -19,6 +20,7 @@ SETTINGS: Final = ("seed", "window", "oracle", "versions", "machine")
 Row = Mapping[str, Any]
 
 Shares = tuple[float | None, ...]
+Ranges = tuple[Range | None, ...]
 """In the first and in the second run."""
 
 
@@ -39,8 +41,9 @@ class DetectorDiff:
     ``same`` counts contacts that begin and end at the same time in both, ``shifted`` are those that moved, ``gained``
     and ``lost`` rows of contacts that only the second, or only the first, run has. Ratios are seconds of the second
     over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
-    ``None`` where one has none. ``missed`` and ``invented`` are shares in the first and in the second, of the
-    pair-frames in contact and of those reported; ``None`` where the detector was not audited.
+    ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, the smallest and
+    the largest count over the sampling offsets; ``invented`` the shares of the time reported that is false, means over
+    these offsets: both as the ranking of each run says them, ``None`` where the detector was not audited.
     """
 
     same: int
@@ -50,7 +53,7 @@ class DetectorDiff:
     time_ratio: float | None
     p99_ratio: float | None
     same_verdicts: bool | None
-    missed: Shares
+    missed: Ranges
     invented: Shares
 
     @property
@@ -114,10 +117,9 @@ def _detector(label: str, summaries: Sequence[Row], episodes: Sequence[Sequence[
     moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
     seconds, digests = [one["seconds"] for one in told], [one["digest"] for one in told]
-    missed, invented = (
-        tuple(summary["audit"].get(label, {}).get(name, {}).get("share") for summary in summaries)
-        for name in ("missed", "invented")
-    )
+    audits = [summary["audit"].get(label) for summary in summaries]
+    missed = tuple(None if audit is None else counts_over_offsets(audit, "contacts_missed") for audit in audits)
+    invented = tuple(None if audit is None else audit.get("phases", audit)["invented"]["share"] for audit in audits)
     return DetectorDiff(
         same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
         lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,

@@ -169,7 +169,9 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
 
 def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():
     result = compute(
-        cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20]", oracle="support.planted_detectors:Planted"
+        cubes(TWO_BUMPS),
+        detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",
+        oracle="support.planted_detectors:Planted",
     )
     assert [miss.cause for miss in result.misses["slow"]] == ["between samples"] * 2
     assert all(miss.face_pairs for miss in result.misses["slow"])

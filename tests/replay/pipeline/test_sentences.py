@@ -62,7 +62,7 @@ def test_the_report_says_how_much_is_suspicious(severities, words):
 
 
 def doubted(*findings):
-    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings)))
+    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), summary={}))
 
 
 def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():

@@ -3,6 +3,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 from support.import_mutants import refused
+from support.planted_scenes import EXPORTERS, TO_SOURCE, changed
 
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject, assumptions_of
@@ -10,25 +11,6 @@ from sessions.scene_files.scene_meshes import with_scene
 
 VERTICES = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.1]])  # no two axes alike, so no turn goes unseen
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-
-# Written out by hand, from a right-handed room (x right, y up, z back) to each program's own axes.
-TO_SOURCE = {
-    "canonical": lambda x, y, z: (x, y, z), "openxr": lambda x, y, z: (x, y, z), "openvr": lambda x, y, z: (x, y, z),
-    "gltf": lambda x, y, z: (x, y, z), "godot": lambda x, y, z: (x, y, z), "aframe": lambda x, y, z: (x, y, z),
-    "unity": lambda x, y, z: (x, y, -z), "unreal": lambda x, y, z: (-z, x, y), "ros": lambda x, y, z: (-z, -x, y),
-    "z-up": lambda x, y, z: (x, -z, y), "x forward, y up": lambda x, y, z: (-z, y, x),
-    "z up, left-handed": lambda x, y, z: (x, z, y),
-}  # fmt: skip
-EXPORTERS = {
-    "unity": ("x-flipped", lambda x, y, z: (-x, y, z)), "unreal": ("yz-swapped", lambda x, y, z: (x, z, y)),
-    "ros": ("y-up", lambda x, y, z: (x, z, -y)), "z-up": ("y-up", lambda x, y, z: (x, z, -y)),
-    "z up, left-handed": ("yz-swapped", lambda x, y, z: (x, z, y)),
-}  # fmt: skip
-"""Convention -> name of the exporter's turn, and what it writes of a point in the engine's axes."""
-
-
-def changed(points, map_point):
-    return np.array([map_point(*point) for point in np.atleast_2d(points)])
 
 
 def mesh_file(folder, kind, vertices, faces):

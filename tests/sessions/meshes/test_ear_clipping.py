@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.spatial import Delaunay
 
 from sessions.meshes.ear_clipping import FEW_CORNERS, clipped
 
@@ -51,6 +52,44 @@ def test_triangles_cover_a_polygon_once_and_nothing_else(count, mirrored, on_edg
     probes = random.uniform(-1, 1, (100, 2))
     cover = sum(is_inside(outline[[*triangle]], probes).astype(int) for triangle in cut.triangles)
     assert np.array_equal(cover, is_inside(outline, probes))
+
+
+def glued(random, points, fraction):
+    """Corners of an outline of triangles that are glued along a random tree; edges that are not glued stay slits."""
+    triangles = Delaunay(points)
+    corners, neighbours = triangles.simplices, triangles.neighbors
+    start = int(random.integers(len(corners)))
+    members = {start}
+    outline = [(corners[start, k], corners[start, (k + 1) % 3], start) for k in range(3)]
+    while len(members) < fraction * len(corners):
+        free = []
+        for place, (a, b, owner) in enumerate(outline):
+            across = int(neighbours[owner, np.flatnonzero(~np.isin(corners[owner], (a, b)))[0]])
+            if across >= 0 and across not in members:
+                free.append((place, across))
+        if not free:
+            break
+        place, across = free[random.integers(len(free))]
+        a, b, _ = outline[place]
+        tip = next(corner for corner in corners[across] if corner not in (a, b))
+        outline[place : place + 1] = [(a, tip, across), (tip, b, across)]
+        members.add(across)
+    return [a for a, _, _ in outline], corners[sorted(members)]
+
+
+@given(st.integers(4, 24), st.integers(4, 40), st.floats(0.2, 1.0), st.integers(0, 2**32))
+def test_outlines_that_touch_themselves_along_bridges_and_slits_are_cut_as_planted(count, grid, fraction, seed):
+    random = np.random.default_rng(seed)
+    points = np.unique(random.integers(0, grid, (count, 2)), axis=0) / 3.0 + [1000.0, -70.0]
+    assume(len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 2)
+    corners, planted = glued(random, points, fraction)
+    areas = doubled_areas(points, [tuple(triangle) for triangle in planted])
+    assume(areas.min() > 1e-6)
+    outline = points[corners]
+    cut = clipped(outline)
+    found = doubled_areas(outline, cut.triangles)
+    assert cut.covers and len(cut.triangles) == len(planted)
+    assert found.min() > 0 and found.sum() == pytest.approx(areas.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])

@@ -141,7 +141,7 @@ def test_a_note_is_joined_with_its_contact_in_runs_with_other_detectors(tmp_path
     # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
     recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
     for rate in (20, 34, 100):
-        found = compute(recorded, detectors=f"slow=discrete[rate_hz={rate}]", oracle="exact")
+        found = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
         write_run_folder(found, tmp_path / f"{rate:03d}")
     tables = read(tmp_path)
     miss = next(row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7)

@@ -1,0 +1,1 @@
+"""Tries settings and assumptions on a recording and says what each would change; knows no terminal and no picture."""

@@ -1,0 +1,94 @@
+"""Depth of overlaps of two bodies: how far a vertex of one lies below the surface of the other.
+
+An estimate from points on the surfaces, good to some millimetres on bench glass: enough to tell a body that rests from
+one that stands in another. Open surfaces have no inside, and no depth.
+"""
+
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from cdcore import Motion, TriangleMesh
+from cdcore.numerics import FloatArray, place_points
+
+SURFACE_POINTS: Final = 4000
+"""Points on each surface: 2 mm apart on a beaker of 250 ml."""
+
+VERTICES: Final = 1500
+"""Vertices of each body that are looked up; of more, evenly chosen ones."""
+
+
+class SampledSurface:
+    """Points on the surface of a body with their outward normals, in its own frame."""
+
+    def __init__(self, mesh: TriangleMesh, seed: int = 0) -> None:
+        self._mesh = mesh
+        self._seed = seed
+
+    @cached_property
+    def vertices(self) -> FloatArray:
+        """Vertices (n, 3) and the points on the surface, which stand for large faces."""
+        step = max(1, len(self._mesh.vertices) // VERTICES)
+        return np.concatenate([self._mesh.vertices[::step], self._points[0][::4]])
+
+    @cached_property
+    def _points(self) -> tuple[FloatArray, FloatArray]:
+        corners = self._mesh.triangles
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        doubled_areas = np.linalg.norm(normals, axis=1)
+        total = float(doubled_areas.sum())
+        if total == 0.0:
+            return corners[:, 0], np.zeros_like(corners[:, 0])
+        rng = np.random.default_rng(self._seed)
+        face = rng.choice(len(corners), SURFACE_POINTS, p=doubled_areas / total)
+        first, second = np.sqrt(rng.random(SURFACE_POINTS)), rng.random(SURFACE_POINTS)
+        weights = np.stack([1.0 - first, first * (1.0 - second), first * second], axis=1)
+        points = np.einsum("nk,nkd->nd", weights, corners[face])
+        outward = normals[face] / doubled_areas[face][:, None]
+        return points, outward if self._signed_volume > 0.0 else -outward
+
+    @property
+    def _signed_volume(self) -> float:
+        corners = self._mesh.triangles - self._mesh.vertices.mean(axis=0)
+        return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether every edge has two faces that wind alike."""
+        start, end = self._mesh.faces.ravel(), np.roll(self._mesh.faces, -1, axis=1).ravel()
+        count = len(self._mesh.vertices)
+        return bool(np.array_equal(np.sort(start * count + end), np.sort(end * count + start)))
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree(self._points[0])
+
+    def depth_of(self, points: FloatArray) -> float:
+        """Metres that the deepest of the points (n, 3), in the body's frame, lies below the surface; 0: none does."""
+        if not self.is_closed:
+            return 0.0
+        inside_box = ((points > self._mesh.vertices.min(axis=0)) & (points < self._mesh.vertices.max(axis=0))).all(
+            axis=1
+        )
+        if not inside_box.any():
+            return 0.0
+        near = points[inside_box]
+        distance, index = self._tree.query(near)
+        toward = ((near - self._points[0][index]) * self._points[1][index]).sum(axis=1)
+        # Of a point beside the sampled one most of the distance is along the surface.
+        below = toward < 0.0
+        return float(np.minimum(distance, -toward)[below].max(initial=0.0))
+
+
+def overlap_depth(
+    first: SampledSurface, second: SampledSurface, motion: Motion, frame: int, bodies: tuple[int, int]
+) -> float:
+    """Returns the metres that two bodies stand in each other in a frame of a motion; 0 where they do not."""
+    depth = 0.0
+    for inner, outer, (a, b) in ((first, second, bodies), (second, first, bodies[::-1])):
+        world = place_points(inner.vertices, motion.rotations[frame, a], motion.translations[frame, a])
+        local = (world - motion.translations[frame, b]) @ motion.rotations[frame, b]
+        depth = max(depth, outer.depth_of(local))
+    return depth

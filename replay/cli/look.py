@@ -1,0 +1,207 @@
+"""``replay doctor --look`` and the end of ``replay import``: pictures of a recording, and what its import guessed."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from string import ascii_lowercase
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, answer
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from replay.advice.assumptions import Examined, Question
+    from sessions import Session
+
+FOLDER_END: Final = "-look"
+PICTURE: Final = "look.rrd"
+LEAVE: Final = "leave open"
+
+Answers = Mapping[int, int]
+"""Number of a question, from 0 -> number of the alternative."""
+
+
+def parse_answers(texts: Sequence[str]) -> Answers:
+    """Returns the answers of texts such as ``1b``: the second alternative of the first question."""
+    answers = {}
+    for text in texts:
+        number, letter = text[:-1], text[-1:].lower()
+        if not number.isdigit() or int(number) < 1 or letter not in ascii_lowercase:
+            raise click.BadParameter(f"{text!r} is not a question and a letter, such as 1b", param_hint="--answer")
+        answers[int(number) - 1] = ascii_lowercase.index(letter)
+    return answers
+
+
+def look_at(path: Path, people: People, *, as_json: bool, given: Answers, asks: bool | None = None) -> int:
+    """Write pictures of a recording, ask what its import guessed, and write the answers into it; the exit code.
+
+    ``given``: answers from the command line. ``asks``: whether to ask the rest; ``None``: on a terminal.
+    """
+    from replay.advice.assumptions import examine_assumptions
+    from sessions import read_session
+
+    session = read_session(path)
+    examined = examine_assumptions(session, progress=TerminalProgress(people))
+    folder = path.with_name(path.stem + FOLDER_END)
+    pictures = _write_pictures(examined, folder, people)
+    _check_answers(examined.questions, given)
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
+    answer(as_json, _as_json(examined, pictures, given), lambda: _screen(examined, pictures, path))
+    chosen = dict(given)
+    if is_terminal if asks is None else asks:
+        chosen |= _asked(examined.questions, given)
+    _keep(session, path, examined.questions, chosen, people)
+    undecided = [number for number in range(len(examined.questions)) if number not in chosen]
+    for number in undecided:
+        people.say(f"Not decided: question {number + 1}. {_decides(examined.questions[number], number, path)}")
+    return DATA_LOSS if undecided else OK
+
+
+def forget_answers(path: Path, people: People) -> int:
+    """Make a recording what it was before its user answered; the exit code."""
+    from sessions import read_session, write_session
+    from sessions.scene_files.answers import with_answers_forgotten
+
+    forgotten, count = with_answers_forgotten(read_session(path))
+    if count:
+        write_session(forgotten, path, overwrite=True)
+    answers = "1 answer" if count == 1 else f"{count} answers"
+    people.say(f"{path}: {answers} forgotten" if count else f"{path}: no answer to forget")
+    return OK
+
+
+def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[Path]:
+    """The pictures of three moments, and the recording for Rerun where that can be written."""
+    from replay.outputs.rerun_log.scene_look import write_scene_recording
+    from replay.outputs.scene_look import moments_to_show, write_scene_pictures
+
+    outcome, scene = examined.outcome, examined.session.scene
+    closest = int(examined.frames[outcome.closest_frame])
+    moments = moments_to_show(examined.assembly, closest, outcome.closest_pair)
+    paths = write_scene_pictures(examined.assembly, scene, moments, folder)
+    try:
+        write_scene_recording(examined.assembly, scene, moments, folder / PICTURE)
+        paths.append(folder / PICTURE)
+    except (OSError, ImportError) as error:
+        people.say(f"note: no {PICTURE} for Rerun ({error})")
+    return paths
+
+
+def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
+    for number, alternative in given.items():
+        if number >= len(questions):
+            there = "there is no question" if not questions else f"there are {len(questions)} questions"
+            raise click.BadParameter(f"{number + 1}{ascii_lowercase[alternative]}: {there}", param_hint="--answer")
+        if alternative >= len(questions[number].alternatives):
+            letters = ", ".join(ascii_lowercase[: len(questions[number].alternatives)])
+            raise click.BadParameter(f"question {number + 1} has the answers {letters}", param_hint="--answer")
+
+
+def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
+    from replay.advice.assumptions import outcome_words
+
+    questions = [
+        {
+            "question": question.assumption.title,
+            "plausible": question.plausible,
+            "answer": question.alternatives[given[number]].value if number in given else None,
+            "alternatives": [
+                {
+                    "value": row.value,
+                    "description": row.description,
+                    "contacts": row.outcome.contacts,
+                    "deepest_m": row.outcome.deepest,
+                    "closest_m": row.outcome.closest,
+                    "words": outcome_words(row.outcome),
+                    "current": row.is_current,
+                }
+                for row in question.alternatives
+            ],
+        }
+        for number, question in enumerate(examined.questions)
+    ]
+    asked = {"frames": len(examined.frames), "of": len(examined.assembly.motion)}
+    return {"pictures": [str(path) for path in pictures], "asked": asked, "questions": questions}
+
+
+def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "RenderableType":
+    """The pictures, what the recording shows as it is, and each question with its alternatives."""
+    from rich.text import Text
+
+    from replay.advice.assumptions import outcome_words
+    from replay.cli.terminal import Paragraph, terminal
+
+    del path
+    names = ", ".join([str(pictures[0]), *(picture.name for picture in pictures[1:])])
+    parts: list[RenderableType] = [Paragraph("", f"Is this your scene?  Pictures: {names}")]
+    sampled = ""
+    if examined.is_thinned:
+        sampled = f" ({len(examined.frames):,} of {len(examined.assembly.motion):,} frames)"
+    parts.append(Paragraph("", f"As it is: {outcome_words(examined.outcome)}{sampled}."))
+    if not examined.questions:
+        parts.append(Paragraph("", "Nothing that the import guessed changes its contacts."))
+    for number, question in enumerate(examined.questions, start=1):
+        parts.append(Text())
+        row = question.assumption
+        why = f": {row.reason}" if row.reason else ""
+        label = f" {number} of {len(examined.questions)}  "
+        parts.append(Paragraph(label, f"{_capital(row.title)}; {row.origin}{why}."))
+        for letter, alternative in zip(ascii_lowercase, question.alternatives, strict=False):
+            marks = [" (as it is now)"] if alternative.is_current else []
+            marks += ["  more plausible"] if alternative.value == question.plausible else []
+            shown = f"{alternative.description}: {outcome_words(alternative.outcome)}{''.join(marks)}"
+            parts.append(Paragraph(f"         {letter}  ", shown))
+    return terminal(*parts)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
+    """What a person answers on the terminal; Enter leaves a question open."""
+    chosen = {}
+    for number, question in enumerate(questions):
+        if number in given:
+            continue
+        letters = ascii_lowercase[: len(question.alternatives)]
+        while True:
+            prompt = f" {number + 1} of {len(questions)}  Which one? [{'/'.join(letters)}/?; Enter: {LEAVE}]"
+            reply = click.prompt(prompt, default="", show_default=False, prompt_suffix=" ").strip().lower()
+            if not reply:
+                break
+            if len(reply) == 1 and reply in letters:
+                chosen[number] = letters.index(reply)
+                break
+            click.echo("      The letter of the line that shows your scene; look at the pictures.")
+    return chosen
+
+
+def _keep(session: "Session", path: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
+    """Write the answers into the recording, and say how to undo them and how to give them to the next import."""
+    from sessions import write_session
+    from sessions.scene_files.answers import OPTIONS, answered
+
+    if not chosen:
+        return
+    changed = session
+    for number, alternative in chosen.items():
+        value = questions[number].alternatives[alternative].value
+        changed = answered(changed, questions[number].assumption, value)
+        option = OPTIONS.get(questions[number].assumption.subject, "")
+        if option.startswith("--"):
+            people.say(f"To say it when you import again: {option} {value!r}".replace("'", '"'))
+    write_session(changed, path, overwrite=True)
+    people.say(f"Written to {path}. To undo: replay doctor {path} --forget-answers")
+
+
+def _decides(question: "Question", number: int, path: Path) -> str:
+    """The option that decides a question."""
+    from sessions.scene_files.answers import OPTIONS
+
+    letter = ascii_lowercase[next((k for k, row in enumerate(question.alternatives) if not row.is_current), 0)]
+    option = OPTIONS.get(question.assumption.subject, "the mapping")
+    return f"To decide: replay doctor {path} --look --answer {number + 1}{letter}, or {option} when you import it"

@@ -1,0 +1,172 @@
+"""A recording as it would be, had an assumption of its import been another one; and as it was before anybody answered.
+
+Axes are exchanged by signed permutations, which lose no bit; units scale, which rounds the last one.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from sessions.errors import SessionError
+from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import CONVENTIONS, convention
+from sessions.meshes.mesh_axes import (
+    mesh_axes_alternatives,
+    mesh_axes_description,
+    mesh_axes_matrix,
+)
+from sessions.meshes.mesh_match import UNITS
+from sessions.model.assumption import (
+    ASSUMPTIONS_FACT,
+    Assumption,
+    Confidence,
+    Origin,
+    Subject,
+    assumptions_fact,
+    assumptions_of,
+)
+from sessions.model.frames import Frames
+from sessions.model.session import Session
+from sessions.model.track import Track
+from sessions.scene_files.body_axes import pose_convention
+
+OPTIONS: Final = {
+    Subject.MESH_AXES: "--mesh-axes",
+    Subject.MESH_UNIT: "--mesh-units",
+    Subject.LENGTH_UNIT: "units in the mapping",
+    Subject.COLLIDER_AXES: "--collider-axes",
+    Subject.POSE_AXES: "--convention",
+}
+"""Subject -> the option of ``replay import`` that decides it."""
+
+_IMPORTED_AXES: Final = re.compile(r"axes (\S+) \(")
+"""How the conversions of earlier releases begin that name the convention of the poses."""
+
+
+def recording_assumptions(session: Session) -> tuple[Assumption, ...]:
+    """Returns the assumptions of a recording; those of an import of an earlier release are not known.
+
+    A recording that was never imported is in the canonical frame by its format.
+    """
+    kept = assumptions_of(session.facts)
+    if kept is not None:
+        return kept
+    conversions = session.facts.get("conversions", "none")
+    named = _IMPORTED_AXES.search(conversions)
+    if named is None or named[1] not in CONVENTIONS or CONVENTIONS[named[1]].is_canonical:
+        return ()
+    poses = CONVENTIONS[named[1]]
+    axes = Assumption(Subject.POSE_AXES, poses.name, Origin.NOT_KNOWN, description=poses.description)
+    # Earlier releases left meshes as their files had them, or turned them as Unity's exporter does.
+    was = "x-flipped" if "flips X instead of Z" in conversions else "gltf"
+    bodies = tuple(session.meshes)
+    if not bodies:
+        return (axes,)
+    meshes = Assumption(
+        subject=Subject.MESH_AXES,
+        value=was,
+        origin=Origin.NOT_KNOWN,
+        confidence=Confidence.OPEN,
+        bodies=bodies,
+        files=tuple(f"the mesh of {name}" for name in bodies),
+        description=mesh_axes_description(was, poses),
+        reason="an earlier release imported it and did not keep them",
+        alternatives=mesh_axes_alternatives(was, poses),
+    )
+    return axes, meshes
+
+
+def known_convention(assumptions: Sequence[Assumption], facts: Mapping[str, str]) -> str:
+    """Returns the convention of the poses by these assumptions."""
+    named = (row.value for row in assumptions if row.subject is Subject.POSE_AXES)
+    return next(named, pose_convention(facts).name)
+
+
+def answered(session: Session, assumption: Assumption, value: str) -> Session:
+    """Returns the recording with another value of one of its assumptions, which its user said.
+
+    Raises SessionError: a value that the assumption cannot have, or one that no recording can be changed to.
+    """
+    return _changed(session, assumption, assumption.answered(value, _description(session, assumption, value)))
+
+
+def with_answers_forgotten(session: Session) -> tuple[Session, int]:
+    """Returns the recording as it was before its user answered, and how many answers were forgotten."""
+    forgotten = 0
+    for row in recording_assumptions(session):
+        if row.guessed_value:
+            guess = replace(
+                row,
+                value=row.guessed_value,
+                guessed_value="",
+                origin=Origin.GUESS,
+                confidence=Confidence.OPEN,
+                description=_description(session, row, row.guessed_value),
+            )
+            session = _changed(session, row, guess)
+            forgotten += 1
+    return session, forgotten
+
+
+def _description(session: Session, assumption: Assumption, value: str) -> str:
+    if assumption.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES):
+        poses = known_convention(recording_assumptions(session), session.facts)
+        return mesh_axes_description(value, convention(poses))
+    return ""
+
+
+def _changed(session: Session, before: Assumption, after: Assumption) -> Session:
+    """The recording with one assumption in place of another."""
+    rows = recording_assumptions(session)
+    if before not in rows:
+        raise SessionError(f"the recording holds no assumption on the {before.title}; look at `replay info -v`")
+    if before.value == after.value:
+        changed = session
+    elif before.subject is Subject.MESH_AXES:
+        changed = replace(session, meshes=_turned_meshes(session, before, after.value))
+    elif before.subject is Subject.MESH_UNIT:
+        scale = UNITS[after.value] / UNITS[before.value]
+        meshes = {name: _scaled(session.meshes[name], scale) for name in before.bodies}
+        changed = replace(session, meshes={**session.meshes, **meshes})
+    elif before.subject is Subject.LENGTH_UNIT:
+        changed = _scaled_poses(session, UNITS[after.value] / UNITS[before.value])
+    else:
+        option = OPTIONS.get(before.subject, "the mapping")
+        raise SessionError(f"the {before.title} cannot be changed in a recording; import it again, with {option}")
+    written = assumptions_fact(after if row == before else row for row in rows)
+    return replace(changed, facts={**changed.facts, ASSUMPTIONS_FACT: written})
+
+
+def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
+    """All meshes, those of the assumption turned from the axes they were taken to have."""
+    poses = convention(known_convention(recording_assumptions(session), session.facts))
+    matrix = np.eye(4)
+    # The inverse of a signed permutation is its transpose.
+    matrix[:3, :3] = mesh_axes_matrix(axes, poses) @ mesh_axes_matrix(before.value, poses).T
+    turned = {name: session.meshes[name].transformed(matrix) for name in before.bodies if name in session.meshes}
+    return {**session.meshes, **turned}
+
+
+def _scaled(mesh: MeshData, scale: float) -> MeshData:
+    return MeshData(mesh.vertices * scale, mesh.faces)
+
+
+def _scaled_poses(session: Session, scale: float) -> Session:
+    frames = session.frames
+    scaled = Frames(
+        frames.names,
+        frames.stamp_ns,
+        frames.log_ns,
+        frames.sample_ns,
+        frames.position * scale,
+        frames.quaternion_xyzw,
+        frames.status,
+    )
+    fast = {
+        name: Track(track.times_ns, track.positions * scale, track.quaternions_xyzw, track.valid)
+        for name, track in session.fast_tracks.items()
+    }
+    return replace(session, source=scaled, fast_tracks=fast)

@@ -1,0 +1,145 @@
+from itertools import product
+
+import numpy as np
+import pytest
+from support.planted_scenes import FRAMES, TO_SOURCE, box, changed, true_contact, write_mapping, write_mesh, write_scene
+
+import replay
+from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words
+from replay.pipeline.headline import doubts
+from sessions import read_session, write_session
+from sessions.importers import import_session
+from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
+from sessions.scene_files.answers import answered, recording_assumptions, with_answers_forgotten
+
+FORMATS = ("obj", "stl", "ply", "glb")
+EVERY = [*product(TO_SOURCE, FORMATS, (False, True))]
+QUICK = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE)]
+LEFT = [row for row in EVERY if row not in QUICK]
+
+
+def scene(folder, convention, kind, exported, **options):
+    axes = write_scene(folder, convention, kind, exported=exported)
+    meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
+    given = {"mapping": folder / "map.toml", "meshes": meshes}
+    return axes, lambda **more: import_session("csv", folder / "take.csv", **given, **options, **more)
+
+
+def check_scene(folder, convention, kind, exported):
+    """Answered: all contacts. Unanswered: all contacts, or a question whose alternatives hold them; never more."""
+    truth = true_contact()
+    axes, imported = scene(folder, convention, kind, exported)
+    decided = examine_assumptions(imported(mesh_axes=axes))
+    assert np.array_equal(decided.outcome.contact[:, 0], truth) and not decided.questions
+    unasked = examine_assumptions(imported())
+    is_right = np.array_equal(unasked.outcome.contact[:, 0], truth)
+    assert is_right or unasked.questions
+    for question in unasked.questions:
+        right = [row for row in question.alternatives if np.array_equal(row.outcome.contact[:, 0], truth)]
+        assert len(right) == 1 and question.plausible in ("", right[0].value)
+    if convention in ("canonical", "openxr", "openvr", "godot", "gltf", "aframe"):
+        assert is_right and not unasked.questions
+
+
+@pytest.mark.parametrize(("convention", "kind", "exported"), QUICK)
+def test_contacts_are_exact_once_axes_are_said_and_asked_for_until_then(tmp_path, convention, kind, exported):
+    check_scene(tmp_path, convention, kind, exported)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("convention", "kind", "exported"), LEFT)
+def test_contacts_of_every_convention_and_format_are_exact_or_asked_for(tmp_path, convention, kind, exported):
+    check_scene(tmp_path, convention, kind, exported)
+
+
+def test_the_scene_has_two_contacts_and_a_hover():
+    truth = true_contact()
+    assert np.flatnonzero(np.diff(truth.astype(int)) == 1).size == 2 and 5 < truth.sum() < FRAMES / 4
+
+
+@pytest.mark.parametrize("convention", ["z-up", "ros"])
+def test_a_rod_of_an_stl_that_hovers_4_cm_over_a_plate_touches_nothing(tmp_path, convention):
+    to_source = TO_SOURCE[convention]
+    bodies = {"rod": ([-0.1, -0.01, -0.01], [0.1, 0.01, 0.01]), "plate": ([-0.2, -0.01, -0.2], [0.2, 0, 0.2])}
+    for name, corners in bodies.items():
+        vertices, faces = box(*corners)
+        write_mesh(tmp_path / f"{name}.stl", changed(vertices, to_source), faces)
+    rows = ["t,name,x,y,z,qx,qy,qz,qw"]
+    for frame in range(20):
+        for name, place in (("rod", (0.001 * frame, 0.05, 0.0)), ("plate", (0.0, 0.0, 0.0))):
+            rows.append(f"{frame / 60!r},{name}," + ",".join(map(str, (*changed(place, to_source)[0], 0, 0, 0, 1))))
+    (tmp_path / "take.csv").write_text("\n".join([*rows, ""]))
+    write_mapping(tmp_path, convention)
+    meshes = {name: tmp_path / f"{name}.stl" for name in ("rod", "plate")}
+    session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    outcome = examine_assumptions(session).outcome
+    assert outcome.contacts == 0 and outcome.closest == pytest.approx(0.04, abs=1e-6)
+    assert outcome_words(outcome) == "no contact, 40 mm at the closest"
+
+
+def test_a_run_says_first_what_nobody_decided_and_nothing_once_it_is_decided(tmp_path):
+    axes, imported = scene(tmp_path, "ros", "stl", exported=True)
+    write_session(imported(), tmp_path / "s.mcap")
+    result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
+    (question,) = result.summary["open_questions"]
+    assert question.startswith("Not decided: axes of meshes of tool and plate. As the poses (ros): no contact")
+    assert "Y up" in question and "2 contacts" in question and doubts(result)[0] == question
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "Not decided: axes of meshes" in page and "guessed, not sure: STL files say no axes" in page
+    write_session(imported(mesh_axes=axes), tmp_path / "said.mcap")
+    said = replay.run(tmp_path / "said.mcap", detectors="exact")
+    assert "open_questions" not in said.summary and len(said.episodes["exact"]) == 2
+
+
+def test_an_answer_is_the_recording_that_the_option_makes_and_can_be_forgotten(tmp_path):
+    axes, imported = scene(tmp_path, "unreal", "ply", exported=True)
+    before, option = imported(), imported(mesh_axes=axes)
+    (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
+    write_session(answered(before, row, axes), tmp_path / "s.mcap")
+    kept = read_session(tmp_path / "s.mcap")
+    for name in ("tool", "plate"):
+        assert np.array_equal(kept.meshes[name].vertices, option.meshes[name].vertices)
+        assert np.array_equal(kept.meshes[name].faces, option.meshes[name].faces)
+    assert not examine_assumptions(kept).questions
+    (decided,) = [row for row in recording_assumptions(kept) if row.subject is Subject.MESH_AXES]
+    assert (decided.origin, decided.value, decided.guessed_value) == (Origin.USER, axes, "body")
+    forgotten, count = with_answers_forgotten(kept)
+    assert count == 1 and len(examine_assumptions(forgotten).questions) == 1
+    assert np.array_equal(forgotten.meshes["tool"].vertices, before.meshes["tool"].vertices)
+    assert with_answers_forgotten(forgotten)[1] == 0
+
+
+def test_lengths_of_another_unit_are_asked_for_and_answered(tmp_path):
+    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    table = (tmp_path / "take.csv").read_text().splitlines()
+    cells = [row.split(",") for row in table[1:]]
+    rows = [",".join([*row[:2], *(repr(1000 * float(one)) for one in row[2:5]), *row[5:]]) for row in cells]
+    (tmp_path / "take.csv").write_text("\n".join([table[0], *rows, ""]))
+    session = imported()
+    (question,) = examine_assumptions(session).questions
+    assert question.assumption.subject is Subject.LENGTH_UNIT and question.plausible == "mm"
+    meant = answered(session, question.assumption, "mm")
+    assert np.array_equal(examine_assumptions(meant).outcome.contact[:, 0], true_contact())
+    back, _ = with_answers_forgotten(meant)
+    assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
+
+
+def test_a_recording_of_an_earlier_release_says_not_known_and_asks(tmp_path):
+    """It left meshes as their files had them."""
+    _, imported = scene(tmp_path, "ros", "stl", exported=False)
+    new = imported(mesh_axes="gltf")
+    facts = {key: value for key, value in new.facts.items() if key != ASSUMPTIONS_FACT}
+    old = type(new)(new.source, new.meshes, new.scene, facts=facts)
+    origins = {row.subject: row.origin for row in recording_assumptions(old)}
+    assert origins == {Subject.POSE_AXES: Origin.NOT_KNOWN, Subject.MESH_AXES: Origin.NOT_KNOWN}
+    (question,) = examine_assumptions(old).questions
+    assert question.plausible == "body" and question.assumption.value == "gltf"
+    now = answered(old, question.assumption, "body")
+    assert np.array_equal(examine_assumptions(now).outcome.contact[:, 0], true_contact())
+
+
+def test_of_alternatives_as_plausible_none_is_marked(tmp_path):
+    _, imported = scene(tmp_path, "ros", "stl", exported=True)
+    (question,) = examine_assumptions(imported()).questions
+    twice = (question.alternatives[0], question.alternatives[0])
+    assert more_plausible(twice) == "" and more_plausible(question.alternatives) == question.plausible == "y-up"
