@@ -28,7 +28,7 @@ WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3"
 MOST_FACES: Final = 20_000_000
 """Of all instances: nodes may repeat a mesh, so a small file can ask for any number."""
 
-LOOKS_ONLY: Final = frozenset({
+SHAPE_PRESERVING: Final = frozenset({
     "KHR_lights_punctual", "EXT_lights_ies", "EXT_lights_image_based",
     "KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_common", "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion", "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_iridescence",
@@ -76,7 +76,7 @@ class GlbFile:
         asset = self._json.get("asset", {})
         _check_version(str(asset.get("version", "2.0")), least=str(asset.get("minVersion", "2.0")))
         for extension in self._json.get("extensionsRequired", ()):
-            if extension not in LOOKS_ONLY:
+            if extension not in SHAPE_PRESERVING:
                 unknown = f"it requires the extension {extension}, which may change its shape; export it without"
                 raise MeshFileError(REFUSED.get(extension, unknown))
 
@@ -142,9 +142,9 @@ class GlbFile:
             raise MeshFileError(f"an accessor replaces {count:,} of {len(values):,} values; export it again")
         numbers, elements = sparse["indices"], sparse["values"]
         kind = np.dtype(COMPONENTS[numbers["componentType"]])
-        places = self._values(numbers["bufferView"], numbers.get("byteOffset", 0), (count, 1), kind)[:, 0]
+        indices = self._values(numbers["bufferView"], numbers.get("byteOffset", 0), (count, 1), kind)[:, 0]
         shape = count, values.shape[1]
-        values[places] = self._values(elements["bufferView"], elements.get("byteOffset", 0), shape, values.dtype)
+        values[indices] = self._values(elements["bufferView"], elements.get("byteOffset", 0), shape, values.dtype)
 
     def _buffer(self, view: Row) -> memoryview:
         number = view.get("buffer", 0)

@@ -24,12 +24,12 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """One primitive under one node.
+class Surface:
+    """A primitive of a mesh under one node.
 
     Parameters
     ----------
-    node : number of the node; ``place``: of the mesh in the file, by which parts are ordered.
+    node : number of the node; ``order``: of the mesh in the file, by which surfaces are ordered.
     mesh : in the node's frame, with the morph targets by their weights; of a skin as it was modelled.
     joint : (f,) number of the node that moves each face most; ``None``: no skin.
     to_joint : joint -> 4x4 from the mesh's frame to the joint's, at rest.
@@ -37,7 +37,7 @@ class Part:
     """
 
     node: int
-    place: tuple[int, int]
+    order: tuple[int, int]
     mesh: MeshData
     joint: NDArray[np.int64] | None = None
     to_joint: Mapping[int, Array] | None = None
@@ -46,16 +46,16 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class GlbTree:
-    """The nodes of the default scene: ``names``, ``parents`` (-1: none), ``poses`` 4x4 to the world; and all parts."""
+    """The nodes of the default scene: ``names``, ``parents`` (-1: none), ``poses`` 4x4 to the world; ``surfaces``."""
 
     names: tuple[str, ...]
     parents: tuple[int, ...]
     poses: tuple[Array, ...]
-    parts: tuple[Part, ...]
+    surfaces: tuple[Surface, ...]
 
     def whole(self) -> MeshData:
-        """All parts where their nodes put them; a skin where its joints do, whatever its own node says."""
-        mesh = _joined(self.seen_from(np.eye(4), part) for part in self._in_file_order())
+        """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
+        mesh = _joined(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
         if mesh is None:
             raise MeshFileError("the file holds no triangle; export the surface as triangles")
         return mesh
@@ -69,16 +69,16 @@ class GlbTree:
             return None
         home = self.names.index(name)
         from_world = np.linalg.inv(rigid_of(self.poses[home]))
-        cut = (piece for part in self._in_file_order() for piece in _cut(part))
+        cut = (piece for surface in self._in_file_order() for piece in _cut(surface))
         return _joined(
             mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut if home in self.above(node)
         )
 
-    def seen_from(self, frame: Array, part: Part) -> MeshData:
-        """Return a part in a frame, given by its pose 4x4 in the world."""
-        if part.posed is not None:
-            return part.posed.transformed(np.linalg.inv(frame))
-        return part.mesh.transformed(np.linalg.inv(frame) @ self.poses[part.node])
+    def in_frame(self, frame: Array, surface: Surface) -> MeshData:
+        """Return a surface in a frame, given by its pose 4x4 in the world."""
+        if surface.posed is not None:
+            return surface.posed.transformed(np.linalg.inv(frame))
+        return surface.mesh.transformed(np.linalg.inv(frame) @ self.poses[surface.node])
 
     def above(self, node: int) -> list[int]:
         """This node, its parent, the parent's parent and so on."""
@@ -87,23 +87,23 @@ class GlbTree:
             chain.append(self.parents[chain[-1]])
         return chain
 
-    def _in_file_order(self) -> list[Part]:
-        return sorted(self.parts, key=lambda part: (part.place, part.node))
+    def _in_file_order(self) -> list[Surface]:
+        return sorted(self.surfaces, key=lambda surface: (surface.order, surface.node))
 
     @property
     def owners(self) -> tuple[str, ...]:
-        """Names of nodes that hold a mesh or move a part of a skin, in order."""
-        nodes = {node for part in self.parts for node, _ in _cut(part)}
+        """Names of nodes that hold a mesh or move a surface of a skin, in order."""
+        nodes = {node for surface in self.surfaces for node, _ in _cut(surface)}
         return tuple(self.names[node] for node in sorted(nodes))
 
 
-def _cut(part: Part) -> list[tuple[int, MeshData]]:
-    """The part, or what each joint moves most of it, in that node's frame."""
-    if part.joint is None or part.to_joint is None:
-        return [(part.node, part.mesh)]
+def _cut(surface: Surface) -> list[tuple[int, MeshData]]:
+    """The surface, or what each joint moves most of it, in that node's frame."""
+    if surface.joint is None or surface.to_joint is None:
+        return [(surface.node, surface.mesh)]
     return [
-        (node, MeshData(*_used(part.mesh.vertices, part.mesh.faces[part.joint == node])).transformed(matrix))
-        for node, matrix in part.to_joint.items() if (part.joint == node).any()
+        (node, MeshData(*_used(surface.mesh.vertices, surface.mesh.faces[surface.joint == node])).transformed(matrix))
+        for node, matrix in surface.to_joint.items() if (surface.joint == node).any()
     ]  # fmt: skip
 
 
@@ -113,8 +113,8 @@ def _used(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.
 
 
 def _joined(meshes: Iterable[MeshData]) -> MeshData | None:
-    parts = [*meshes]
-    return concatenated(parts) if parts else None
+    surfaces = [*meshes]
+    return concatenated(surfaces) if surfaces else None
 
 
 def rigid_of(pose: Array) -> Array:
@@ -155,9 +155,9 @@ class _Reader:
         if sum(self._corners(nodes[number]) for number in reached) > 3 * MOST_FACES:
             raise MeshFileError(f"its nodes hold more than {MOST_FACES:,} faces; export a coarser one")
         joint_poses = {number: poses[number] for number in reached}
-        parts = [part for number in sorted(reached) for part in self._parts(number, joint_poses)]
+        surfaces = [surface for number in sorted(reached) for surface in self._surfaces(number, joint_poses)]
         names = tuple(str(node.get("name") or f"node {number}") for number, node in enumerate(nodes))
-        return GlbTree(names, tuple(parents), tuple(poses), tuple(parts))
+        return GlbTree(names, tuple(parents), tuple(poses), tuple(surfaces))
 
     def _primitives(self, node: Row) -> Sequence[Row]:
         return at(self._file.rows("meshes"), node["mesh"])["primitives"] if "mesh" in node else ()
@@ -170,7 +170,7 @@ class _Reader:
             total += max((self._file.count(number) for number in arrays if number is not None), default=0)
         return total
 
-    def _parts(self, number: int, poses: Mapping[int, Array]) -> list[Part]:
+    def _surfaces(self, number: int, poses: Mapping[int, Array]) -> list[Surface]:
         node = self._file.rows("nodes")[number]
         primitives = self._primitives(node)
         if INSTANCING in node.get("extensions", {}):
@@ -179,15 +179,17 @@ class _Reader:
             return []
         weights = node.get("weights") or at(self._file.rows("meshes"), node["mesh"]).get("weights") or ()
         skin = _Skin(self._file, node["skin"], poses) if "skin" in node else None
-        parts = []
+        surfaces = []
         for row, primitive in enumerate(primitives):
             faces = self._faces(primitive)
             if not len(faces):
                 continue
             mesh = MeshData(self._positions(primitive, weights), faces)
-            place = node["mesh"], row
-            parts.append(Part(number, place, mesh) if skin is None else skin.part(number, place, mesh, primitive))
-        return parts
+            order = node["mesh"], row
+            surfaces.append(
+                Surface(number, order, mesh) if skin is None else skin.surface(number, order, mesh, primitive)
+            )
+        return surfaces
 
     def _faces(self, primitive: Row) -> Indices:
         mode, attributes = primitive.get("mode", _TRIANGLES), primitive["attributes"]
@@ -244,13 +246,13 @@ class _Skin:
             self._inverse = matrices[: len(self._joints)]
         self._to_world = np.array([poses[joint] for joint in self._joints.tolist()]) @ self._inverse
 
-    def part(self, node: int, place: tuple[int, int], mesh: MeshData, primitive: Row) -> Part:
-        """The part of a mesh that hangs on this skin."""
+    def surface(self, node: int, order: tuple[int, int], mesh: MeshData, primitive: Row) -> Surface:
+        """The surface of a mesh that hangs on this skin."""
         joints, weights = self._influences(primitive["attributes"], len(mesh.vertices))
         each_face = len(mesh.faces), 3 * joints.shape[1]
         dominant = _heaviest(joints[mesh.faces].reshape(each_face), weights[mesh.faces].reshape(each_face))
         to_joint = dict(zip(self._joints.tolist(), self._inverse, strict=True))
-        return Part(node, place, mesh, self._joints[dominant], to_joint, self._posed(mesh, joints, weights))
+        return Surface(node, order, mesh, self._joints[dominant], to_joint, self._posed(mesh, joints, weights))
 
     def _influences(self, attributes: Row, count: int) -> tuple[Indices, Array]:
         """Joints and weights of each vertex, (v, k); weights add up to one, all that are zero mean the first joint."""
@@ -267,21 +269,21 @@ class _Skin:
 
     def _posed(self, mesh: MeshData, joints: Indices, weights: Array) -> MeshData:
         points = np.zeros_like(mesh.vertices)
-        turned_inside_out = 0.0
+        mirrored = 0.0
         for column in range(joints.shape[1]):
             matrices = self._to_world[joints[:, column]]
             moved = np.einsum("vij,vj->vi", matrices[:, :3, :3], mesh.vertices) + matrices[:, :3, 3]
             points += weights[:, column, None] * moved
-            turned_inside_out -= float((weights[:, column] * np.sign(np.linalg.det(matrices[:, :3, :3]))).sum())
-        return MeshData(points, mesh.faces[:, ::-1] if turned_inside_out > 0 else mesh.faces)
+            mirrored -= float((weights[:, column] * np.sign(np.linalg.det(matrices[:, :3, :3]))).sum())
+        return MeshData(points, mesh.faces[:, ::-1] if mirrored > 0 else mesh.faces)
 
 
 def _heaviest(numbers: Indices, weights: Array) -> Indices:
     """The number in each row (r, k) whose weights in it add up to most, the lowest of several; (r,)."""
     count = int(numbers.max()) + 1
     rows = np.repeat(np.arange(len(numbers)), numbers.shape[1])
-    keys, places = np.unique(rows * count + numbers.ravel(), return_inverse=True)
-    sums = np.bincount(places.ravel(), weights=weights.ravel())
+    keys, inverse = np.unique(rows * count + numbers.ravel(), return_inverse=True)
+    sums = np.bincount(inverse.ravel(), weights=weights.ravel())
     order = np.lexsort((-keys, sums, keys // count))  # by row, then by sum, of equal sums the lowest number last
     last = np.flatnonzero(np.diff(keys[order] // count, append=len(numbers)))
     return keys[order[last]] % count

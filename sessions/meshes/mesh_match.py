@@ -153,17 +153,17 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
     found: dict[str, list[MeshData]] = {}
     left = []
     drawn: list[str] = []
-    for part in sorted(tree.parts, key=lambda part: (part.node, part.place)):
-        named = NAMED.fullmatch(tree.names[part.node])
-        body, convex = (named[2], named[1] != "UTM") if named else (_body_above(tree, part.node, names or ()), False)
+    for surface in sorted(tree.surfaces, key=lambda surface: (surface.node, surface.order)):
+        named = NAMED.fullmatch(tree.names[surface.node])
+        body, convex = (named[2], named[1] != "UTM") if named else (_body_above(tree, surface.node, names or ()), False)
         if not body or (names is not None and body not in names):
-            left.append(tree.names[part.node])
+            left.append(tree.names[surface.node])
             continue
-        if tree.names[part.node] == body and body in prefixed:
+        if tree.names[surface.node] == body and body in prefixed:
             drawn.append(body)
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
-        mesh = tree.seen_from(frame, part)
+        mesh = tree.in_frame(frame, surface)
         found.setdefault(body, []).append(hull(mesh) if convex else mesh)
     if not found:
         wanted = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"

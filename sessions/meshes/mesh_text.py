@@ -31,8 +31,8 @@ def ascii_text(data: bytes) -> bytes:
         if data.startswith(mark):
             raise MeshFileError(f"its text is in {encoding}; save it as UTF-8")
     start = data[:FIRST_BYTES]
-    for zeros, letters in ((start[1::2], start[::2]), (start[::2], start[1::2])):
-        if len(start) > 4 and not any(zeros) and all(letters):
+    for zeros, others in ((start[1::2], start[::2]), (start[::2], start[1::2])):
+        if len(start) > 4 and not any(zeros) and all(others):
             raise MeshFileError("its text is in UTF-16; save it as UTF-8")
     return data.removeprefix(codecs.BOM_UTF8)
 
@@ -64,8 +64,8 @@ def _converted(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
     NumPy's parser takes no underscore, comma or hexadecimal digit. But it reads ``1.5.5`` and ``1-2`` as two numbers
     each and, of whole numbers, a sign alone as 0 or as that of the next word: so words are counted, signs checked.
     """
-    words = _word_count(text)
-    if not words:
+    count = _word_count(text)
+    if not count:
         return np.zeros(0, dtype=kind)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # how older versions report it
@@ -74,15 +74,15 @@ def _converted(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
         except (ValueError, DeprecationWarning):
             return None
     is_signed = b"-" in text or b"+" in text
-    if len(values) != words or (is_signed and SIGN_ALONE.search(text)):
+    if len(values) != count or (is_signed and SIGN_ALONE.search(text)):
         return None
     return values
 
 
 def _word_count(text: bytes) -> int:
     """How many words a text has, apart by blanks and ends of lines."""
-    letters = np.frombuffer(text, dtype=np.uint8)
-    is_blank = (letters == ord(" ")) | ((letters >= ord("\t")) & (letters <= ord("\r")))
+    codes = np.frombuffer(text, dtype=np.uint8)
+    is_blank = (codes == ord(" ")) | ((codes >= ord("\t")) & (codes <= ord("\r")))
     is_first = ~is_blank
     is_first[1:] &= is_blank[:-1]
     return int(np.count_nonzero(is_first))

@@ -49,17 +49,17 @@ def read_obj(data: bytes) -> PolygonMesh:
     sizes, vertices_before = array("q"), array("q")
     lines = ascii_text(data).splitlines()
     for number, line in _joined(lines) if b"\\" in data else enumerate(lines, start=1):
-        words = (line.partition(b"#")[0] if b"#" in line else line).split()
-        if not words:
+        tokens = (line.partition(b"#")[0] if b"#" in line else line).split()
+        if not tokens:
             continue
-        keyword = words[0]
+        keyword = tokens[0]
         if keyword == b"v":
-            if len(words) < 4:
+            if len(tokens) < 4:
                 raise MeshFileError(f"line {number}: a vertex has three coordinates; export it again")
-            vertices.add(words[1:4])
+            vertices.add(tokens[1:4])
         elif keyword in FACE_KEYWORDS:
-            corners.add([word.partition(b"/")[0] for word in words[1:]] if b"/" in line else words[1:])
-            sizes.append(len(words) - 1)
+            corners.add([word.partition(b"/")[0] for word in tokens[1:]] if b"/" in line else tokens[1:])
+            sizes.append(len(tokens) - 1)
             vertices_before.append(vertices.count // 3)
         elif keyword in ELSEWHERE:
             raise MeshFileError(f"{ELSEWHERE[keyword]}; export the surface as triangles")
@@ -96,19 +96,19 @@ class _Numbers:
     def __init__(self, parse: Callable[[bytes, str], NDArray[Any]], where: str) -> None:
         self._parse = parse
         self._where = where
-        self._words: list[bytes] = []
+        self._tokens: list[bytes] = []
         self._blocks: list[NDArray[Any]] = [parse(b"", where)]
         self._in_blocks = 0
 
     @property
     def count(self) -> int:
         """How many numbers there are."""
-        return self._in_blocks + len(self._words)
+        return self._in_blocks + len(self._tokens)
 
-    def add(self, words: Sequence[bytes]) -> None:
+    def add(self, tokens: Sequence[bytes]) -> None:
         """Take the numbers of a line."""
-        self._words += words
-        if len(self._words) > BLOCK:
+        self._tokens += tokens
+        if len(self._tokens) > BLOCK:
             self._convert()
 
     def array(self) -> NDArray[Any]:
@@ -117,8 +117,8 @@ class _Numbers:
         return np.concatenate(self._blocks)
 
     def _convert(self) -> None:
-        if b"" in self._words:
+        if b"" in self._tokens:
             raise MeshFileError(f"{self._where} names a corner without a vertex; export it again")
-        self._in_blocks += len(self._words)
-        self._blocks.append(self._parse(b" ".join(self._words), self._where))
-        self._words.clear()
+        self._in_blocks += len(self._tokens)
+        self._blocks.append(self._parse(b" ".join(self._tokens), self._where))
+        self._tokens.clear()

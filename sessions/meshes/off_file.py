@@ -22,7 +22,7 @@ def read_off(data: bytes) -> PolygonMesh:
     Raises ``MeshFileError``: more or fewer lines than the file declares, a word that is no number, points of four or n
     dimensions, the binary form.
     """
-    lines = [words for line in ascii_text(data).splitlines() if (words := line.partition(b"#")[0].split())]
+    lines = [tokens for line in ascii_text(data).splitlines() if (tokens := line.partition(b"#")[0].split())]
     counts = _counts(lines)
     vertex_count, face_count = counts
     declared = f"it declares {vertex_count:,} vertices and {face_count:,} faces"
@@ -31,14 +31,14 @@ def read_off(data: bytes) -> PolygonMesh:
     if len(lines) > vertex_count + face_count:
         raise MeshFileError(f"{declared} and holds {len(lines):,} lines; export it again")
     vertices, faces = lines[:vertex_count], lines[vertex_count:]
-    if any(len(words) < 3 for words in vertices):
+    if any(len(tokens) < 3 for tokens in vertices):
         raise MeshFileError("a vertex has fewer than three coordinates; export it again")
-    sizes = whole_numbers(b" ".join([words[0] for words in faces]), "the start of a face")
-    for words, size in zip(faces, sizes.tolist(), strict=True):
-        if not 0 <= size < len(words):
-            raise MeshFileError(f"a face of {size} corners has a line of {len(words)} numbers; export it again")
-    corners = [word for words, size in zip(faces, sizes.tolist(), strict=True) for word in words[1 : size + 1]]
-    points = numbers(b" ".join([word for words in vertices for word in words[:3]]), "a vertex")
+    sizes = whole_numbers(b" ".join([tokens[0] for tokens in faces]), "the start of a face")
+    for tokens, size in zip(faces, sizes.tolist(), strict=True):
+        if not 0 <= size < len(tokens):
+            raise MeshFileError(f"a face of {size} corners has a line of {len(tokens)} numbers; export it again")
+    corners = [word for tokens, size in zip(faces, sizes.tolist(), strict=True) for word in tokens[1 : size + 1]]
+    points = numbers(b" ".join([word for tokens in vertices for word in tokens[:3]]), "a vertex")
     return PolygonMesh(points.reshape(-1, 3), whole_numbers(b" ".join(corners), "a face"), sizes)
 
 

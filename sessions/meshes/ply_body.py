@@ -143,7 +143,7 @@ class Body(ABC):
     def _walked(self, element: Element) -> Columns:
         """Row after row: where each begins, and each of its lists."""
         groups = _groups(element.properties)
-        skips = [sum(self.width(one.kind) for one in scalars) for scalars, _ in groups]
+        skips = [sum(self.width(each.kind) for each in scalars) for scalars, _ in groups]
         anchors = [array("q") for _ in groups]
         lengths = [array("q") for _ in groups]
         position = self._position
@@ -181,8 +181,8 @@ class Body(ABC):
         for size in np.unique(sizes[sizes > 0]).tolist():
             rows = np.flatnonzero(sizes == size)
             for block in np.array_split(rows, -(-len(rows) * size * self.width(kind) // BLOCK)):
-                places = first[block][:, None] + np.arange(size)
-                numbers_of_all[places] = self.gathered(starts[block], size, kind)
+                targets = first[block][:, None] + np.arange(size)
+                numbers_of_all[targets] = self.gathered(starts[block], size, kind)
         return numbers_of_all
 
 
@@ -216,8 +216,8 @@ class BinaryBody(Body):
 
     def gathered(self, starts: Indices, length: int, kind: str, /) -> Column:
         """A copy of the bytes, row after row."""
-        places = starts[:, None] + np.arange(length * self.width(kind))
-        return self._bytes[places].view(self._order + kind)
+        positions = starts[:, None] + np.arange(length * self.width(kind))
+        return self._bytes[positions].view(self._order + kind)
 
 
 class TextBody(Body):
@@ -275,7 +275,7 @@ def _none() -> Indices:
 
 
 def _whole(values: Column) -> Column:
-    """Numbers of a list as int64 where all are whole; else as they are: lists of places or colours are not read."""
+    """Numbers of a list as int64 where all are whole; else as they are: lists of other things are not read."""
     with np.errstate(invalid="ignore"):
         whole = values.astype(np.int64)
     return whole if np.array_equal(whole, values) else values

@@ -1,7 +1,6 @@
 """Reads the surface of a PLY file, text or binary: its vertices and its faces, in the order of the file.
 
-Whatever else a file holds beside places of vertices and corners of faces is passed over by the sizes that its header
-declares. Triangle strips become triangles.
+Whatever else a file holds is passed over by the sizes that its header declares. Triangle strips become triangles.
 
 Source: G. Turk, *The PLY Polygon File Format* (1994).
 """
@@ -83,8 +82,8 @@ def read_header(data: bytes) -> Header:
     """Return what the header of a PLY declares; ``MeshFileError`` for what no PLY says."""
     header = Header()
     has_format = False
-    for words, end in _header_lines(data):
-        match words:
+    for tokens, end in _header_lines(data):
+        match tokens:
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case ["end_header"]:
@@ -96,7 +95,7 @@ def read_header(data: bytes) -> Header:
             case ["property", *kinds, name] if header.elements and KINDS.keys() >= {*kinds} - {"list"}:
                 header.elements[-1].properties.append(_property(kinds, name))
             case _:
-                raise _unknown(words)
+                raise _unknown(tokens)
     names = [element.name for element in header.elements]
     if not has_format or len(names) != len(set(names)):
         raise MeshFileError("its header names no format, or an element twice; export it again")
@@ -108,16 +107,16 @@ def read_header(data: bytes) -> Header:
 def _header_lines(data: bytes) -> Iterator[tuple[list[str], int]]:
     """Words of each line of the header, and where the next one starts; lines end as the first does."""
     newline = next((end for end in (b"\r\n", b"\n", b"\r") if data.startswith(b"ply" + end)), b"\n")
-    words, start = data[: data.find(newline)][:80].decode("latin-1").split(), 0
-    if words != ["ply"]:
+    tokens, start = data[: data.find(newline)][:80].decode("latin-1").split(), 0
+    if tokens != ["ply"]:
         raise MeshFileError("it does not begin as a PLY; export it again")
-    while words != ["end_header"]:
+    while tokens != ["end_header"]:
         start = data.find(newline, start) + len(newline)
         end = data.find(newline, start)
-        words = data[start : end if end >= 0 else len(data)].decode("latin-1").split()
-        if end < 0 and words != ["end_header"]:
+        tokens = data[start : end if end >= 0 else len(data)].decode("latin-1").split()
+        if end < 0 and tokens != ["end_header"]:
             raise MeshFileError("its header does not end: cut short; export it again")
-        yield words, end + len(newline) if end >= 0 else len(data)
+        yield tokens, end + len(newline) if end >= 0 else len(data)
 
 
 def _property(kinds: Sequence[str], name: str) -> Property:
@@ -130,8 +129,8 @@ def _property(kinds: Sequence[str], name: str) -> Property:
             raise _unknown(["property", *kinds, name])
 
 
-def _unknown(words: Sequence[str]) -> MeshFileError:
-    return MeshFileError(f"its header says {quoted(' '.join(words).encode('latin-1'))}; export it again")
+def _unknown(tokens: Sequence[str]) -> MeshFileError:
+    return MeshFileError(f"its header says {quoted(' '.join(tokens).encode('latin-1'))}; export it again")
 
 
 def _polygons(sizes: Indices, corners: Indices) -> Surface:
@@ -143,15 +142,17 @@ def _strips(sizes: Indices, corners: Indices) -> Surface:
 
     Where a strip goes back over a corner, to join two of them without a break, there is no surface and no triangle.
     """
+    if not len(corners):
+        return sizes[:0], corners
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(sizes) - sizes] = True
     begins[1:] |= corners == RESTART
-    places = np.arange(len(corners))
-    starts = np.maximum.accumulate(np.where(begins[:-1], places + (corners == RESTART), 0)) if len(corners) else places
-    third = places[places - starts >= 2]
+    positions = np.arange(len(corners))
+    starts = np.maximum.accumulate(np.where(begins[:-1], positions + (corners == RESTART), 0))
+    third = positions[positions - starts >= 2]
     third = third[corners[third] != RESTART]
-    is_turned = (third - starts[third]) % 2 == 1
-    first, second = third - 2 + is_turned, third - 1 - is_turned
+    is_odd = (third - starts[third]) % 2 == 1
+    first, second = third - 2 + is_odd, third - 1 - is_odd
     triangles = corners[np.stack([first, second, third], axis=1)]
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
     return np.full(len(triangles), 3, dtype=np.int64), triangles.reshape(-1)

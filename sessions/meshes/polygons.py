@@ -116,7 +116,8 @@ def _fan(polygons: Indices) -> Indices:
 def _winds_alike(points: Array) -> NDArray[np.bool_]:
     """Whether all triangles of the fan of the first corner wind alike and none is flat, of polygons (p, n, 3).
 
-    Then they are the polygon: they cover each point as often as the outline winds about it.
+    Then they are the polygon: they cover each point as often as the outline winds about it. A triangle of two
+    neighbouring corners at one point is flat in any cut; exporters write triangles as such quads.
     """
     spokes = points[:, 1:] - points[:, :1]
     normals = np.cross(spokes[:, :-1], spokes[:, 1:])
@@ -127,7 +128,11 @@ def _winds_alike(points: Array) -> NDArray[np.bool_]:
     extent = np.ptp(points, axis=1)
     extent[rows, axis] = 0.0
     size = extent.max(axis=1)
-    return (areas > (FLAT * size * size)[:, None]).all(axis=1)
+    is_repeated = (points[:, 1:-1] == points[:, 2:]).all(axis=2)
+    is_repeated[:, 0] |= (points[:, 0] == points[:, 1]).all(axis=1)
+    is_repeated[:, -1] |= (points[:, 0] == points[:, -1]).all(axis=1)
+    is_upright = areas > (FLAT * size * size)[:, None]
+    return (is_upright | is_repeated).all(axis=1)
 
 
 def _clipped(points: Array) -> Indices:

@@ -38,22 +38,22 @@ def _with_plain_names(text: bytes) -> bytes:
     corners: list[bytes] = []
     counts = dict.fromkeys((b"solid", b"endsolid", *CORNER_LINES), 0)
     for line in text.splitlines():
-        words = line.split()
-        keyword = words[0].lower() if words else b""
+        tokens = line.split()
+        keyword = tokens[0].lower() if tokens else b""
         if keyword in counts:
             counts[keyword] += 1
         if keyword in (b"solid", b"endsolid"):
             lines.append(keyword)
         elif keyword == b"vertex":
-            if len(words) != 4:
-                raise MeshFileError(f"a vertex has {len(words) - 1} coordinates instead of three; export it again")
-            lines.append(b" ".join(words))
-            corners += words[1:]
+            if len(tokens) != 4:
+                raise MeshFileError(f"a vertex has {len(tokens) - 1} coordinates instead of three; export it again")
+            lines.append(b" ".join(tokens))
+            corners += tokens[1:]
     numbers(b" ".join(corners), "a vertex")
     facets = counts[b"facet"]
     if any(counts[keyword] != times * facets for keyword, times in CORNER_LINES.items()):
-        found = f"{facets:,} facets begin, {counts[b'endfacet']:,} end, with {counts[b'vertex']:,} corners"
-        raise MeshFileError(f"it is cut short or damaged: {found}; export it again")
+        counted = f"{facets:,} facets begin, {counts[b'endfacet']:,} end, with {counts[b'vertex']:,} corners"
+        raise MeshFileError(f"it is cut short or damaged: {counted}; export it again")
     if counts[b"solid"] != counts[b"endsolid"]:
         raise MeshFileError("it is cut short: its last solid does not end; export it again")
     return b"\n".join([*lines, b""])

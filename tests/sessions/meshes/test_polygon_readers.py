@@ -43,6 +43,11 @@ READ = {
     "a face that goes on": ("obj", SQUARE + "f 1 \\\n 2 \\  \r\n 3 # end", [[0, 1, 2]]),
     "a path that ends in a backslash": ("obj", "# C:\\models\\\n" + SQUARE + "mtllib C:\\a\\\nf 1 2 3", [[0, 1, 2]]),
     "points and lines": ("obj", SQUARE + "p 1\nl 1 2\nf 1 2\nf 1 2 3", [[0, 1, 2]]),
+    "a triangle as a quad": (
+        "obj",
+        SQUARE + "f 1 2 3 3\nf 1 1 2 3\nf 1 2 2 3",
+        [[0, 1, 2], [0, 2, 2], [0, 0, 1], [0, 1, 2], [0, 1, 1], [0, 1, 2]],
+    ),
     "counts beside the keyword": ("off", "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2", [[0, 1, 2]]),
     "no keyword": ("off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2", [[0, 1, 2]]),
     "colours, normals and remarks": (
