@@ -2,13 +2,16 @@
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from replay import words
 from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
 
 if TYPE_CHECKING:
     from replay.api.collider_files import Shipped
+
+GLTF_IMPORTERS: Final = ("Unity", "Unreal Engine")
+"""Engines that turn the meshes of a glTF file on import."""
 
 
 def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **asked: Any) -> int:
@@ -58,6 +61,8 @@ def write_colliders(session: Path, folder: Path, people: People, *, as_json: boo
 def _sentences(shipped: "Shipped") -> list[str]:
     """What was reached, what the engine does with the files, and how to count it again."""
 
+    from sessions.meshes.mesh_axes import GLTF
+
     false, limit = words.percentage(100 * (shipped.after["false"] or 0.0)), words.percentage(100 * shipped.max_false)
     lines = [f"{false} % of the contact time is false; at most {limit} % was wanted."]
     if not shipped.reached:
@@ -69,6 +74,8 @@ def _sentences(shipped: "Shipped") -> list[str]:
         lines.append("Unity reads GLB by a package: add com.unity.cloud.gltfast (glTFast), or UnityGLTF.")
     if shipped.engine.name == "Unreal Engine":
         lines.append("Import each GLB whole: the mesh in it takes the UCX_ pieces beside it as its collision.")
+    if shipped.engine.name in GLTF_IMPORTERS and shipped.axes == GLTF:
+        lines.append(f"The poses are not in axes of {shipped.engine.name}: pieces fit a mesh imported there as glTF.")
     hulls = any(row["how"] == "one hull" for row in shipped.bodies)
     if hulls and find_spec("coacd") is None and not shipped.reached:
         lines.append('What is not round keeps one hull; to cut it too: pip install "vrlab-replay[engines]"')

@@ -84,6 +84,7 @@ def test_before_and_after_are_printed_and_what_is_not_reached_fails(session, tmp
     out = " ".join(capsys.readouterr().out.split())
     assert "before: a hull a body" in out and "after: these pieces" in out and "do not push" in out
     assert "shape=shipped" in out and "mesh outside by, mm" in out
+    assert "com.unity.cloud.gltfast" in out and "The poses are not in axes of Unity" in out
     assert main([*words, "0", "--force", "--format", "json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert not told["reached"] and told["after"]["false"] > 0
