@@ -11,6 +11,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.assumptions import collider_assumptions, with_assumptions
 from sessions.importers.given_meshes import MeshOptions, placed_meshes
+from sessions.importers.ledger import FACT, ledger_of
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
@@ -61,6 +62,11 @@ def finished(
         raise ImportFileError(f"{source}: {error}") from None
     meshes = {**session.meshes, **placed.meshes}
     facts = {"source_file": source.name, "conversions": "none", **session.facts}
+    ledger = ledger_of(facts)
+    if ledger is not None:
+        for name, mesh in placed.meshes.items():  # their readers drop no face
+            ledger.book("faces", name, read=len(mesh.faces), kept=len(mesh.faces))
+        facts[FACT] = ledger.as_text()
     if stand_ins and not meshes:
         declared = _with_proxies(declared, session.names, meshes)
     complete = replace(

@@ -97,10 +97,10 @@ class Ledger:
     ) -> None:  # fmt: skip
         """Add to the account of a kind and body; AssertionError where the counts do not add up. Zeros are left out."""
         assert kind in KINDS, f"nothing is counted as {kind!r}"
-        if read == kept == 0 and not dropped and not merged:
-            return
         losses = {reason: count for reason, count in (dropped or {}).items() if count}
         mergers = {reason: count for reason, count in (merged or {}).items() if count}
+        if read == kept == 0 and not losses and not mergers:
+            return
         entry = Entry(kind, body, read, kept, losses, mergers)
         before = self._entries.get((kind, body))
         self._entries[kind, body] = before.joined(entry) if before else entry

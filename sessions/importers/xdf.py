@@ -97,6 +97,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
         )
     if not is_whole:
         notes.append("the file is cut short or damaged: the last pose of each body is flagged as lost")
+        ledger.book("samples", "the end of the file", read=1, kept=0, dropped={"cut off, and perhaps more": 1})
         for table in tables.values():
             assert table.valid is not None
             table.valid[-1:] = False
@@ -147,6 +148,13 @@ class _LslStream:
         """All that streams have in common where they are one that was interrupted."""
         info = self.data["info"]
         return self.name, self.kind, _text(info, "source_id"), _text(info, "channel_format"), self.channels
+
+    @property
+    def unread(self) -> int:
+        """How many samples its footer counts beyond those that could be read; 0 where it has no footer."""
+        footer = self.data.get("footer")
+        count = _text(footer.get("info"), "sample_count") if isinstance(footer, dict) else ""
+        return max(int(count) - len(self.data["time_stamps"]), 0) if count.isdecimal() and len(count) < 10 else 0
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -270,7 +278,10 @@ def _streams(source: Path, ledger: Ledger) -> tuple[list[_LslStream], list[str]]
     finally:
         logger.removeFilter(is_printed)
     skipped = sum(level >= logging.ERROR for level in heard)  # a remark about segments is no damage
-    notes = [f"{skipped} places of the file could not be read and were skipped"] if skipped else []
+    if skipped:
+        why = "in places of the file that could not be read, and perhaps more"
+        ledger.book("samples", "damaged places", read=skipped, kept=0, dropped={why: skipped})
+    notes = list[str]()
     return _joined([_LslStream(source, stream) for stream in streams], source, ledger, notes), notes
 
 
@@ -289,6 +300,9 @@ def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list
             alike.append(stream)
     joined = []
     for group in parts:
+        lost = sum(stream.unread for stream in group)
+        why = "that the stream's footer counts and that could not be read"
+        ledger.book("samples", f"stream {group[0].name}", read=lost, kept=0, dropped={why: lost})
         group.sort(key=lambda stream: stream.interval)
         apart = all(before.interval[1] < after.interval[0] for before, after in pairwise(group))
         samples = sum(len(stream.data["time_stamps"]) for stream in group)

@@ -1,8 +1,9 @@
 import json
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import round_trips
+from support.import_mutants import books, refused, round_trips
 
 from sessions.importers import import_session
 
@@ -61,3 +62,29 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     del broken["position"]["y"]
     session = import_session("aframe", written(tmp_path, {"cup": {"poses": [pose(1), broken]}}))
     assert session.tracks["cup"].valid.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ('{"cup": {"poses": [%s]}, "cup": {"poses": [%s]}}', "cup"),
+        ('{"recording": {"rod": {"poses": [%s]}}, "recording": {"cup": {"poses": [%s]}}}', "recording"),
+        ('{"cup": {"poses": [%s], "poses": [%s]}}', "poses"),
+    ],
+    ids=["two devices", "two recordings", "two lists"],
+)
+def test_a_name_that_stands_twice_in_an_object_is_refused(tmp_path, text, name):
+    path = written(tmp_path, text % (json.dumps(pose(1)), json.dumps(pose(2))))
+    refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
+
+
+def test_a_device_without_poses_and_two_wands_of_one_side_are_accounted_for(tmp_path):
+    def wand(*presses):
+        return {"poses": [pose(1)], "events": [press(*one) for one in presses], "gamepad": {"id": "OpenVR Gamepad"}}
+
+    data = {"leftHand": wand((2, 1)), "left wheel": wand((3, 1), (3, 1, "buttonup")), "right": {"posez": [pose(1)]}}
+    session = import_session("aframe", written(tmp_path, data))
+    assert list(session.hands) == ["student/left", "student/left (2)"]
+    assert session.hands["student/left (2)"].trigger.tolist() == [0.0]
+    assert "1 of 3 names dropped: without a list of poses" in books(session)
+    assert "trigger student/left (2): 1 of 2 samples dropped: with the stamp of another sample" in books(session)

@@ -43,3 +43,37 @@ def test_frames_without_numbers_are_lost_and_a_row_cut_short_is_left_out_and_cou
     assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
     assert "Cup, Left hand: 2 rows flagged as lost that hold no pose" in session.facts["conversions"]
     assert "rows dropped: with too few or too many cells" in books(session)
+
+
+def take(path, bodies):
+    """A take of four frames of bodies (kind, name, ID), the x of each its number."""
+    heads = [
+        ["", word, *(cell for body in bodies for cell in [body[at]] * 7)]
+        for at, word in enumerate(("Type", "Name", "ID"))
+    ]
+    heads += [["", "", *(["Rotation"] * 4 + ["Position"] * 3) * len(bodies)]]
+    heads += [["Frame", "Time (Seconds)", *[*"XYZW", *"XYZ"] * len(bodies)]]
+    rows = [[k, k / 100, *(cell for at in range(len(bodies)) for cell in (0, 0, 0, 1, at, 0, 0))] for k in range(4)]
+    lines = ["Format Version,1.23,Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global", ""]
+    path.write_text("\n".join([*lines, *(",".join(map(str, row)) for row in (*heads, *rows)), ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("bodies", "names"),
+    [
+        ([("Rigid Body", "cup", "A"), ("Rigid Body", "cup", "B")], ["cup", "cup (2)"]),
+        ([("Rigid Body", "cup", "A"), ("Rigid Body", "cup", "A")], ["cup", "cup (2)"]),
+        ([("Rigid Body", "cup", "A"), ("Bone", "cup", "A"), ("Bone", "hand", "A")], ["cup", "cup (2)", "hand"]),
+        (
+            [("Bone", "cup", k) for k in "ABC"] + [("Bone", "cup (2)", "D")],
+            ["cup", "cup (2)", "cup (3)", "cup (2) (2)"],
+        ),
+    ],
+    ids=["two IDs", "one ID", "a bone", "three and a number"],
+)
+def test_bodies_of_one_name_are_numbered_and_none_is_lost(tmp_path, bodies, names):
+    session = import_session("optitrack", take(tmp_path / "take.csv", bodies))
+    assert list(session.names) == names
+    assert [track.positions[0, 0] for track in session.tracks.values()] == [*map(float, range(len(bodies)))]
+    assert "another body of the name cup" in session.facts["conversions"] and books(session) == ""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import refused
+from support.import_mutants import books, refused
 from support.true_poses import UNITY, has_poses
 from support.xdf_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
@@ -165,7 +165,66 @@ def test_a_file_cut_short_loses_the_sample_that_was_cut_and_says_so(tmp_path, cu
     assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
     said = session.facts["conversions"]
     assert "the file is cut short or damaged: the last pose of each body is flagged as lost" in said
-    assert ("1 places of the file could not be read and were skipped" in said) == skipped
+    assert "the end of the file: 1 of 1 samples dropped: cut off, and perhaps more" in books(session)
+    assert ("damaged places: 1 of 1 samples dropped" in books(session)) == skipped
+
+
+def body_stream(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
+    """The samples from one to another as a stream of its own, of the same name and channels as the others."""
+    rows = np.concatenate([PLACES["Cup"], TURNS["Cup"].as_quat()[:, [3, 0, 1, 2]]], axis=1)[first:last]
+    head = stream_header(number, name, kind, channels(names=(body,)))
+    return head, samples(number, STAMPS[first:last] + shift, rows)
+
+
+JOINED = {
+    "two parts": [(1, 0, 15), (2, 15, COUNT)],
+    "three parts": [(1, 0, 10), (2, 10, 25), (3, 25, COUNT)],
+    "the later part first": [(1, 20, COUNT), (2, 0, 20)],
+    "a part without samples": [(1, 0, 20), (2, 20, 20), (3, 20, COUNT)],
+}
+
+
+@pytest.mark.parametrize("kind", JOINED)
+@pytest.mark.parametrize("mapped", [False, True])
+def test_parts_of_a_stream_that_was_interrupted_are_one_body(tmp_path, kind, mapped):
+    parts = [part for arguments in JOINED[kind] for part in body_stream(*arguments)]
+    path, options = xdf_file(tmp_path, *parts), {}
+    if mapped:
+        labels = [f"Cup_Orientation{letter}" for letter in "BCDA"]
+        places = [f"Cup_Position{axis}" for axis in "XYZ"]
+        text = f'[bodies.Cup]\nstream = "Mocap"\nposition = {places}\nquaternion_xyzw = {labels}\n'
+        (tmp_path / "map.toml").write_text(text)
+        options = {"mapping": tmp_path / "map.toml"}
+    session = import_session("xdf", path, convention="openxr", **options)
+    assert session.names == ("Cup",)
+    assert has_poses(session.tracks["Cup"], PLACES["Cup"], TURNS["Cup"], stamps=np.rint(1e9 * STAMPS))
+    count = len(JOINED[kind])
+    assert books(session) == f"{count - 1} of {count} streams merged: that go on with a stream of the same name"
+
+
+APART = {
+    "at once": ([(1, 0, COUNT, {}), (2, 0, COUNT, {"shift": 0.004})], {"Cup", "Mocap/Cup"}),
+    "three at once": ([(k, 0, COUNT, {"shift": 0.004 * k}) for k in (1, 2, 3)], {"Cup", "Mocap/Cup", "Mocap/Cup (2)"}),
+    "two names": ([(1, 0, 20, {}), (2, 20, COUNT, {"name": "Other"})], {"Cup", "Other/Cup"}),
+    "two kinds": ([(1, 0, 20, {}), (2, 20, COUNT, {"kind": "Mocap"})], {"Cup", "Mocap/Cup"}),
+}
+
+
+@pytest.mark.parametrize("kind", APART)
+def test_streams_of_one_body_that_are_not_one_recording_are_numbered_with_every_sample(tmp_path, kind):
+    streams, names = APART[kind]
+    parts = [part for number, first, last, more in streams for part in body_stream(number, first, last, **more)]
+    session = import_session("xdf", xdf_file(tmp_path, *parts))
+    assert {*session.names} == names and books(session) == ""
+    assert sum(map(len, session.tracks.values())) == sum(last - first for _, first, last, _ in streams)
+    assert "another body of the name Cup" in session.facts["conversions"]
+
+
+def test_a_mapping_of_a_stream_that_is_there_twice_at_once_is_refused(tmp_path):
+    (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
+    parts = [*body_stream(1, 0, COUNT), *body_stream(2, 0, COUNT, shift=0.004)]
+    with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
+        import_session("xdf", xdf_file(tmp_path, *parts), mapping=tmp_path / "map.toml")
 
 
 def of_types(*types, **more):
