@@ -1,50 +1,124 @@
-"""An indicator shows the pH: one colour below its range, the other above, and in between a mixture."""
+"""The colour of a liquid: an indicator by the pH or by an ion, or an ion that has a colour of its own."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from importlib import resources
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
+from replay.effects.chemistry.components import parts_of
+from replay.effects.chemistry.formulas import ion_of
+from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, blended
 from replay.effects.protocol import spec_of
 from replay.effects.spans import spans_of
 from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
 
-WORDS: Final = ("acid_colour", "base_colour")
+_TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
+    resources.files("replay.effects.chemistry").joinpath("indicators.toml").read_text(encoding="utf-8")
+)
+SPECIES: Final[Mapping[str, tuple[str, float]]] = {name: tuple(row) for name, row in _TABLES["species"].items()}
+"""Ion -> its colour, and the mol/L at which it is full."""
+
+INDICATORS: Final[Mapping[str, Mapping[str, Any]]] = {name: row for name, row in _TABLES.items() if name != "species"}
+"""Name -> its range and colours."""
+
+NOTHING_LOG: Final = -30.0
+"""log10 of mol/L that stands for none at all."""
+
+OWN: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
+"""Keys of an indicator of the author's own."""
+
+
+@dataclass(frozen=True)
+class Shade:
+    """What changes colour, by which quantity, from where to where."""
+
+    name: str
+    species: tuple[str, ...]  # ions whose concentration decides; none: the pH does
+    start: float  # pH, log10 of mol/L, or mol/L of an ion's own colour
+    stop: float
+    before: str
+    after: str
+
+
+def shade_of(declared: Declaration) -> Shade:
+    """The colour change that a table declares."""
+    formula = declared["species"]
+    if formula:
+        ion = ion_of(formula, lambda one: one in SPECIES or parts_of(one) is not None)
+        colour, full = SPECIES.get(ion, ("", 0.0))
+        full = full if declared["full_mol_l"] is None else declared["full_mol_l"]
+        return Shade(ion, (ion,), 0.0, full, "colourless", declared["colour"] or colour)
+    name = declared["indicator"]
+    row = {**INDICATORS.get(name, {}), **{key: declared[key] for key in OWN if declared[key] is not None}}
+    by_ion = tuple(row.get("species", ()))
+    start, stop = (row["from_log"], row["to_log"]) if by_ion else (row["from_ph"], row["to_ph"])
+    return Shade(name, by_ion, float(start), float(stop), row["acid_colour"], row["base_colour"])
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
     found = Findings(len(inputs))
-    for declared in sorted(inputs.declared, key=lambda one: one["indicator"]):
-        vessel = declared["in"]
-        ph = inputs.output("reaction").series.get(f"{vessel}/pH")
-        if ph is None or not len(ph.times):
-            inputs.count("vessels without a pH: nothing came in, or neither acid nor base")
+    for declared in sorted(inputs.declared, key=lambda one: shade_of(one).name):
+        shade, vessel = shade_of(declared), declared["in"]
+        quantity = _quantity(inputs, vessel, shade)
+        if quantity is None or not len(quantity.times):
+            inputs.count("vessels without a pH: nothing came in")
             continue
-        low, high = declared["from_ph"], declared["to_ph"]
-        share = np.clip((ph.values - low) / (high - low), 0.0, 1.0)
-        found.ran |= np.isin(inputs.times, ph.times)
-        found.series[f"{vessel}/{declared['indicator']}"] = Series(ph.times, share, "share")
-        found.events += _changes(declared, ph.times, share)
-        lane = vessel if vessel not in found.lanes else f"{vessel} {declared['indicator']}"
-        found.lanes[lane] = _lane(declared, ph.times, share)
-        clear = inputs.output("mixing").liquids.get(vessel)
+        fraction = np.clip((quantity.values - shade.start) / (shade.stop - shade.start), 0.0, 1.0)
+        found.ran |= np.isin(inputs.times, quantity.times)
+        found.series[f"{vessel}/{shade.name} colour"] = Series(quantity.times, fraction, "fraction")
+        found.events += _changes(shade, vessel, quantity.times, fraction)
+        lane = vessel if vessel not in found.lanes else f"{vessel} {shade.name}"
+        found.lanes[lane] = _lane(shade, quantity.times, fraction)
+        clear = found.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
-            acid, base = (COLOURS[declared[key]] for key in WORDS)
-            held = np.maximum(0, np.searchsorted(ph.times, clear.times, side="right") - 1)
-            shade = blended(acid, base, share[held])
-            found.liquids[vessel] = replace(clear, rgba=shade)
+            held = np.maximum(0, np.searchsorted(quantity.times, clear.times, side="right") - 1)
+            found.liquids[vessel] = replace(
+                clear, rgba=blended(COLOURS[shade.before], COLOURS[shade.after], fraction[held])
+            )
     return found.output()
 
 
-def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> Iterator[EffectEvent]:
+def _quantity(inputs: EffectInputs, vessel: str, shade: Shade) -> Series | None:
+    """The pH, the mol/L of an ion, or its logarithm for an indicator of it."""
+    if not shade.species:
+        return inputs.output("reaction").series.get(f"{vessel}/pH")
+    matter = matter_of(inputs)
+    times = matter.histories[vessel].times
+    if matter.ledger.slow:
+        times = np.union1d(times, inputs.times)
+    molar = np.sum([_molar(matter, vessel, ion, times) for ion in shade.species], axis=0)
+    if shade.name in shade.species:
+        return Series(times, molar, "mol/L")
+    with np.errstate(divide="ignore"):
+        return Series(times, np.maximum(NOTHING_LOG, np.log10(molar)), "log")
+
+
+def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArray:
+    """mol/L (n,) of an ion at times: as PHREEQC says, else all there is of it."""
+    amounts, _, volume_ml = matter.states(vessel, times)
+    litres = np.where(volume_ml > 0.0, volume_ml * 1e-3, np.inf)
+    row = None if matter.still is None else matter.still.mixture.row_of(ion)
+    if row is not None:
+        wet, solved = matter.solved(vessel, times)
+        moles = np.zeros(len(times))
+        moles[wet] = np.where(np.isnan(solved.ph), 0.0, solved.species[:, row])
+        return moles / litres
+    place = matter.ledger.column.get(ion)
+    return np.zeros(len(times)) if place is None else amounts[:, place] / litres
+
+
+def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
     """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
-    side = np.where(share <= 0.0, -1, np.where(share >= 1.0, 1, 0))
+    side = np.where(fraction <= 0.0, -1, np.where(fraction >= 1.0, 1, 0))
     ends = np.flatnonzero(side).tolist()
     passed: list[tuple[int, int | None]] = [
         (before, after) for before, after in pairwise(ends) if side[before] != side[after]
@@ -52,19 +126,22 @@ def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> Ite
     if ends and ends[-1] < len(side) - 1:
         passed.append((ends[-1], None))
     for before, after in passed:
-        old, new = (declared[key] for key in (WORDS if side[before] < 0 else WORDS[::-1]))
-        words = f"{declared['indicator']} in {declared['in']} turns from {old} to {new}"
+        old, new = (shade.before, shade.after) if side[before] < 0 else (shade.after, shade.before)
+        words = f"{shade.name} in {vessel} turns from {old} to {new}"
+        if shade.name in shade.species:
+            words = f"the colour of {shade.name} in {vessel} {'appears' if side[before] < 0 else 'disappears'}"
         end = None if after is None else float(times[after])
-        yield EffectEvent(float(times[before + 1]), "colour-change", (declared["in"],), end, {"to": new}, words)
+        yield EffectEvent(float(times[before + 1]), "colour-change", (vessel,), end, {"to": new}, words)
 
 
-def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[LaneSpan]:
-    acid, base = (declared[key] for key in WORDS)
-    between = tuple(blended(COLOURS[acid], COLOURS[base], np.array([0.5]))[0].tolist())
+def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:
+    before, after = COLOURS[shade.before], COLOURS[shade.after]
+    between = tuple(blended(before, after, np.array([0.5]))[0].tolist())
     masks = (
-        (share <= 0.0, acid, COLOURS[acid]), ((share > 0.0) & (share < 1.0), f"{acid} to {base}", between),
-        (share >= 1.0, base, COLOURS[base]),
-    )  # fmt: skip
+        (fraction <= 0.0, shade.before, before),
+        ((fraction > 0.0) & (fraction < 1.0), f"{shade.before} to {shade.after}", between),
+        (fraction >= 1.0, shade.after, after),
+    )
     return [
         LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word, rgba)
         for mask, word, rgba in masks
@@ -73,7 +150,32 @@ def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[L
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    if not declared["from_ph"] < declared["to_ph"]:
+    name, formula = declared["indicator"], declared["species"]
+    if bool(name) == bool(formula):
+        raise declared.fail("give indicator, by name, or species, an ion that has a colour")
+    if formula:
+        shade = shade_of(declared)
+        given = [key for key in OWN if declared[key] is not None]
+        if given:
+            raise declared.fail(
+                f"{given[0]} belongs to an indicator, and this is the colour of {shade.name}; leave it out"
+            )
+        if not shade.after:
+            raise declared.fail(
+                f"colour is missing: no table knows that of {shade.name!r}{nearest(shade.name, SPECIES)}"
+            )
+        if not shade.stop > 0.0:
+            raise declared.fail("full_mol_l is missing: the mol/L at which the colour is full")
+        return
+    missing = [key for key in OWN if declared[key] is None] if name not in INDICATORS else []
+    if missing:
+        known = f"{name!r} is none of {', '.join(INDICATORS)}{nearest(name, INDICATORS)}"
+        raise declared.fail(f"{missing[0]} is missing: {known}; your own has {', '.join(OWN)}")
+    by_ph = [declared[key] for key in ("from_ph", "to_ph")]
+    if INDICATORS.get(name, {}).get("species") and any(value is not None for value in by_ph):
+        raise declared.fail(f"from_ph: {name} shows {', '.join(INDICATORS[name]['species'])} and no pH; leave it out")
+    shade = shade_of(declared)
+    if not shade.start < shade.stop:
         raise declared.fail("from_ph is not below to_ph; give the range in which the indicator changes, rising")
 
 

@@ -30,6 +30,7 @@ class Field:
     least: float | None = None
     most: float | None = None
     among: tuple[str, ...] = ()  # the words a text may be
+    example: Any = None  # a value that a reader can copy
 
 
 def field_of(row: Mapping[str, Any]) -> Field:
@@ -37,6 +38,16 @@ def field_of(row: Mapping[str, Any]) -> Field:
     (kind, about), *others = row.items()
     rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in others}
     return Field(kind, about, **rest)
+
+
+_OF_PHREEQC: Final = "PHREEQC has the constants; leave it out (what PHREEQC's data lack: phreeqc of a reaction)"
+_OF_LIQUIDS: Final = 'heat of dilution is part of of = "liquids"; leave it out'
+RETIRED: Final[Mapping[tuple[str, str], str]] = {
+    ("reaction", "acids"): _OF_PHREEQC, ("reaction", "bases"): _OF_PHREEQC, ("precipitation", "ksp"): _OF_PHREEQC,
+    ("pour", "solids_along"): "it is called solid_fraction", ("heat", "solute"): _OF_LIQUIDS,
+    ("heat", "heat_j_mol"): _OF_LIQUIDS, ("heat", "half_water"): _OF_LIQUIDS,
+}  # fmt: skip
+"""Kind and key that older scenes hold -> what to do instead."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +77,7 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
     """
     values: dict[str, Any] = {}
     declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", values)
-    faults = [f"unknown key {key!r}{nearest(key, fields)}" for key in effect.settings if key not in fields]
+    faults = [_unknown(effect.kind, key, fields) for key in effect.settings if key not in fields]
     names: dict[str, str] = {}
     for key, field in fields.items():
         if key not in effect.settings:
@@ -84,6 +95,12 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
     if faults:
         raise PlanError(*(str(declaration.fail(fault)) for fault in faults))
     return declaration
+
+
+def _unknown(kind: str, key: str, fields: Mapping[str, Field]) -> str:
+    """What is wrong with a key that an effect does not have."""
+    known = RETIRED.get((kind, key))
+    return f"unknown key {key!r}{nearest(key, fields)}" if known is None else f"{key}: {known}"
 
 
 def _selected(word: object, scene: Scene) -> tuple[str, ...]:
@@ -170,7 +187,7 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
     ),
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),
-        "solid": dict.fromkeys(("formula", "mass_g", "density_g_ml"), ""),
+        "solid": dict.fromkeys(("formula", "mass_g", "density_g_ml", "solubility_g_100g"), ""),
         "heat_capacity_j_per_k": "", "temperature_c": "",
     },
 }  # fmt: skip

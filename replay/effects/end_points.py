@@ -12,10 +12,11 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.matter import Matter
-from replay.effects.models.equilibrium import Mixture, equilibrium
-from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.speciation import PROTON, WATER
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_parts
+from replay.effects.chemistry.ledger import ADDED, WITHOUT_HEAT_C
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
+from replay.effects.chemistry.solver import Solver
 from replay.effects.output import EffectEvent
 
 LEAST: Final = 1e-6
@@ -77,62 +78,91 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
 
 def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
-    mixture, pka = matter.ledger.mixture, matter.recipe.chemistry.pka
-    litres = 1e-3 * matter.histories[vessel].volume_ml
-    mine = [pka.get(part, ()) if amount.any() else () for part, amount in zip(mixture.parts, totals.T, strict=True)]
+    solver = matter.still
+    if solver is None:
+        return
+    mixture = solver.mixture
+    water = matter.amount(vessel, WATER)
+    bare = totals.copy()
+    # Protons are counted above the barest form of each part.
+    bare[:, 0] -= totals[:, 1:] @ np.array([mixture.least_protons(part) for part in mixture.parts[1:]])
+    mine = [()] + [
+        mixture.pka(part) if amount.any() else () for part, amount in zip(mixture.parts[1:], totals.T[1:], strict=True)
+    ]
     cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]
     for low, high in pairwise(cuts):
-        excess = totals[:, 0] - totals @ np.array([sum(step >= high for step in steps) for steps in mine])
+        excess = bare[:, 0] - totals @ np.array([sum(step >= high for step in steps) for steps in mine])
         for crossing in _crossings(excess):
             point = crossing.at(totals)
             sizes = [float(point @ [cut in steps for steps in mine]) for cut in (low, high) if np.isfinite(cut)]
             size = min(sizes, default=float(np.abs(excess).max()))
-            there = float(crossing.at(litres))
-            if size > 0.0 and there > 0.0 and _inflects(mixture, point, size, there):
-                names = _names(matter, vessel, crossing, low, high)
+            there = float(crossing.at(water))
+            if size > 0.0 and there > 0.0 and _inflects(solver, point, size, there):
+                names = _names(matter, mixture, vessel, crossing, low, high)
                 if names is not None:
                     yield crossing, *names
 
 
-def _inflects(mixture: Mixture, point: FloatArray, size: float, litres: float) -> bool:
+def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
     """Whether the pH is steepest where as many protons are there as counted, and flatter on both sides."""
     totals = np.tile(point, (len(HALF_STEP), 1))
     totals[:, 0] += HALF_STEP * size
-    ph = equilibrium(mixture, totals, np.full(len(totals), litres)).ph
+    count = len(totals)
+    ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C)).ph
     steep, middle = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
     near = np.abs(middle) <= NARROW
     flat = (steep[middle < -NARROW].min(), steep[middle > NARROW].min())
     return bool(steep[near].max() > STEEPER * max(flat))
 
 
-def _names(matter: Matter, vessel: str, crossing: _Crossing, low: float, high: float) -> tuple[str, str] | None:
+def _names(
+    matter: Matter, mixture: Mixture, vessel: str, crossing: _Crossing, low: float, high: float
+) -> tuple[str, str] | None:
     """Acids and bases, as they were brought, that are equivalent at a cut; ``None``: one of the two is missing."""
-    history, chemistry = matter.histories[vessel], matter.recipe.chemistry
+    history = matter.histories[vessel]
     came = np.flatnonzero(history.added_ml[crossing.after] > history.added_ml[crossing.before])
     fills = matter.recipe.contents
     sources = [name for name, place in matter.ledger.at.items() if place in came]
     titrants = {formula for name in sources if name in fills for formula in fills[name].amounts}
     brought = {
-        column.removesuffix(BROUGHT) for column in matter.ledger.column
-        if column.endswith(BROUGHT) and matter.amount(vessel, column)[crossing.before] > 0.0
+        column.removesuffix(ADDED) for column in matter.ledger.column
+        if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.before] > 0.0
     }  # fmt: skip
 
     def steps(formula: str) -> list[float]:
-        return [pka for part in chemistry.parts(formula) or () for pka in chemistry.pka.get(part, ())]
+        return [pka for part in dissolved_parts(formula) if part in mixture.parts[1:] for pka in mixture.pka(part)]
+
+    def protons(formula: str) -> float:
+        parts = dissolved_parts(formula)
+        bare = sum(many * mixture.least_protons(part) for part, many in parts.items() if part in mixture.parts[1:])
+        return parts.get(PROTON, 0) - bare
+
+    def is_base(formula: str) -> bool:
+        places = sum(
+            many * len(mixture.pka(part))
+            for part, many in dissolved_parts(formula).items()
+            if part in mixture.parts[1:]
+        )
+        return places > protons(formula)
 
     def gives(formula: str) -> bool:
         strong = all(pka <= STRONGEST for pka in steps(formula))
-        return chemistry.is_acid(formula) and (strong or any(pka <= low for pka in steps(formula)))
+        return protons(formula) > 0 and (strong or any(pka <= low for pka in steps(formula)))
 
     def takes(formula: str) -> bool:
-        strong = (chemistry.parts(formula) or {}).get(PROTON, 0) < 0
-        return strong or (chemistry.is_base(formula) and any(pka >= high for pka in steps(formula)))
+        return protons(formula) < 0 or (is_base(formula) and any(pka >= high for pka in steps(formula)))
 
     mine = sorted(brought - titrants) or sorted(brought)
     if crossing.rising:
-        acids, bases = sorted(filter(chemistry.is_acid, titrants)), [formula for formula in mine if takes(formula)]
+        acids, bases = (
+            sorted(formula for formula in titrants if protons(formula) > 0),
+            [formula for formula in mine if takes(formula)],
+        )
     else:
-        acids, bases = [formula for formula in mine if gives(formula)], sorted(filter(chemistry.is_base, titrants))
+        acids, bases = (
+            [formula for formula in mine if gives(formula)],
+            sorted(formula for formula in titrants if protons(formula) < 0 or is_base(formula)),
+        )
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
@@ -142,7 +172,8 @@ def _of_electrons(matter: Matter, vessel: str) -> Found:
         used = sorted(
             column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)
         )
-        if process.rate is None and len(used) == 2 and matter.histories[vessel].extents[-1, row] > 0.0:
+        apart = any(column.endswith((SOLID, GAS)) for column in used)
+        if process.rate is None and len(used) == 2 and not apart and matter.histories[vessel].extents[-1, row] > 0.0:
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
             for crossing in _crossings(left - right):
                 yield crossing, used[0], used[1]

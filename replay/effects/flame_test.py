@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from replay.effects.contents import contents_of_scene
+from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from replay.effects.chemistry.gas_laws import gas_ml_per_mol
+from replay.effects.chemistry.matter import matter_of
+from replay.effects.chemistry.mixture import GAS
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import matter_of
-from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, Span, spans_of

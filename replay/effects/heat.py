@@ -1,4 +1,4 @@
-"""A flame heats what stands over it; an acid heats the water it is diluted with; the wrong order is named."""
+"""A flame heats what stands over it; liquids that are mixed warm and cool; water poured into acid is named."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,9 +6,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.effects.chemistry.warming import WATER_BOILS_C, warmed
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.warming import WATER_BOILS_C, warmed
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, steadied
@@ -101,15 +101,13 @@ def _capacity(body: SceneBody) -> float:
 
 FIELDS: Final = {
     "flame": ("source", "heats", "within", "power_w", "base"),
-    "dilution": ("solute", "heat_j_mol", "half_water"),
     "liquid": ("heat_capacity_j_per_ml_k",),
     "turning solid": ("turns_c", "from_colour", "to_colour"),
 }
 """Fields that describe one thing, all or none."""
 
 KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
-    "flame": (("flame",), "turning solid"), "dilution": (("dilution", "liquid"), ""),
-    "neutralisation": (("liquid",), "dilution"),
+    "flame": (("flame",), "turning solid"), "liquids": (("liquid",), ""),
 }  # fmt: skip
 """Kind of heat -> what it needs, and what it may have besides."""
 

@@ -2,17 +2,20 @@
 
 import numpy as np
 
+from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
+from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.declaring import Declaration
 from replay.effects.heat import boils, note_temperature
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import Matter, matter_of
-from replay.effects.models.ledger import BROUGHT, HEAT
 from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""
+
+STRONG_MOL_ML = 5e-3
+"""An acid of less is no strong one: a quarter of sulfuric acid by mass; chosen by us."""
 
 BOILING = 1e-9
 """Kelvin below the boiling point that are none."""
@@ -24,7 +27,7 @@ LEAST_KELVIN = 0.05
 def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
-    for event in _wrong_orders(inputs, declared, matter) if declared["solute"] else ():
+    for event in _wrong_orders(inputs, matter):
         found.events.append(event)
         found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
@@ -38,7 +41,21 @@ def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
         # What boils is told so, whatever its heat over its capacity is rounded to.
         celsius[celsius > boils(declared) - BOILING] = boils(declared)
         note_temperature(declared, found, name, Series(times, celsius, "degC"))
-        found.events += _extremes(name, times, celsius)
+        found.events += [*_extremes(name, times, celsius), *_frozen(name, matter, declared["ambient_c"])]
+
+
+def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
+    """Where a solution reaches its freezing point: it gets no colder while ice is there."""
+    history = matter.histories[name]
+    rows = np.flatnonzero(matter.amount(name, LATENT) < 0.0)[:1]
+    events = []
+    for row in rows.tolist():
+        celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])
+        point = f"{name} reaches its freezing point, {celsius:.1f} degC"
+        words = f"{point}: it gets no colder, how much ice forms is not computed"
+        values = {"celsius": celsius}
+        events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, words, "warning"))
+    return events
 
 
 def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
@@ -54,16 +71,19 @@ def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectE
     return events
 
 
-def _wrong_orders(inputs: EffectInputs, declared: Declaration, matter: Matter) -> list[EffectEvent]:
-    """Where a weaker solution of the solute, or none, was poured into a stronger one."""
+def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
+    """Where a weaker sulfuric acid, or water, was poured into a strong one."""
     streams = []
+    acid = matter.ledger.warmth.solute
+    if not acid:
+        return []
     for stream in movement_of(inputs).streams:
         if stream.target:
-            source, target = (_molar(matter, declared, name, stream.times) for name in (stream.source, stream.target))
-            streams.append(stream.part(np.flatnonzero(target > source)))
+            source, target = (_molar(matter, acid, name, stream.times) for name in (stream.source, stream.target))
+            streams.append(stream.part(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
     events = []
     for flow in flows(streams, LEAST_ML):
-        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {declared['solute']} in {flow.target}"
+        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {acid.removesuffix(ADDED)} in {flow.target}"
         end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,
@@ -72,9 +92,9 @@ def _wrong_orders(inputs: EffectInputs, declared: Declaration, matter: Matter) -
     return events
 
 
-def _molar(matter: Matter, declared: Declaration, vessel: str, times: FloatArray) -> FloatArray:
-    """mol/mL (n,) of the solute in a vessel just before each time; 0 where it is empty."""
+def _molar(matter: Matter, acid: str, vessel: str, times: FloatArray) -> FloatArray:
+    """mol/mL (n,) of the acid in a vessel just before each time; 0 where it is empty."""
     history = matter.histories[vessel]
     rows = np.maximum(0, np.searchsorted(history.times, times) - 1)
     volume = history.volume_ml[rows]
-    return matter.amount(vessel, declared["solute"] + BROUGHT)[rows] / np.where(volume > 0.0, volume, np.inf)
+    return matter.amount(vessel, acid)[rows] / np.where(volume > 0.0, volume, np.inf)

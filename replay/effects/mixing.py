@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from replay.effects.chemistry import check_chemistry
+from replay.effects.chemistry.ledger import ADDED
+from replay.effects.chemistry.matter import matter_of
+from replay.effects.chemistry.recipe import check_chemistry
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import matter_of
-from replay.effects.models.ledger import BROUGHT
 from replay.effects.output import EffectOutput, Findings, Series
 from replay.effects.protocol import spec_of
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Volume, concentrations as brought and level of each vessel wherever they change."""
+    """Volume, concentrations as if nothing reacted and level of each vessel wherever they change."""
     matter, found = matter_of(inputs), Findings(len(inputs))
     for name in dict.fromkeys(name for declared in inputs.declared for name in declared["in"]):
         history = matter.histories[name]
@@ -21,7 +21,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.nan)
         for column in matter.ledger.columns:
             amount = matter.amount(name, column)
-            if column.endswith(BROUGHT) and amount.any():
+            if column.endswith(ADDED) and amount.any():
                 found.series[f"{name}/{column}"] = Series(history.times, amount / litres, "mol/L")
         found.liquids[name] = matter.vessels[name].drawn(history.times, history.volume_ml)
     return found.output()

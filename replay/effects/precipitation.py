@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.matter import matter_of
+from replay.effects.chemistry.mixture import SOLID
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import matter_of
-from replay.effects.models.equation import molar_mass
-from replay.effects.models.speciation import SOLID
 from replay.effects.output import (
     COLOURS,
     WATERY,

@@ -15,7 +15,7 @@ An effect of another package has no table there: it ends in an `EffectSpec` with
 vessel")}``. What the spec does not name cannot be had. ``Declaration`` hands the keys of an ``[[effect]]`` table out
 checked, with defaults and with ids and ``tag:WORD`` as names of bodies. What one effect tells another goes through
 ``EffectOutput.data``. Effects of liquids are views of one account: `replay.effects.movement.movement_of` (who gave whom
-how much, when) and `replay.effects.matter.matter_of` (what is in each vessel).
+how much, when) and `replay.effects.chemistry.matter.matter_of` (what is in each vessel).
 
 The function gets `EffectInputs` and must not look at wall clocks, files or random numbers, nor create a detector: the
 same inputs give the same bytes. It computes only where its ``trigger`` holds and says so in ``ran``

@@ -4,16 +4,18 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.chemistry import Reaction
-from replay.effects.declaring import Declaration
+from cdcore.numerics import BoolArray
+from replay.effects.chemistry.components import METALS, PROTON, dissolved_parts
+from replay.effects.chemistry.database import formula_of
+from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.matter import Matter, matter_of
+from replay.effects.chemistry.mixture import GAS, LIGANDS, Mixture
+from replay.effects.chemistry.recipe import Reaction, heavy_parts
+from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import Matter, matter_of
-from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
-from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import is_number
 
 LEAST_GAS: Final = 1e-6
 """mol of a gas that nobody sees: a bubble of 0.02 mL."""
@@ -21,28 +23,111 @@ LEAST_GAS: Final = 1e-6
 LEAST_PH: Final = 0.05
 """A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
 
+DAVIES_MOL_KG: Final = 1.5
+"""Ionic strength up to which PHREEQC's minteq.v4 is taken without a word; its activities (Davies) are fitted to 0.5."""
+
+LEAST_TOLD: Final = 1e-3
+"""Of a metal that a complex holds at some time: less is not told unless an equation names it."""
+
+
+SETTLED_PH: Final = 0.01
+"""A pH this near to its last value has come to its end."""
+
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas`` and ``ph``.
+    """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas``, ``ph``, and others.
 
-    Series of pH, of gas that left, and of the extent of what has no constant: at equilibrium no equation has its own.
+    ``no-reaction`` names an equation that made nothing, ``concentrated`` a solution beyond PHREEQC's activities.
+    Series of pH, of ions that an equation names, of gas that left, and of the extent of what has no constant: at
+    equilibrium no equation has its own.
     """
     matter, found = matter_of(inputs), Findings(len(inputs))
     reactions = matter.recipe.reactions
+    formed = np.zeros(len(reactions), dtype=np.bool_)
     for vessel, history in matter.histories.items():
         mixed = bool(history.added_ml[-1].any())
         found.ran[history.frames[1:]] |= mixed
         for reaction in reactions:
             if reaction.process >= 0:
                 _tell_extent(inputs, matter, reaction, vessel, found)
-        asked = [reaction for reaction in reactions if reaction.asks_ph and _any(matter, reaction, vessel)]
-        if asked and mixed:
-            times = np.unique(np.concatenate([_times(inputs, matter, reaction, vessel) for reaction in asked]))
-            wet, solved = matter.solved(vessel, times)
-            found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
+        if matter.still is not None and mixed:
+            moments = [_times(inputs, matter, one, vessel) for one in reactions]
+            times = np.unique(np.concatenate(moments or [history.times]))
+            formed |= _tell_solution(matter, vessel, times, found)
         _tell_gases(inputs, matter, vessel, found)
         found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
+    found.events += unreacted(matter, formed)
     return found.output()
+
+
+def _tell_solution(matter: Matter, vessel: str, times: FloatArray, found: Findings) -> BoolArray:
+    """Series of pH and of the ions that equations make; which reactions made what they make, as (r,) bool."""
+    assert matter.still is not None
+    mixture = matter.still.mixture
+    wet, solved = matter.solved(vessel, times)
+    known = ~np.isnan(solved.ph)
+    shown, rows = wet[known], np.flatnonzero(known)
+    formed = np.zeros(len(matter.recipe.reactions), dtype=np.bool_)
+    if not len(wet):
+        return formed
+    if len(rows):
+        found.series[f"{vessel}/pH"] = Series(times[shown], solved.ph[rows], "pH")
+    amounts, _, volume_ml = matter.states(vessel, times[wet])
+    litres = volume_ml * 1e-3
+    for name, row in _ions_to_tell(matter, mixture, solved.species[rows], amounts[rows]).items():
+        values = solved.species[rows, row] / litres[rows]
+        found.series[f"{vessel}/{name}"] = Series(times[shown], values, "mol/L")
+    for number, reaction in enumerate(matter.recipe.reactions):
+        for formula in reaction.equation.products:
+            made = mixture.row_of(formula) if charge_of(formula) else None
+            if made is None or reaction.process >= 0:
+                continue
+            scarcest = np.full(len(wet), np.inf)
+            for part, many in heavy_parts(formula).items():
+                scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[part]] / many)
+            formed[number] |= bool((solved.species[:, made] > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
+    if not known.all():
+        first = float(times[wet[~known][0]])
+        moments = f"{int((~known).sum())} of {len(wet)} moments"
+        words = f"PHREEQC finds no equilibrium in {vessel} at {moments}: no pH is given there"
+        found.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, words, "warning"))
+    strong = np.flatnonzero(solved.ionic[rows] > DAVIES_MOL_KG)
+    if len(strong):
+        most = float(solved.ionic[rows].max())
+        words = (
+            f"the solution in {vessel} is too concentrated for exact activities (ionic strength {most:.1f} mol/kg, "
+            "fitted up to 0.5): its pH may be off by some tenths"
+        )
+        values = {"ionic_strength_mol_kg": most}
+        found.events.append(EffectEvent(float(times[shown[strong[0]]]), "concentrated", (vessel,), None, values, words))
+    return formed
+
+
+def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
+    """Name -> row of the ions and molecules whose concentration is told.
+
+    They are those that an equation names, if they are complexes or weak acids and bases, and every complex of a metal
+    with a ligand that holds a share of it worth telling.
+    """
+    found: dict[str, int] = {}
+    for reaction in matter.recipe.reactions:
+        for formula in reaction.equation.formulas:
+            row = mixture.row_of(formula)
+            heavy = heavy_parts(formula)
+            complexed = bool(charge_of(formula)) and (len(heavy) > 1 or dissolved_parts(formula).get(PROTON, 0) < -1)
+            weak = not charge_of(formula) and len(heavy) == 1 and not METALS & set(heavy)
+            if row is not None and (complexed or weak):
+                found[formula] = row
+    told = set(found.values())
+    for row, entry in enumerate(mixture.species):
+        metals = [part for part in entry.makeup if part in METALS]
+        if row in told or len(metals) != 1 or not set(entry.makeup) & LIGANDS or not len(species):
+            continue
+        whole = amounts[:, matter.ledger.column[metals[0]]]
+        held = species[:, row] * entry.makeup[metals[0]]
+        if (held > LEAST_TOLD * whole)[whole > 0.0].any() and held.max() > 0.0:
+            found[formula_of(entry.name)] = row
+    return found
 
 
 def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, found: Findings) -> None:
@@ -80,7 +165,8 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     if series is None or not len(series.times) or abs(series.values[-1] - series.values[0]) < LEAST_PH:
         return []
     times, ph = series.times, series.values
-    changes = np.flatnonzero(np.diff(ph))
+    # While it cools it drifts on; what counts is when it had come near its last value.
+    changes = np.flatnonzero(np.abs(ph - ph[-1]) > SETTLED_PH)
     values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
     words = f"the pH in {vessel} goes from {ph[0]:.2f} to {ph[-1]:.2f}"
     return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, words)]
@@ -89,27 +175,11 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:
     """Where it is told: at every change, and in every frame from its begin on where it is slow."""
     history = matter.histories[vessel]
-    if reaction.declared["rate_per_s"] is None:
+    if reaction.declared["rate_per_s"] is None or reaction.process < 0:
         return history.times
     on = (history.pending[:, reaction.process] > 0.0) | (history.extents[:, reaction.process] > 0.0)
     first = int(history.frames[int(np.argmax(on))]) if on.any() else len(inputs)
     return inputs.times[first:]
 
 
-def _any(matter: Matter, reaction: Reaction, vessel: str) -> bool:
-    """Whether anything that an acid or base of the equation brings to the pH is, or was, there."""
-    chemistry = matter.recipe.chemistry
-    parts = {part for formula in reaction.equation.reagents for part in chemistry.dissolved(formula)} - {"H2O"}
-    return any(matter.amount(vessel, part).any() for part in parts)
-
-
-def _check(declared: Declaration, _scene: Scene) -> None:
-    for formula, pka in declared["acids"].items():
-        if not (isinstance(pka, list | tuple) and all(map(is_number, pka)) and list(pka) == sorted(pka)):
-            raise declared.fail(f"acids.{formula} is {pka!r}; give its pKa as a rising list of numbers")
-    for formula, value in declared["bases"].items():
-        if not is_number(value):
-            raise declared.fail(f"bases.{formula} is {value!r}; give the pKa of its conjugate acid")
-
-
-SPEC = spec_of("reaction", compute, check=_check)
+SPEC = spec_of("reaction", compute)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, still, tilted, world
 
-from replay.effects.contents import WATER_MOLAR, contents_of
+from replay.effects.chemistry.contents import WATER_MOLAR, contents_of
+from replay.effects.chemistry.gas_laws import gas_ml_per_mol
 from replay.effects.effect_summary import leading
-from replay.effects.models.gas_laws import gas_ml_per_mol
 from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
 from replay.outputs.rerun_log.effects import effect_plots
@@ -31,14 +31,14 @@ def test_concentrations_follow_what_is_poured():
     effects = poured([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
     series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
     assert series["b/volume"].values[-1] == pytest.approx(40.0 + moved, rel=1e-9)
-    assert series["b/HCl as brought"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
-    assert series["b/NaCl as brought"].values[[0, -1]] == pytest.approx([0.1, 4.0 / (40.0 + moved)], rel=1e-9)
-    assert effects["mixing"].frames_run == 2 and set(series) == {"b/volume", "b/HCl as brought", "b/NaCl as brought"}
+    assert series["b/HCl added"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
+    assert series["b/NaCl added"].values[[0, -1]] == pytest.approx([0.1, 4.0 / (40.0 + moved)], rel=1e-9)
+    assert effects["mixing"].frames_run == 2 and set(series) == {"b/volume", "b/HCl added", "b/NaCl added"}
 
 
 @pytest.mark.parametrize(
     ("liquid", "amounts"),
-    [({}, {"H2O": 0.1 * WATER_MOLAR}), ({"solute": "HCl", "molar": 1.0}, {"HCl": 0.1}),
+    [({}, {"H2O": 0.1 * WATER_MOLAR}), ({"solute": "HCl", "molar": 1.0}, {"HCl": 0.1, "H2O": 0.1 * WATER_MOLAR}),
      ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
 )  # fmt: skip
 def test_water_is_counted_where_it_is_pure_or_told(liquid, amounts):
@@ -61,11 +61,11 @@ def test_an_indicator_turns_once_and_a_stop_inside_its_range_is_a_change_that_do
         shade = run.output.liquids["flask"].rgba
         assert tuple(shade[0]) == COLOURS["colourless"] and tuple(shade[-1]) == COLOURS["pink"]
         assert run.output.lanes["flask"][0].word == "colourless"
-        assert run.series["flask/phenolphthalein"].values[[0, -1]].tolist() == [0.0, 1.0]
+        assert run.series["flask/phenolphthalein colour"].values[[0, -1]].tolist() == [0.0, 1.0]
 
 
 SILVER = reaction("AgNO3 + NaCl -> AgCl + NaNO3")
-FALLS = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "colour": "white"})
+FALLS = ("precipitation", {"solid": "AgCl", "colour": "white"})
 
 
 def test_the_scarcer_ion_falls_out_almost_all_at_once():
@@ -73,10 +73,9 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
     effects = poured([0.0, 60.0, 60.0], bodies, MIXED, SILVER, FALLS)
     (event,) = effects["precipitation"].events
     moles = 0.1e-3 * effects["pour"].events[0].values["volume_ml"]
-    assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-4)
-    assert event.values["mass_g"] == pytest.approx(moles * 143.32, rel=1e-4)
+    assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-3)
+    assert event.values["mass_g"] == pytest.approx(moles * 143.32, rel=1e-3)
     assert effects["precipitation"].series["b/AgCl"].values[0] == 0.0
-    assert "b/pH" not in effects["reaction"].series
     drawn = effects["precipitation"].output.liquids["b"].rgba
     assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
 
@@ -100,7 +99,7 @@ def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_alo
         "b": tilted([*([0.0] * 5), 120.0, 120.0, 120.0, 0.0], (RADIUS, 0.1, 0.0)),
         "c": still(9, (RADIUS, 0.0, 0.0)),
     }  # fmt: skip
-    pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solids_along": share})
+    pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solid_fraction": share})
     # A step in which a glass can be emptied.
     session = world(poses, bodies, pour, ("mixing", {"in": ["b", "c"]}), SILVER, FALLS, step_ns=100_000_000)
     series = compute(session).effects["precipitation"].series
@@ -121,7 +120,7 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
     assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
     assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
-    assert run.series["b/pH"].values[-1] < 0.0
+    assert "b/pH" not in run.series
     (event,) = run.events
     assert event.name == "gas" and event.values == {"moles": extent.values[-1], "formula": "H2"}
     assert (event.time, event.end) == pytest.approx((0.03, 1.0))

@@ -2,15 +2,12 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, world
 
-from replay.effects.contents import WATER_MOLAR
+from replay.effects.chemistry.contents import WATER_MOLAR
 from replay.effects.output import COLOURS
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
-DILUTION = {
-    "of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_j_mol": 74000.0,
-    "half_water": 1.8, "heat_capacity_j_per_ml_k": 4.0,
-}  # fmt: skip
+DILUTION = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": 4.0}
 FLAME = {
     "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
     "loss_w_per_k": 0.4, "ambient_c": 20.0,
@@ -72,7 +69,7 @@ def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order(
     effects = mixed((acid("a", 60.0), glass("b", 60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * WATER_MOLAR
-    given = 74000.0 * h2so4 * (water / (water + 1.8 * h2so4) - 4.1 / (4.1 + 1.8 * 18.0))
+    given = 4.184 * 17860.0 * h2so4 * (water / (water + 1.798 * h2so4) - 4.1 / (4.1 + 1.798 * 18.0))
     told = effects["heat"].series["b/temperature"].values
     assert told[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)
     (event,) = effects["heat"].events

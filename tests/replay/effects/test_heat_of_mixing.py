@@ -10,7 +10,7 @@ from support.liquid_worlds import glass, poured, still, tilted, world
 from replay.pipeline.engine import compute
 
 PER_ML = 4.18
-HEAT = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
+HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
 MIX = ("mixing", {"in": ["a", "b"]})
 
 
@@ -81,12 +81,9 @@ def test_a_chain_of_pours_loses_no_energy_whichever_vessel_is_named_first(order,
         "c": still(len(times), (0.02, 0.0, 0.0)),
     }  # fmt: skip
     bodies = [vessel("a", 60.0, "", 0.0, temperature_c=80.0), vessel("b", 70.0, "", 0.0), vessel("c", 0.0, "", 0.0)]
-    heat = ("heat", {**HEAT, "of": "dilution", "solute": "HCl", "heat_j_mol": 1.0, "half_water": 1.0})
-    shelf = vessel("shelf", 1.0, "HCl", 1e-3)
-    shelf.extra["properties"]["liquid"]["water_molar"] = 55.0
-    told = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), heat)
+    told = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), ("heat", HEAT))
     bodies = bodies if order[0] == "a" else bodies[::-1]
-    effects = compute(world(poses, (*bodies, shelf), *told, step_ns=round(1e9 / hz))).effects
+    effects = compute(world(poses, bodies, *told, step_ns=round(1e9 / hz))).effects
     volumes = {name: effects["pour"].series[f"{name}/volume"].values[-1] for name in "abc"}
     celsius = {name: effects["heat"].series[f"{name}/temperature"].values[-1] for name in "abc"}
     assert volumes["c"] > 5.0 and celsius["c"] > 21.0 and effects["pour"].series["spilled/volume"].values[-1] == 0.0

@@ -12,7 +12,7 @@ from sessions.model.scene import SceneBody
 
 COUNT = 220
 COLOURS = ("white", "yellow", "brown")
-HEAT = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_j_per_ml_k": 4.18}
+HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_j_per_ml_k": 4.18}
 
 
 def ramp(first, last, degrees):

@@ -25,4 +25,4 @@ def test_a_slip_is_refused_before_the_run_in_words_that_say_what_to_give(slip):
 def test_the_scene_without_a_slip_is_planned_with_a_solute_that_keeps_its_protons_too():
     assert plan(scene({})).effects
     assert plan(scene({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
-    assert plan(scene({"flask.properties.liquid.solutes.C4H8O2": 0.1, "neutral.acids": {"C4H8O2": []}})).effects
+    assert plan(scene({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects

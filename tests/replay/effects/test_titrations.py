@@ -1,17 +1,13 @@
 """End points (`replay.effects.end_points`) are where amounts say, at every rate; the pH is that of the charges."""
 
 import tomllib
-from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.phreeqc_answers import answer
 
 from replay.effects.effect_summary import titration_curves
-from replay.effects.models.equilibrium import equilibrium
-from replay.effects.models.speciation import speciation_of
-from replay.effects.models.species import Chemistry
 
 TABLE = tomllib.loads(Path(__file__).with_name("titrations.toml").read_text("utf-8"))
 
@@ -26,13 +22,8 @@ def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=90):
 
 
 def ph_of(solutes):
-    """Of one solution, by the model alone."""
-    chemistry, totals = Chemistry(), Counter({"H+": 0.0})
-    for formula, molar in solutes.items():
-        for part, many in chemistry.dissolved(formula).items():
-            totals[part] += many * molar
-    mixture = speciation_of(chemistry, totals, {}, ()).mixture
-    return equilibrium(mixture, np.array([[totals[part] for part in mixture.parts]]), np.ones(1)).ph[0]
+    """Of one solution, by PHREEQC's minteq.v4 as it is."""
+    return answer(solutes, {}, 1.0)["pH"]
 
 
 def check(flask, burette, ends, hz):
@@ -40,14 +31,14 @@ def check(flask, burette, ends, hz):
     found = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
     assert found == pytest.approx(ends, abs=0.01)
     ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
-    # The same amounts, mixed at once, have the same pH, which tests of the models hold to the balance of charges.
+    # The same amounts, mixed at once, have the same pH.
     added = volume.values[-1] - 10.0
     amounts = {name: molar * 10.0 for name, molar in flask.items()} | {
         name: molar * added + flask.get(name, 0.0) * 10.0 for name, molar in burette.items()
     }
     whole = {name: amount / (10.0 + added) for name, amount in amounts.items()}
-    assert ph.values[-1] == pytest.approx(ph_of(whole), abs=1e-9)
-    assert ph.values[0] == pytest.approx(ph_of(flask), abs=1e-9)
+    assert ph.values[-1] == pytest.approx(ph_of(whole), abs=0.01)
+    assert ph.values[0] == pytest.approx(ph_of(flask), abs=0.01)
 
 
 @pytest.mark.parametrize(

@@ -4,18 +4,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from replay.effects.models.equation import COMMON, atoms, ion_of, molar_mass
-from replay.effects.models.species import IONS, MOST_MOLAR
+import numpy as np
+
+from replay.effects.chemistry.components import WATER, parts_of
+from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
+from replay.effects.chemistry.salts import anhydrous, solubility_of
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 
-WATER: Final = "H2O"
-WATER_MOLAR: Final = 55.41
-"""mol/L of pure water at 20 degC: 998.2 g/L over 18.015 g/mol. Source: CRC Handbook (density), IUPAC 2021 (weights)."""
+WATER_MOLAR: Final = 1.0 / 0.0180153
+"""mol of water that a litre is taken to hold: a kilogram, so that mol per litre and per kilogram are one number."""
 
 MOST_G_L: Final = 2500.0
 """Of a solute in a litre: more than any common salt dissolves to (zinc iodide and caesium formate come near)."""
+
+MOST_MOLAR: Final[Mapping[str, float]] = TABLES["strongest"]
+"""Acid or base -> mol/L of the strongest solution there is."""
+
+ROOM_C: Final = 25.0
+"""Of a liquid whose temperature nobody states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +34,7 @@ class Contents:
     volume_ml: float
     amounts: Mapping[str, float]
     solids: Mapping[str, float]
+    solubility: Mapping[str, Mapping[float, float]]  # solid -> degC -> g in 100 g of water, as declared
 
 
 def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
@@ -44,7 +54,10 @@ def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
 
 
 def contents_of(vessel: Vessel) -> Contents:
-    """What the scene says is in a vessel at first; ``H2O`` is counted in pure water and where the scene tells it.
+    """What the scene says is in a vessel at first.
+
+    A solution has as much water as pure water of its volume, unless the scene gives ``water_molar``: what is dissolved
+    takes no room of its own, so that mol per litre and mol per kg of water are nearly the same number.
 
     Raises EffectError: a formula or a number that cannot be.
     """
@@ -58,16 +71,45 @@ def contents_of(vessel: Vessel) -> Contents:
         most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
         if molar > most:
             raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most:.3g}")
+        if formula not in MOST_MOLAR:
+            _check_saturated(vessel, formula, molar)
         amounts[formula] = litres * molar
-    if "water_molar" in liquid:
-        amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
-    elif not solutes:
-        amounts[WATER] = litres * WATER_MOLAR
+    water = vessel.amount("liquid", "water_molar") if "water_molar" in liquid else WATER_MOLAR
+    if litres > 0.0:
+        amounts[WATER] = litres * water
     solids: dict[str, float] = {}
-    if vessel.contents("solid"):
-        formula = _formula(vessel, str(vessel.contents("solid").get("formula")))
+    declared: dict[str, Mapping[float, float]] = {}
+    solid = vessel.contents("solid")
+    if solid:
+        formula = _formula(vessel, str(solid.get("formula")))
         solids[formula] = vessel.amount("solid", "mass_g") / molar_mass(formula)
-    return Contents(vessel.volume_ml, amounts, solids)
+        if "solubility_g_100g" in solid:
+            declared[formula] = _solubility(vessel, formula, solid["solubility_g_100g"])
+    return Contents(vessel.volume_ml, amounts, solids, declared)
+
+
+def _solubility(vessel: Vessel, formula: str, value: Any) -> Mapping[float, float]:
+    try:
+        table = solubility_of(formula, value)
+    except ValueError as error:
+        raise vessel.fail(f"has solid.solubility_g_100g = {error}") from error
+    assert table is not None
+    return table
+
+
+def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
+    """Raises EffectError: a liquid holds more of a salt than dissolves at its temperature."""
+    table = solubility_of(formula)
+    if table is None:
+        return
+    celsius = vessel.celsius(ROOM_C)
+    grams = float(np.interp(celsius, list(table), list(table.values())))
+    most = 10.0 * grams / molar_mass(anhydrous(formula))
+    if molar > most:
+        raise vessel.fail(
+            f"holds {molar:g} mol/L of {formula!r}; a litre of water dissolves {most:.3g} mol at {celsius:g} degC: "
+            "give what is beyond as properties.solid"
+        )
 
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
@@ -87,7 +129,7 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _formula(vessel: Vessel, text: str) -> str:
-    formula = ion_of(text, IONS)
+    formula = ion_of(text, _reads)
     try:
         atoms(formula)
     except ValueError as error:
@@ -97,3 +139,11 @@ def _formula(vessel: Vessel, text: str) -> str:
     if meant:
         raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
     return formula
+
+
+def _reads(formula: str) -> bool:
+    """Whether a formula is one whose charges are known."""
+    try:
+        return parts_of(formula) is not None
+    except ValueError:
+        return False

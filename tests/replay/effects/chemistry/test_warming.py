@@ -2,8 +2,8 @@
 
 import pytest
 
-from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.effects.models.warming import heat_given_off
+from replay.effects.chemistry.gas_laws import gas_ml_per_mol
+from replay.effects.chemistry.warming import heat_given_off
 
 
 def test_an_acid_in_much_water_gives_all_and_in_none_nothing():

@@ -1,10 +1,11 @@
 """One ledger of matter and heat: all that is in every vessel, moved and changed, never made or lost.
 
 A column is a part of what is dissolved (``Ag+``; of ``H+`` less than nothing is hydroxide), a solid (``AgCl(s)``), a
-gas that left (``H2(g)``), what was brought under a formula, followed for the reader and never changed (``HCl as
-brought``), or energy in J. Row -1 of the state is everything outside the vessels.
+gas that left (``H2(g)``), what was added under a formula, followed for the reader and never changed (``HCl added``), or
+energy in J. Row -1 of the state is everything outside the vessels.
 
-What came together reacts: equations without a constant to their end or at their rate, the rest to equilibrium.
+What came together reacts: equations without a constant to their end or at their rate, salts up to their solubility,
+the rest to PHREEQC's equilibrium. The ledger keeps the totals; PHREEQC says what stands as what.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,11 +16,13 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
-from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation
-from replay.effects.models.warming import heat_given_off
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
+from replay.effects.chemistry.solver import Solver, answered
+from replay.effects.chemistry.warming import heat_given_off
 
-BROUGHT: Final = " as brought"
+ADDED: Final = " added"
 SPENT: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
 TICK: Final = 0.02
@@ -34,10 +37,33 @@ LUMPS: Final = 64
 
 HEAT: Final = "heat above the room"
 STORED: Final = "enthalpy of what is dissolved"
-"""Columns of energy, J."""
+LATENT: Final = "heat of steam and ice"
+"""Columns of energy, J; the last above 0 of what boils, below 0 of ice: it comes back as the vessel cools or warms."""
+
+WITHOUT_HEAT_C: Final = 25.0
+"""Temperature at which PHREEQC is asked where no effect heat follows one: that of its constants."""
+
+CRYOSCOPIC: Final = 1.86
+"""Kelvin by which a mol of ions or molecules lowers the freezing point of a kg of water. Source: CRC Handbook."""
+
+LOWEST_FREEZING_C: Final = -21.1
+"""Eutectic of salt and water, the coldest that common solutions get before all of it is solid. Source: CRC Handbook."""
+
+MOST_TRIALS: Final = 8
+NEAR_KELVIN: Final = 0.2
+"""Trials, and how near two must be, of the temperature at which what dissolves gives just the heat that leads to it."""
+
+KELVIN_STEP: Final = 1.0
+"""A solution beside a solid is looked at again when it has cooled or warmed by so much."""
+
+MOST_STEPS: Final = 200
+"""Of these in one go."""
 
 NEUTRAL_PH: Final = 7.0
 """An equation without a constant uses up protons down to this pH: those that weaker acids hold there stay."""
+
+BASIC_PH: Final = 13.0
+"""Where it uses up hydroxide, that which metal ions hold at this pH is used already."""
 
 SCARCE: Final = 1e-6
 """Where less than this share of a part stays dissolved the equilibrium's own figure is taken, not a difference."""
@@ -58,6 +84,9 @@ class Process:
     rate: float | None = None  # first-order, 1/s; ``None``: at once
     # enthalpy of one mol of reaction; NaN: not known
     joule: float = field(default=float("nan"), compare=False)
+    # protons that its reagents bring; below 0 hydroxide, and it ends with it; 0: it needs neither
+    acid: float = field(default=0.0, compare=False)
+    salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +124,14 @@ class Warmth:
     excess: Mapping[str, float]  # vessel -> kelvin above the room at first
     loss: float  # W/K
     most: float  # kelvin above the room at which it boils
-    reacting: bool  # whether equilibria and processes give heat
+    room: float = WITHOUT_HEAT_C  # degC
     solute: str = ""  # column of an acid whose dilution gives heat: a n / (n + b) J per mol of it in n mol of water
-    water: str = ""
     a: float = 0.0
     b: float = 1.0
     followed: bool = True  # whether anybody asks
 
 
-UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, reacting=False, followed=False)
+UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
 """Where nobody asks how warm anything is."""
 
 
@@ -114,19 +142,24 @@ class Ledger:
     ----------
     vessels, columns : names; columns of processes and of the equilibrium are there anyway.
     processes : equations without a constant.
-    speciation : what is at equilibrium.
-    along : share of a solid that goes along with the liquid.
+    solver : what is at equilibrium by PHREEQC; ``None``: nothing is.
+    salts : solids that dissolve up to their solubility.
+    solid_fraction : of a solid that is poured along with the liquid.
     warmth : how heat is followed.
     """
 
     def __init__(
-        self, vessels: Sequence[str], columns: Sequence[str], processes: Sequence[Process], speciation: Speciation,
-        along: float = 0.0, warmth: Warmth = UNFOLLOWED,
+        self, vessels: Sequence[str], columns: Sequence[str], processes: Sequence[Process], solver: Solver | None,
+        salts: Sequence[Salt] = (), solid_fraction: float = 0.0, warmth: Warmth = UNFOLLOWED,
     ) -> None:  # fmt: skip
-        self.vessels, self.processes, self.speciation, self.warmth = vessels, processes, speciation, warmth
-        self.mixture = mixture = speciation.mixture
-        made = [process.changes for process in processes]
-        self.columns = tuple(dict.fromkeys(chain(columns, *made, *speciation.changes, mixture.parts, (HEAT, STORED))))
+        self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
+        self.salts = salts
+        made = [process.changes for process in processes] + [salt.changes for salt in salts]
+        formed = () if solver is None else solver.mixture.changes
+        parts: tuple[str, ...] = () if solver is None else solver.mixture.parts
+        phases = () if solver is None else tuple(one.column for one in solver.mixture.phases)
+        always = (PROTON, WATER, HEAT, STORED, LATENT)
+        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, parts, always)))
         self.at = {name: place for place, name in enumerate((*vessels, ""))}
         self.column = {name: place for place, name in enumerate(self.columns)}
         count = len(self.at)
@@ -135,22 +168,36 @@ class Ledger:
         volume, self.amounts, self.extents, _ = self._parts(self.state)
         self.volume_ml = volume[:, 0]
         self.clock = np.zeros(count)
-        shares = {GAS: 0.0, SOLID: along}
+        shares = {GAS: 0.0, SOLID: solid_fraction}
         self.moving = np.array([shares.get(column[-3:], 1.0) for column in self.columns])
         self.glass = np.array([warmth.glass.get(name, 0.0) for name in self.at])
-        self.changes, self.formation = self._table(made), self._table(speciation.changes)
+        self.changes = self._table([process.changes for process in processes])
+        self.formation = self._table(formed)
+        self.salt_changes = self._table([salt.changes for salt in salts])
+        self.salt_columns = np.array([self.column[salt.column] for salt in salts], dtype=np.int64)
+        dissolving = {process.salt.column for process in processes if process.salt is not None}
+        self.dissolves_slowly = np.array([salt.column in dissolving for salt in salts], dtype=np.bool_)
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
         self.quick = [row for row, process in enumerate(processes) if process.rate is None]
         self.parts, self.phases = (
-            np.array([self.column[name] for name in names], dtype=np.int64) for names in (mixture.parts, mixture.phases)
+            np.array([self.column[name] for name in names], dtype=np.int64) for names in (parts, phases)
         )
-        self.gas = np.array([name.endswith(GAS) for name in mixture.phases], dtype=np.bool_)
-        self.proton = self.column[PROTON]
-        self.bound = np.zeros(len(self.columns))
-        for part, protons in _held_at(mixture, NEUTRAL_PH).items():
-            self.bound[self.column[part]] = protons
+        self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
+        self.proton, self.water = self.column[PROTON], self.column[WATER]
+        # Protons that each column holds where acid is used up, and hydroxide that it holds where that is.
+        self.holds_acid, self.holds_base = np.zeros((2, len(self.columns)))
+        if solver is not None:
+            for holds, ph, hydroxides in ((self.holds_acid, NEUTRAL_PH, False), (self.holds_base, BASIC_PH, True)):
+                for part, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
+                    holds[self.column[part]] = protons
+        counted = [name not in (PROTON, WATER, HEAT, STORED, LATENT) for name in self.columns]
+        counted = [
+            here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
+        ]
+        self._dissolved = np.array(counted)
+        self._settles = bool(len(self.phases) or len(salts))
         # A slow process that nothing else touches is in closed form from one event to the next.
-        self._alone = len(processes) == 1 and not len(self.phases) and not warmth.followed
+        self._alone = len(processes) == 1 and not self._settles and not warmth.followed
         self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
@@ -164,9 +211,13 @@ class Ledger:
         """React what stands together at the first frame, and note it; what heat that gave is gone."""
         self.clock[:] = time
         for place, name in enumerate(self.vessels):
-            self._react(place, self.state[place : place + 1])
             excess = self.warmth.excess.get(name, 0.0)
-            self.amounts[place, self.column[HEAT]] = excess * float(self.capacity(place, self.volume_ml[place]))
+            # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
+            heat = excess * float(self.capacity(place, self.volume_ml[place]))
+            self.amounts[place, self.column[HEAT]] = heat
+            self._react(place, self.state[place : place + 1])
+            self.amounts[place, self.column[HEAT]] = heat
+            self.amounts[place, self.column[LATENT]] = 0.0
             self._note(place, 0, time)
 
     def capacity(self, place: int, volume_ml: FloatArray | float) -> FloatArray:
@@ -191,7 +242,39 @@ class Ledger:
             step *= GROWTH
             if not self._alone:
                 self._note(place, frame, float(begin + done))
-        self._cool(place, since - done)
+        self._rest(place, frame, float(begin + done), since - done)
+
+    def celsius(self, place: int, rows: FloatArray) -> FloatArray:
+        """Temperature (n,) of rows of the state of a place."""
+        volume, amounts, *_ = self._parts(rows)
+        if not self.warmth.followed:
+            return np.full(len(rows), WITHOUT_HEAT_C)
+        capacity = np.asarray(self.capacity(place, volume[:, 0]))
+        return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
+
+    def freezing(self, amounts: FloatArray) -> FloatArray:
+        """Freezing point (n,) in degC of what is dissolved in rows (n, columns)."""
+        kilograms = amounts[:, self.water] * WATER_KG
+        molal = (amounts[:, self._dissolved].sum(axis=1) + np.abs(amounts[:, self.proton])) / np.where(
+            kilograms > 0.0, kilograms, np.inf
+        )
+        return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC * molal)
+
+    def _rest(self, place: int, frame: int, time: float, seconds: float) -> None:
+        """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
+        here = self.state[place : place + 1]
+        if not (self.warmth.followed and self._settles) or seconds <= 0.0 or self.volume_ml[place] <= 0.0:
+            self._cool(place, seconds)
+            return
+        capacity = float(self.capacity(place, self.volume_ml[place]))
+        excess = float(self.amounts[place, self.column[HEAT]]) / capacity
+        change = abs(excess * np.expm1(-self.warmth.loss * seconds / capacity))
+        steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
+        for step in range(steps):
+            self._cool(place, seconds / steps)
+            self._react(place, here)
+            if step < steps - 1:
+                self._note(place, frame, time + seconds * (step + 1) / steps)
 
     def flow(
         self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
@@ -290,7 +373,7 @@ class Ledger:
         extents = self.pending(amounts) * shares
         # All from the state before; together they take no more than there is.
         wanted = np.minimum(self.changes, 0.0) * extents[:, None]
-        wanted[:, self.proton] = 0.0
+        wanted[:, [self.proton, self.water]] = 0.0
         need = -wanted.sum(axis=0)
         short = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
         extents /= max(1.0, short)
@@ -301,42 +384,86 @@ class Ledger:
     def _react(self, place: int, rows: FloatArray) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
-        A vessel without a liquid does not react. What would heat it beyond boiling leaves it.
+        A vessel without a liquid does not react.
         """
         volume, every, extents, _ = self._parts(rows)
-        wet = np.flatnonzero(volume[:, 0] > 0.0)
-        if len(wet) and (self.quick or len(self.phases) or self.warmth.followed):
-            amounts, done = every[wet], np.zeros((len(wet), len(self.processes)))
-            before = self._stored(amounts)
-            # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
-            standing = amounts[:, self.phases] * ~self.gas
-            amounts -= standing @ self.formation
-            for _ in self.quick:
-                for row in self.quick:
-                    extent = self._limit(row, amounts)
-                    self._apply(amounts, extent[:, None] * self.changes[row])
-                    done[:, row] += extent
-            if len(self.phases) or self.warmth.reacting:
-                found = self._settle(amounts, volume[wet, 0] * 1e-3)
-                if self.warmth.reacting:
-                    amounts[:, self.column[STORED]] = found.species @ self.speciation.joule[: found.species.shape[1]]
-            stored = amounts[:, self.column[STORED]]
-            amounts[:, self.column[STORED]] = stored * self.warmth.reacting - self._diluted(amounts)
-            given = before - self._stored(amounts)
-            for row in self.quick:
-                given -= done[:, row] * self._joule(row)
-            amounts[:, self.column[HEAT]] += given
+        wet = np.flatnonzero((volume[:, 0] > 0.0) & (every[:, self.water] > 0.0))
+        if len(wet) and (self.quick or self._settles or self.warmth.followed):
+            celsius = self.celsius(place, rows[wet])
+            amounts, done = self._reacted(every[wet], celsius)
+            capacity = np.asarray(self.capacity(place, volume[wet, 0]))
+            # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
+            for _ in range(MOST_TRIALS if self.warmth.followed and len(self.salts) else 0):
+                reached = self._bounded(self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts)
+                if np.abs(reached - celsius).max() < NEAR_KELVIN:
+                    break
+                celsius = 0.5 * (celsius + reached)
+                amounts, done = self._reacted(every[wet], celsius)
             every[wet] = amounts
             extents[wet] += done
-        if self.warmth.most < np.inf:
-            heat = every[:, self.column[HEAT]]
-            every[:, self.column[HEAT]] = np.minimum(heat, self.warmth.most * self.capacity(place, volume[:, 0]))
+        if self.warmth.followed:
+            self._boil_or_freeze(place, volume[:, 0], every)
 
-    def _settle(self, rows: FloatArray, litres: FloatArray) -> Equilibrium:
-        """Bring rows to equilibrium, in place."""
+    def _bounded(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
+        return np.clip(celsius, self.freezing(amounts), self.warmth.room + self.warmth.most)
+
+    def _reacted(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
+        amounts, done = before.copy(), np.zeros((len(before), len(self.processes)))
+        enthalpy = self._enthalpy(amounts)
+        # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
+        standing = amounts[:, self.phases] * ~self.gas
+        amounts -= standing @ self.formation
+        for _ in self.quick:
+            for row in self.quick:
+                extent = self._limit(row, amounts, celsius)
+                self._apply(amounts, extent[:, None] * self.changes[row])
+                done[:, row] += extent
+        self._crystallise(amounts, celsius)
+        if self.solver is not None and (len(self.phases) or self.warmth.followed):
+            self._settle(amounts, standing, celsius)
+        if self.solver is None:
+            amounts[:, self.column[STORED]] = -self._diluted(amounts)
+        given = enthalpy - self._enthalpy(amounts)
+        for row in self.quick:
+            given -= done[:, row] * self._joule(row)
+        amounts[:, self.column[HEAT]] += given
+        return amounts, done
+
+    def _boil_or_freeze(self, place: int, volume: FloatArray, amounts: FloatArray) -> None:
+        """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
+        heat, latent = self.column[HEAT], self.column[LATENT]
+        capacity = np.asarray(self.capacity(place, volume))
+        whole = amounts[:, heat] + amounts[:, latent]
+        bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
+        top = np.where(capacity > 0.0, self.warmth.most * capacity, np.inf)
+        # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
+        amounts[:, heat] = np.clip(whole, np.minimum(bottom, top), top)
+        amounts[:, latent] = whole - amounts[:, heat]
+
+    def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
+        """Bring salts to saturation, in place: what is beyond is solid, what is solid dissolves if there is room."""
+        for salt, place, changes, slow in zip(
+            self.salts, self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True
+        ):
+            standing = amounts[:, place]
+            solid = settled_solid(salt, self.column, amounts - standing[:, None] * changes, celsius)
+            if slow:
+                # Its own equation dissolves it.
+                solid = np.maximum(solid, standing)
+            # Only the difference is moved: beside a mol of solid the ions of a micromol would lose their digits.
+            self._apply(amounts, (solid - standing)[:, None] * changes)
+
+    def _settle(self, rows: FloatArray, standing: FloatArray, celsius: FloatArray) -> None:
+        """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""
+        assert self.solver is not None
+        mixture = self.solver.mixture
         totals = rows[:, self.parts].copy()
-        found = equilibrium(self.mixture, totals, litres)
-        formed = found.phases
+        water = rows[:, self.water].copy()
+        found = self.solver.equilibrium(totals, water, celsius)
+        formed = found.phases.copy()
+        species = found.species.copy()
+        known = answered(found)
         gone = np.zeros(len(self.phases))
         first = 0
         while self.gas.any():
@@ -350,27 +477,45 @@ class Ledger:
             gone[self.gas] = formed[first - 1, self.gas]
             later = slice(first, None)
             rest = rows[later] + gone @ self.formation
-            again = equilibrium(self.mixture, rest[:, self.parts], litres[later])
-            found.species[later], formed[later] = again.species, again.phases + gone
-            found.ph[later] = again.ph
-        dissolved = found.species @ self.mixture.powers
+            again = self.solver.equilibrium(rest[:, self.parts], water[later], celsius[later])
+            species[later], formed[later] = again.species, again.phases + gone
+            known[later] = answered(again)
+        formed[~known] = standing[~known]
+        dissolved = species @ mixture.powers
         rows += formed @ self.formation
         rest = rows[:, self.parts]
-        scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals)
+        scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals) & known[:, None]
         # Protons are a difference of what gives and what takes them.
         scarce[:, :1] = False
         rows[:, self.parts] = np.where(scarce, dissolved, rest)
-        return found
+        if self.warmth.followed:
+            heat = species @ mixture.joule[: species.shape[1]]
+            stored = self.column[STORED]
+            rows[:, stored] = np.where(known, heat - self._diluted(rows), rows[:, stored])
 
-    def _limit(self, row: int, amounts: FloatArray) -> FloatArray:
-        """Mol (...) of a process until the first of what it uses is used up."""
-        changes = self.changes[row]
+    def _limit(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
+        """Mol (...) of a process until the first of what it uses is used up; water never is."""
+        process, changes = self.processes[row], self.changes[row]
         used = np.flatnonzero(changes < 0.0)
-        there = amounts[..., used]
-        if self.proton in used:
-            free = amounts[..., self.proton] - amounts @ self.bound
-            there = np.where(used == self.proton, free[..., None], there)
-        return np.maximum(0.0, (there / -changes[used]).min(axis=-1))
+        used = used[(used != self.proton) & (used != self.water)]
+        limits = [amounts[..., column] / -changes[column] for column in used.tolist()]
+        if process.acid > 0.0 and changes[self.proton] < 0.0:
+            free = amounts[..., self.proton] - amounts @ self.holds_acid
+            limits.append(free / -changes[self.proton])
+        if process.acid < 0.0:
+            limits.append((amounts @ self.holds_base - amounts[..., self.proton]) / -process.acid)
+        if process.salt is not None:
+            flat = np.atleast_2d(amounts)
+            here = self._plain_celsius(flat) if celsius is None else celsius
+            standing = flat[:, self.column[process.salt.column]]
+            place = [salt.column for salt in self.salts].index(process.salt.column)
+            whole = flat - standing[:, None] * self.salt_changes[place]
+            room = standing - settled_solid(process.salt, self.column, whole, here)
+            limits.append(room.reshape(amounts.shape[:-1]))
+        return np.maximum(0.0, np.min(limits, axis=0))
+
+    def _plain_celsius(self, amounts: FloatArray) -> FloatArray:
+        return np.full(len(amounts), self.warmth.room if self.warmth.followed else WITHOUT_HEAT_C)
 
     def _apply(self, amounts: FloatArray, moved: FloatArray) -> None:
         """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""
@@ -380,20 +525,23 @@ class Ledger:
         amounts[...] = np.where(used_up, 0.0, whole)
 
     def _joule(self, row: int) -> float:
-        return self.processes[row].joule if self.warmth.reacting else 0.0
+        joule = self.processes[row].joule
+        return joule if self.warmth.followed and np.isfinite(joule) else 0.0
 
-    def _stored(self, rows: FloatArray) -> FloatArray:
+    def _enthalpy(self, rows: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
         stored = rows[:, self.column[STORED]].copy()
-        if self.warmth.reacting:
-            stored += rows[:, self.phases] @ self.speciation.joule[len(self.mixture.species) :]
+        if self.warmth.followed:
+            if self.solver is not None:
+                stored += rows[:, self.phases] @ self.solver.mixture.joule[len(self.solver.mixture.species) :]
+            stored += rows[:, self.salt_columns] @ np.array([salt.joule for salt in self.salts])
         return stored
 
     def _diluted(self, rows: FloatArray) -> FloatArray:
         """J (n,) that the solute has given off to the water it is in."""
-        if not self.column.keys() >= {self.warmth.solute, self.warmth.water}:
+        if self.warmth.solute not in self.column:
             return np.zeros(len(rows))
-        acid, water = (rows[:, self.column[name]] for name in (self.warmth.solute, self.warmth.water))
+        acid, water = (rows[:, self.column[name]] for name in (self.warmth.solute, WATER))
         return heat_given_off(acid, water, self.warmth.a, self.warmth.b)
 
     def _cool(self, place: int, seconds: float) -> None:
@@ -415,15 +563,3 @@ class Ledger:
             for name, many in changes.items():
                 table[row, self.column[name]] = many
         return table
-
-
-def _held_at(mixture: Mixture, ph: float) -> dict[str, float]:
-    """Mean number of protons that each part holds at a pH, where nothing else competes for it."""
-    found: dict[str, float] = {}
-    for place, part in enumerate(mixture.parts[1:], start=1):
-        mine = np.flatnonzero((mixture.powers[:, place] == 1.0) & (mixture.powers[:, 0] >= 0.0))
-        protons = mixture.powers[mine, 0]
-        logs = mixture.constants[mine] - protons * ph * np.log(10.0)
-        weights = np.exp(logs - logs.max(initial=-np.inf))
-        found[part] = float((weights * protons).sum() / weights.sum())
-    return found

@@ -1,19 +1,28 @@
 """The ledger of a run: all that moved, in order of time, and what reacted. Effects of chemistry are views of it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.effects.chemistry import Recipe, recipe_of
-from replay.effects.contents import WATER, contents_of
+from replay.effects.chemistry.contents import contents_of
+from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.ledger import (
+    ADDED,
+    HEAT,
+    UNFOLLOWED,
+    WITHOUT_HEAT_C,
+    History,
+    Ledger,
+    Warmth,
+)  # fmt: skip
+from replay.effects.chemistry.recipe import Recipe, recipe_of
+from replay.effects.chemistry.solver import Equilibrium, Solver
+from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.equilibrium import Equilibrium, equilibrium
-from replay.effects.models.ledger import BROUGHT, HEAT, UNFOLLOWED, History, Ledger, Warmth
 from replay.effects.models.outflow import GAP_S, Stream
-from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
 
@@ -26,6 +35,7 @@ class Matter:
     ledger: Ledger
     vessels: Mapping[str, Vessel]
     histories: Mapping[str, History]
+    still: Solver | None  # PHREEQC without gases that may leave; ``None``: nobody asks it
 
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
@@ -58,18 +68,18 @@ class Matter:
         return self.amount(vessel, HEAT)[rows] / filled * np.exp(-ledger.warmth.loss * since / filled)
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
-        """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
-        ledger, mixture = self.ledger, self.ledger.mixture
+        """Rows (k,) of the times at which there is a liquid, and its equilibrium there.
+
+        A bubble that left stays away, and no more may bubble.
+        """
+        assert self.still is not None
+        ledger = self.ledger
         amounts, _, volume_ml = self.states(vessel, times)
-        wet = np.flatnonzero(volume_ml > 0.0)
-        totals = self.totals(amounts[wet])
-        # A bubble that left stays away, and no more may bubble.
-        if ledger.gas.any():
-            mixture = replace(
-                mixture, phases=tuple(np.array(mixture.phases)[~ledger.gas].tolist()),
-                uses=mixture.uses[~ledger.gas], products=mixture.products[~ledger.gas],
-            )  # fmt: skip
-        return wet, equilibrium(mixture, totals, volume_ml[wet] * 1e-3)
+        wet = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
+        celsius = np.full(len(wet), WITHOUT_HEAT_C)
+        if ledger.warmth.followed:
+            celsius = ledger.warmth.room + self.kelvin(vessel, times[wet])
+        return wet, self.still.equilibrium(self.totals(amounts[wet]), amounts[wet, ledger.water], celsius)
 
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
@@ -88,33 +98,41 @@ def _matter(inputs: EffectInputs) -> Matter:
     names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
     vessels = {**vessels_of(inputs, names), **moved.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
-    along = max((one["solids_along"] for one in inputs.tables.get("pour", ())), default=0.0)
-    ledger = recipe.ledger(along, _warmth(inputs, vessels))
+    fraction = max((one["solid_fraction"] for one in inputs.tables.get("pour", ())), default=0.0)
+    ledger = recipe.ledger(fraction, _warmth(inputs, vessels, recipe))
     times = inputs.times
     ledger.begin(float(times[0]))
     for frames, streams, volume_ml in _parts(moved.streams, times):
         pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
         ledger.flow(frames, times[frames], pairs, volume_ml, over)
     ledger.end(len(times) - 1, float(times[-1]))
-    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
+    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels}, _still(ledger))
 
 
-def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth:
+def _still(ledger: Ledger) -> Solver | None:
+    """The ledger's solver, or one without gases where some may leave."""
+    if ledger.solver is None or not ledger.gas.any():
+        return ledger.solver
+    mixture = ledger.solver.mixture
+    return Solver(mixture.without(phase.column for phase, gas in zip(mixture.phases, ledger.gas, strict=True) if gas))
+
+
+def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:
     """How the liquids' heat is followed."""
     declared = next((one for one in inputs.tables.get("heat", ()) if one["of"] != "flame"), None)
     if declared is None:
         return UNFOLLOWED
     room = declared["ambient_c"]
-    acid = declared["solute"] or ""
+    brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
+    acid = next((formula for formula in TABLES["dilution"] if formula in brought), "")
+    heat_j_mol, half_water = TABLES["dilution"].get(acid, (0.0, 1.0))
     return Warmth(
         per_ml=declared["heat_capacity_j_per_ml_k"],
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
-        reacting=declared["of"] == "neutralisation",
-        solute=acid and acid + BROUGHT, water=WATER,
-        a=declared["heat_j_mol"] if acid else 0.0, b=declared["half_water"] if acid else 1.0,
+        room=room, solute=acid and acid + ADDED, a=heat_j_mol, b=half_water,
     )  # fmt: skip
 
 

@@ -6,20 +6,44 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from replay.effects.models.equation import atoms, charge_of
-from replay.effects.models.ledger import BROUGHT, HEAT, STORED, UNFOLLOWED, Ledger, Process, Warmth
-from replay.effects.models.speciation import speciation_of
-from replay.effects.models.species import KSP, Chemistry
+from replay.effects.chemistry.components import WATER, dissolved_parts
+from replay.effects.chemistry.database import database_of
+from replay.effects.chemistry.formulas import atoms, charge_of
+from replay.effects.chemistry.ledger import (
+    ADDED,
+    HEAT,
+    LATENT,
+    STORED,
+    UNFOLLOWED,
+    Ledger,
+    Process,
+    Warmth,
+)  # fmt: skip
+from replay.effects.chemistry.mixture import Phase, mixture_of
+from replay.effects.chemistry.salts import SOLUBILITY, salt_of
+from replay.effects.chemistry.solver import Solver
 
-CHEMISTRY = Chemistry()
-ZINC = Process("Zn + 2 H+", {"Zn(s)": -1.0, "H+": -2.0, "Zn^2+": 1.0, "H2(g)": 1.0}, 0.3, -153.89e3)
-MAGNESIUM = Process("Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, 0.9, -466.9e3)
-SOLIDS = ("AgCl", "AgI", "CaCO3", "BaSO4", "Mg(OH)2", "Fe(OH)3", "Cu(OH)2")
+ZINC = Process("Zn + 2 H+", {"Zn(s)": -1.0, "H+": -2.0, "Zn^2+": 1.0, "H2(g)": 1.0}, 0.3, -153.89e3, 2.0)
+MAGNESIUM = Process("Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, 0.9, -466.9e3, 2.0)
+SOLIDS = {
+    "AgCl": "Cerargyrite", "AgI": "Iodyrite", "CaCO3": "Calcite", "BaSO4": "Barite", "Mg(OH)2": "Brucite",
+    "Fe(OH)3": "Ferrihydrite", "Cu(OH)2": "Cu(OH)2", "FeS": "FeS(ppt)",
+}  # fmt: skip
+WELL_SOLUBLE = ("KNO3", "NaCl", "NH4Cl", "CuSO4", "NaOH")
 SALTS = (
     "HCl", "NaOH", "AgNO3", "KI", "Na2CO3", "NaHCO3", "CaCl2", "BaCl2", "MgCl2", "FeCl3", "CuSO4", "NH3", "NH4Cl",
     "CH3COOH", "NaH2PO4", "H2SO4", "FeSO4", "HF",
 )  # fmt: skip
-BESIDE = re.compile(rf"{BROUGHT}$|^({HEAT}|{STORED})$")
+BESIDE = re.compile(rf"{ADDED}$|^({HEAT}|{STORED}|{LATENT})$")
+WATER_MOL_ML = 0.0555
+
+
+def solver_of(columns, solids=(), gases=()):
+    """PHREEQC with what may form."""
+    data = database_of()
+    phases = [Phase(f"{solid}(s)", dissolved_parts(solid), data.phases[SOLIDS[solid]]) for solid in solids]
+    phases += [Phase(f"{gas}(g)", dissolved_parts(gas), data.phases[f"{gas}(g)"]) for gas in gases]
+    return Solver(mixture_of(data, columns, phases))
 
 
 def step(book, frame, time, moves):
@@ -46,8 +70,9 @@ def a_world(seed, warm):
     rng = np.random.default_rng(seed)
     count = int(rng.integers(3, 7))
     names = [f"v{number}" for number in range(count)]
-    solids = {name: KSP[name] for name in rng.choice(SOLIDS, int(rng.integers(0, 4)), replace=False)}
-    gases = ["CO2"] if rng.random() < 0.5 else []
+    solids = [str(name) for name in rng.choice([*SOLIDS], int(rng.integers(0, 4)), replace=False)]
+    gases = ["CO2", "H2S"] if rng.random() < 0.5 else []
+    salts = [str(name) for name in rng.choice(WELL_SOLUBLE, int(rng.integers(0, 3)), replace=False)]
     processes = [ZINC] if rng.random() < 0.4 else []
     fills, columns = [], {"Zn(s)", "Zn^2+", "H2(g)", "H2O", "CO3^2-"}
     for _ in names:
@@ -55,18 +80,21 @@ def a_world(seed, warm):
         there = Counter()
         for salt in rng.choice(SALTS, 2, replace=False):
             molar = 10.0 ** rng.uniform(-6.0, 0.0)
-            for part, many in CHEMISTRY.parts(str(salt)).items():
+            for part, many in dissolved_parts(str(salt)).items():
                 there[part] += many * molar * litres
+        there[WATER] += 500.0 * litres * WATER_MOL_ML
         columns |= set(there)
+        for salt in salts:
+            there[f"{salt}(s)"] = float(rng.choice([0.0, 1e-3, 1.0]))
         there["Zn(s)"] = float(rng.choice([0.0, 1e-3])) if processes else 0.0
         fills.append((litres * 500.0, there))
-    columns |= {part for formula in solids for part in CHEMISTRY.parts(formula)}
-    speciation = speciation_of(CHEMISTRY, sorted(columns), solids, gases)
-    columns |= {name for changes in speciation.changes for name in changes}
+    columns |= {part for formula in (*solids, *salts) for part in dissolved_parts(formula)}
+    solver = solver_of(sorted(columns), solids, gases)
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
-    warmth = Warmth(4.18, glasses, starts, 0.0, np.inf, reacting=True) if warm else UNFOLLOWED
-    book = Ledger(names, sorted(columns), processes, speciation, float(rng.choice([0.0, 0.3, 1.0])), warmth)
+    warmth = Warmth(4.18, glasses, starts, 0.0, 80.0, room=20.0) if warm else UNFOLLOWED
+    crystals = [salt_of(salt, SOLUBILITY[salt]) for salt in salts]
+    book = Ledger(names, sorted(columns), processes, solver, crystals, float(rng.choice([0.0, 0.3, 1.0])), warmth)
     for name, (volume, there) in zip(names, fills, strict=True):
         book.fill(name, volume, there)
     book.begin(0.0)
@@ -92,8 +120,10 @@ def a_world(seed, warm):
 
 def energy(book):
     """J of everything: warmth, what is dissolved, solids, gases that left, and what zinc has given off."""
-    phases = book.amounts[:, book.phases] @ book.speciation.joule[len(book.speciation.mixture.species) :]
-    return book.amounts[:, book.column[HEAT]] + book.amounts[:, book.column[STORED]] + phases
+    mixture = book.solver.mixture
+    solid = book.amounts[:, book.phases] @ mixture.joule[len(mixture.species) :]
+    solid += book.amounts[:, book.salt_columns] @ np.array([salt.joule for salt in book.salts])
+    return book.amounts[:, [book.column[name] for name in (HEAT, STORED, LATENT)]].sum(axis=1) + solid
 
 
 def check(seed, warm):
@@ -111,7 +141,9 @@ def check(seed, warm):
         assert (book.volume_ml >= 0.0).all(), seed
         if warm:
             given = -ZINC.joule * (book.extents.sum() - before) if len(book.processes) else 0.0
-            exchanged = np.abs(book.amounts[:, book.column[HEAT]]).sum() + abs(given)
+            exchanged = np.abs(
+                book.amounts[:, [book.column[HEAT], book.column[STORED], book.column[LATENT]]]
+            ).sum() + abs(given)
             assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
     for history in map(book.history, book.vessels):
         assert (np.diff(history.times)[np.diff(history.frames) >= 0] > 0.0).all(), seed
@@ -130,26 +162,24 @@ def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
 
 
 def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in_neutral_water():
-    """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.21 - 7): of two protons it holds 1.62."""
-    parts = CHEMISTRY.parts("NaH2PO4")
-    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes], {}, ())
-    book = Ledger(["a"], [*parts], [ZINC], speciation)
+    """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of two protons it holds 1.62."""
+    parts = dissolved_parts("NaH2PO4")
+    book = Ledger(["a"], [*parts], [ZINC], solver_of([*parts, *ZINC.changes]))
     book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
-    held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.21))
+    held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
     assert book.pending(book.amounts[0])[0] == pytest.approx((2.0 - held) / 2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_a_slow_reaction_beside_another_goes_on_just_as_long_as_time_does(seconds):
-    parts = CHEMISTRY.parts("HCl")
-    speciation = speciation_of(CHEMISTRY, [*parts, *ZINC.changes, *MAGNESIUM.changes], {}, ())
-    book = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], speciation)
+    parts = dissolved_parts("HCl")
+    book = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], None)
     book.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 10.0 * amount for part, amount in parts.items()}})
     book.advance(0, 1, seconds)
     left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
     assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
     # Of too little acid each gets by its rate, and what is left falls by the sum of both.
-    scarce = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], speciation)
+    scarce = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], None)
     scarce.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 0.1 * amount for part, amount in parts.items()}})
     scarce.advance(0, 1, seconds)
     assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
@@ -157,9 +187,9 @@ def test_a_slow_reaction_beside_another_goes_on_just_as_long_as_time_does(second
 
 def plain(process=(), warmth=UNFOLLOWED):
     """Salt water in a, a millilitre of water in b, nothing in c."""
-    book = Ledger("abc", ["Cl-"], process, speciation_of(CHEMISTRY, ["Cl-"], {}, ()), warmth=warmth)
-    book.fill("a", 10.0, {"Cl-": 1.0})
-    book.fill("b", 1.0, {})
+    book = Ledger("abc", ["Cl-"], process, None, warmth=warmth)
+    book.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
+    book.fill("b", 1.0, {WATER: 0.055})
     book.begin(0.0)
     return book
 
@@ -177,6 +207,6 @@ def test_a_flow_has_a_row_a_frame_where_a_slow_reaction_has_nothing_to_do():
 
 
 def test_what_is_poured_leaves_the_heat_of_the_glass_and_takes_its_own():
-    book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, reacting=False))
+    book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT]]] == pytest.approx([0.5, 209.0])

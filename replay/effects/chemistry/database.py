@@ -1,0 +1,299 @@
+"""PHREEQC's data as a set of ions that keep their oxidation states: minteq.v4, what it lacks, and what a scene adds.
+
+PHREEQC brings all oxidation states of an element to equilibrium: iron(III) with iodide, nitrate with ammonia. On a
+bench that takes minutes or ages, and a scene declares it as an equation. So each oxidation state becomes an element of
+its own here. The constants, their temperature dependence and their activities stay as PHREEQC's file has them.
+"""
+
+import importlib.util
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from replay.effects.chemistry.components import ELEMENTS, PROTON, WATER, component_of
+from replay.effects.chemistry.formulas import charge_of
+from replay.errors import EffectError
+
+ELECTRON: Final = "e-"
+KILOJOULE: Final[Mapping[str, float]] = {"kcal": 4.184, "cal": 4.184e-3, "j": 1e-3, "joules": 1e-3}
+"""kJ in a unit of ``delta_h``; PHREEQC takes kJ where none is written."""
+
+BLOCKS: Final = ("SOLUTION_MASTER_SPECIES", "SOLUTION_SPECIES", "PHASES")
+"""Blocks that are read; the others of a data base are not asked."""
+
+_BLOCK = re.compile(r"^[A-Z_]{3,}(?:\s|$)")
+_TERM = re.compile(r"^(\d*\.?\d*)\s*(\S+)$")
+_CHARGE = re.compile(r"([+-])(\d*)$")
+
+Makeup = Mapping[str, float]
+"""Column, ``H+``, ``H2O`` or ``e-`` -> how many are in one species or phase."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A species or phase of PHREEQC."""
+
+    name: str
+    makeup: Makeup = field(compare=False)
+    equation: str = field(compare=False)  # as the file writes it
+    options: tuple[str, ...] = field(compare=False)  # the lines below it
+    log_k: float = 0.0  # of its formation from the ions of the file, or of a phase's dissolution
+    kilojoule: float = 0.0  # enthalpy of the same
+
+
+@dataclass(frozen=True, eq=False)
+class Database:
+    """Everything that PHREEQC may be asked for.
+
+    ``species``, ``phases``: by PHREEQC's names; ``ions``: name -> makeup of all that its equations are written in;
+    ``masters``: column -> the ion by which PHREEQC counts it.
+    """
+
+    species: Mapping[str, Entry]
+    phases: Mapping[str, Entry]
+    ions: Mapping[str, Makeup]
+    masters: Mapping[str, str]
+
+
+def phreeqc_folder() -> Path:
+    """Where the data bases of the library phreeqc lie. Raises EffectError: it is not installed."""
+    where = importlib.util.find_spec("phreeqc")
+    if where is None or not where.submodule_search_locations:
+        raise EffectError(
+            "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
+        )
+    return Path(where.submodule_search_locations[0]) / "databases"
+
+
+@cache
+def database_of(text: str = "") -> Database:
+    """The data of minteq.v4 and of `constants.phr`, and after them those of a piece of PHREEQC text.
+
+    Raises EffectError: PHREEQC is not installed; ValueError: the text is wrong, a line for each fault.
+    """
+    base = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
+    ours = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
+    reading = _Reading()
+    for source in (base, ours):
+        reading.read(source)
+    reading.problems.clear()  # surfaces, formulas of halves and what needs an element that is not read
+    reading.strict = True
+    reading.read(text)
+    if reading.problems:
+        raise ValueError("\n".join(reading.problems))
+    return Database(reading.species, reading.phases, reading.ions, reading.masters)
+
+
+class _Reading:
+    """Reads text of PHREEQC, block by block; what it defines may stand in any order."""
+
+    def __init__(self) -> None:
+        self.ions: dict[str, Makeup] = {PROTON: {PROTON: 1}, WATER: {WATER: 1}, ELECTRON: {ELECTRON: 1}}
+        self.species: dict[str, Entry] = {}
+        self.masters: dict[str, str] = {}
+        self.phases: dict[str, Entry] = {}
+        self.problems: list[str] = []
+        self.strict = False
+
+    def read(self, text: str) -> None:
+        """Add what a text defines; ``problems`` gets a line for each fault."""
+        blocks = _blocks(text)
+        for name, lines in blocks:
+            if name == "SOLUTION_MASTER_SPECIES":
+                for line in lines:
+                    self._master(line)
+            elif name not in BLOCKS and lines and self.strict:
+                self.problems.append(f"{name} is not read; give {', '.join(BLOCKS)}")
+        waiting = [entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _entries(lines)]
+        while waiting:
+            later = [entry for entry in waiting if not self._species(*entry)]
+            if len(later) == len(waiting):
+                self.problems += [f"{equation!r} has a species that nothing defines" for equation, _ in later]
+                break
+            waiting = later
+        for name, lines in blocks:
+            if name == "PHASES":
+                for phase, equation, options in _named(lines):
+                    self._phase(phase, equation, options)
+
+    def _master(self, line: str) -> None:
+        element, species, *_ = line.split()
+        column = _COLUMN.get(element)
+        if column is None:
+            if self.strict:
+                known = ", ".join(sorted(set(ELEMENTS.values())))
+                self.problems.append(f"element {element!r} is none of those that formulas are counted as: {known}")
+            return
+        self.ions[species] = _makeup_of_master(species, column)
+        self.masters[column] = species
+        self.species.setdefault(species, Entry(species, self.ions[species], "", ()))
+
+    def _species(self, equation: str, options: tuple[str, ...]) -> bool:
+        """Add one species; False: a species that it is made from is not known yet."""
+        left, right = _sides(equation)
+        if not right:
+            self.problems.append(f"{equation!r} has no =; write A + B = AB")
+            return True
+        name = right[0][1]
+        if name in self.ions and [(1.0, name)] == left == right:
+            self.species[name] = Entry(name, self.ions[name], equation, options)
+            return True
+        if name in self.ions and name in _MASTERS:
+            # A second oxidation state, which the file makes of the first with electrons.
+            self.species[name] = Entry(name, self.ions[name], "", tuple(one for one in options if "gamma" in one))
+            return True
+        made = self._sum(left, right[1:])
+        if made is None:
+            return False
+        makeup, log_k, kilojoule = made
+        if makeup.get(ELECTRON):
+            return True
+        if self.strict and not self._fits(name, makeup, equation):
+            return True
+        mine = _numbers(options)
+        if mine is None:
+            if self.strict:
+                self.problems.append(f"{equation!r} has no log_k")
+            return True
+        self.ions[name] = makeup
+        self.species[name] = Entry(name, makeup, equation, options, log_k + mine[0], kilojoule + mine[1])
+        return True
+
+    def _phase(self, name: str, equation: str, options: tuple[str, ...]) -> None:
+        left, right = _sides(equation)
+        made = self._sum(right, left[1:])
+        mine = _numbers(options)
+        if made is None or mine is None:
+            self.problems.append(f"{name}: {equation!r} has a species that nothing defines, or no log_k")
+            return
+        if not made[0].get(ELECTRON):
+            # In terms of the file's ions, whatever species its equation is written with.
+            log_k, kilojoule = mine[0] - made[1], mine[1] - made[2]
+            self.phases[name] = Entry(name, made[0], equation, options, log_k, kilojoule)
+
+    def _sum(
+        self, more: Sequence[tuple[float, str]], less: Sequence[tuple[float, str]]
+    ) -> tuple[Makeup, float, float] | None:
+        """Makeup, log_k and enthalpy of one side less another; ``None``: a species is not known."""
+        total: Counter[str] = Counter()
+        log_k = kilojoule = 0.0
+        for sign, terms in ((1.0, more), (-1.0, less)):
+            for many, name in terms:
+                if name not in self.ions:
+                    return None
+                for column, count in self.ions[name].items():
+                    total[column] += sign * many * count  # type: ignore[assignment]
+                known = self.species.get(name)
+                if known is not None:
+                    log_k += sign * many * known.log_k
+                    kilojoule += sign * many * known.kilojoule
+        return {column: many for column, many in total.items() if abs(many) > 1e-9}, log_k, kilojoule
+
+    def _fits(self, name: str, makeup: Makeup, equation: str) -> bool:
+        charge = sum(many * charge_of(column) for column, many in makeup.items())
+        if charge == _phreeqc_charge(name):
+            return True
+        self.problems.append(f"{equation!r} is not balanced: charge {charge:+g} and {_phreeqc_charge(name):+d}")
+        return False
+
+
+_COLUMN: Final[Mapping[str, str]] = {element: column for column, element in ELEMENTS.items()}
+_MASTERS: Final = frozenset(
+    ("Fe+2", "Fe+3", "Cu+", "Cu+2", "Mn+2", "Mn+3", "Co+2", "Co+3", "Cr+2", "Cr(OH)2+", "CrO4-2", "Hg(OH)2", "Hg2+2",
+     "NH4+", "NO2-", "NO3-", "HS-", "SO4-2", "Sn(OH)2", "Sn(OH)6-2", "MnO4-", "MnO4-2", "H3AsO3", "H3AsO4", "Tl+",
+     "VO+2", "VO2+", "SeO4-2"),
+)  # fmt: skip
+"""Ions of minteq.v4 by which it counts an oxidation state."""
+
+
+def _makeup_of_master(species: str, column: str) -> Makeup:
+    """Protons and water by which PHREEQC's ion differs from the column."""
+    base = component_of(column)
+    charge = _phreeqc_charge(species)
+    body = _CHARGE.sub("", species)
+    hydroxides = re.search(r"\(OH\)(\d*)", body)
+    count = 0 if hydroxides is None else int(hydroxides.group(1) or 1)
+    if count and base.oxygen == 0:
+        return {column: 1, PROTON: -count, WATER: count}
+    protons = charge - base.charge
+    return {column: 1, PROTON: protons} if protons else {column: 1}
+
+
+def formula_of(name: str) -> str:
+    """PHREEQC's name of an ion as formulas are written here: ``Cu(NH3)4+2`` becomes ``Cu(NH3)4^2+``."""
+    match = _CHARGE.search(name)
+    if match is None:
+        return name
+    sign, digits = match.groups()
+    return name[: match.start()] + (f"^{digits}{sign}" if digits not in ("", "1") else sign)
+
+
+def _phreeqc_charge(name: str) -> int:
+    match = _CHARGE.search(name)
+    return 0 if match is None else int(match.group(1) + (match.group(2) or "1"))
+
+
+def _blocks(text: str) -> list[tuple[str, list[str]]]:
+    found: list[tuple[str, list[str]]] = []
+    for written in text.splitlines():
+        line = written.partition("#")[0].rstrip()
+        if _BLOCK.match(line) and "=" not in line:
+            found.append((line.split()[0], []))
+        elif line.strip() and found:
+            found[-1][1].append(line.strip())
+        elif line.strip():
+            found.append((line.split()[0], [line]))
+    return found
+
+
+def _entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    equation, options = "", list[str]()
+    for line in lines:
+        if "=" in line:
+            if equation:
+                yield equation, tuple(options)
+            equation, options = line, []
+        else:
+            options.append(line)
+    if equation:
+        yield equation, tuple(options)
+
+
+def _named(lines: Sequence[str]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    starts = [row for row, line in enumerate(lines) if "=" in line and row > 0]
+    for start, stop in zip(starts, [*starts[1:], len(lines) + 1], strict=True):
+        yield lines[start - 1].split()[0], lines[start], tuple(lines[start + 1 : stop - 1])
+
+
+def _sides(equation: str) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+    left, _, right = equation.partition("=")
+    return _side(left), _side(right)
+
+
+def _side(text: str) -> list[tuple[float, str]]:
+    found = []
+    for term in re.split(r"\s+\+\s+", text.strip()):
+        match = _TERM.match(term.strip())
+        if match is not None:
+            found.append((float(match.group(1) or 1.0), match.group(2)))
+    return found
+
+
+def _numbers(options: Iterable[str]) -> tuple[float, float] | None:
+    """log_k and kJ of an entry's lines; ``None``: it has no log_k."""
+    log_k, kilojoule = None, 0.0
+    for line in options:
+        key, *values = line.lower().split()
+        if key.lstrip("-") in ("log_k", "logk") and values:
+            log_k = float(values[0])
+        if key.lstrip("-") in ("delta_h", "deltah") and values:
+            unit = values[1] if len(values) > 1 else "kj"
+            kilojoule = float(values[0]) * next(
+                (many for name, many in KILOJOULE.items() if unit.startswith(name)), 1.0
+            )
+    return None if log_k is None else (log_k, kilojoule)

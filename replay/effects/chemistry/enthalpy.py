@@ -1,0 +1,37 @@
+"""Enthalpies and free energies of formation at 25 degC, and what a reaction gives off by them."""
+
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any, Final
+
+from replay.effects.chemistry.components import WATER
+
+TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
+    resources.files(__package__).joinpath("constants.toml").read_text(encoding="utf-8")
+)
+ENTHALPY: Final[Mapping[str, float]] = TABLES["enthalpy"]
+"""Column -> kJ/mol."""
+PROTONATED: Final[Mapping[str, list[float]]] = TABLES["protonated"]
+"""Column -> kJ/mol with 0, 1, ... protons."""
+HYDROXIDE_KJ_MOL: Final = -229.99
+"""Of OH-. Source: Wagman et al. 1982."""
+FREE_ENERGY: Final[Mapping[str, float]] = TABLES["free_energy"]
+"""Column -> kJ/mol."""
+
+
+def enthalpy_j(changes: Mapping[str, float]) -> float:
+    """Enthalpy in J of so many mol made and used; NaN where no table knows a column."""
+    return _sum(changes, ENTHALPY)
+
+
+def free_energy_j(changes: Mapping[str, float]) -> float:
+    """Standard free energy in J of so many mol made and used; NaN where no table knows a column."""
+    return _sum(changes, FREE_ENERGY)
+
+
+def _sum(changes: Mapping[str, float], table: Mapping[str, float]) -> float:
+    total = 0.0
+    for column, many in changes.items():
+        total += many * (table[WATER] if column == WATER else table.get(column, float("nan")))
+    return total * 1e3

@@ -1,0 +1,207 @@
+"""Formulas and equations as they are written: atoms, charge, coefficients, phases.
+
+The charge at the end of a formula may be read in two ways: ``IO3-`` is one minus or three, ``SO42-`` is of four oxygens
+or of 42. An equation takes the readings with which it balances.
+"""
+
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from itertools import product
+from typing import Final
+
+from periodictable import elements
+from periodictable import formula as parsed
+
+COMMON: Final = (
+    "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
+    "NaHCO3", "Na2CO3", "ZnCl2", "CaCl2", "BaCl2", "MgCl2", "Na2SO4", "KMnO4", "AgCl", "H2O",
+)  # fmt: skip
+"""Formulas for "did you mean"."""
+
+ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "⇄", "↔")
+
+_TERM = re.compile(r"^(\d+)?\s*(\S+?)(?:\s+\^?(\d*[+-]))?\s*(?:\((s|l|g|aq)\))?$")
+_CHARGE = re.compile(r"^(.*?)(\^?)(\d*)([+-])$")
+_WORDS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
+
+MOST_CHARGE: Final = 6
+"""No ion of a school's laboratory has more."""
+
+
+@dataclass(frozen=True)
+class Equation:
+    """``2 A + B -> C``."""
+
+    # reagents, products: formula -> coefficient
+    reagents: Mapping[str, int]
+    products: Mapping[str, int]
+    phases: Mapping[str, str]  # formula -> ``s``, ``l``, ``g`` or ``aq`` where the equation says so
+
+    @property
+    def formulas(self) -> tuple[str, ...]:
+        """Of both sides."""
+        return (*self.reagents, *self.products)
+
+    @property
+    def changes(self) -> dict[str, int]:
+        """Formula -> how many it makes, below 0 of what it uses up."""
+        changes = {formula: -many for formula, many in self.reagents.items()}
+        return changes | {formula: many + changes.get(formula, 0) for formula, many in self.products.items()}
+
+
+@dataclass(frozen=True)
+class _Term:
+    """One term of an equation with every reading of its formula."""
+
+    readings: tuple[str, ...]
+    coefficient: int
+    phase: str
+
+
+def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Equation:
+    """Read an equation; of several readings that balance, those of ``known`` ions are taken.
+
+    Raises ValueError: it cannot be read, or no reading of it has the same atoms and charge on both sides, or two have.
+    """
+    plain = _plain(text)
+    arrow = next((sign for sign in ARROWS if sign in plain), "")
+    if not arrow:
+        raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
+    left, _, right = plain.partition(arrow)
+    sides = _terms(left), _terms(right)
+    written = list(dict.fromkeys(term.readings for side in sides for term in side))
+    balanced: list[Equation] = []
+    first = None
+    for chosen in product(*written):
+        reading = dict(zip(written, chosen, strict=True))
+        equation = _equation(sides, reading)
+        first = first or equation
+        if _counted(equation.reagents) == _counted(equation.products):
+            balanced.append(equation)
+    familiar = [
+        equation for equation in balanced if all(charge_of(one) == 0 or known(one) for one in equation.formulas)
+    ]
+    if len(balanced) == 1 or len(familiar) == 1:
+        return (familiar or balanced)[0]
+    if balanced:
+        raise ValueError(f"{text!r} can be read in {len(balanced)} ways; write charges with ^, as SO4^2-")
+    assert first is not None
+    before, after = _counted(first.reagents), _counted(first.products)
+    wrong = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
+    counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in wrong)
+    raise ValueError(f"{text!r} is not balanced: {counted}; correct its coefficients")
+
+
+def ion_of(formula: str, known: Callable[[str], bool] = lambda _: False) -> str:
+    """A formula in the form of the tables: ``Cu2+`` becomes ``Cu^2+``, ``SO42-`` ``SO4^2-``, ``NH4+`` stays."""
+    readings = readings_of(_plain(formula.strip()))
+    return next((reading for reading in readings if known(reading)), readings[0])
+
+
+def readings_of(formula: str) -> tuple[str, ...]:
+    """Every way in which the charge at a formula's end can be read, the likeliest first."""
+    match = _CHARGE.match(formula)
+    if match is None:
+        return (formula,)
+    body, caret, digits, sign = match.groups()
+    if caret or not digits:
+        return (_charged(body, digits, sign),)
+    whole = _charged(body, digits, sign)
+    subscript = body + digits + sign
+    readings = [f"{body}{digits[:-1]}^{digits[-1]}{sign}", subscript] if len(digits) > 1 else [whole, subscript]
+    # After a bracket or an O the digit counts atoms; after a bare metal it is the charge.
+    if re.search(r"[)\]O]$", body) and len(digits) == 1:
+        readings.reverse()
+    return tuple(one for one in readings if abs(charge_of(one)) <= MOST_CHARGE)
+
+
+def _charged(body: str, digits: str, sign: str) -> str:
+    return f"{body}^{digits}{sign}" if digits not in ("", "1") else body + sign
+
+
+def charge_of(formula: str) -> int:
+    """Charge of a formula of the tables: 2 for ``Cu^2+``."""
+    match = re.search(r"(?:\^(\d+))?([+-])$", formula)
+    return 0 if match is None else int(match.group(2) + (match.group(1) or "1"))
+
+
+def atoms(formula: str) -> Counter[str]:
+    """Atoms of a formula such as ``Ca(OH)2``, ``SO4^2-`` or ``CuSO4.5H2O``. Raises ValueError: it is no formula."""
+    return Counter(_atoms(re.sub(r"(\^\d+)?[+-]$", "", formula)))
+
+
+@cache
+def _atoms(formula: str) -> Mapping[str, int]:
+    try:
+        if not re.fullmatch(r"[\w()\[\].]+", formula):
+            raise ValueError("it is of letters, numbers and brackets")
+        # The library joins parts by a plus, and has square brackets for isotopes.
+        counted = parsed(formula.translate(str.maketrans(".[]", "+()"))).atoms
+    except Exception as error:  # the library's grammar raises what its parser has
+        why = f": {error}" if isinstance(error, ValueError) else ""
+        close = get_close_matches(formula, COMMON, n=1)
+        meant = f"; did you mean {close[0]!r}?" if close else "; write for example Ca(OH)2 or CuSO4.5H2O"
+        raise ValueError(f"{formula!r} is no formula{why}{meant}") from error
+    return {element.symbol: int(many) for element, many in counted.items()}
+
+
+def molar_mass(formula: str) -> float:
+    """g/mol, by the standard atomic weights that the library periodictable has. Raises ValueError: it is no formula."""
+    return float(sum(many * elements.symbol(atom).mass for atom, many in atoms(formula).items()))
+
+
+def crystal_water(formula: str) -> int:
+    """Molecules of water that a formula writes after a dot: 5 for ``CuSO4.5H2O``."""
+    waters = [part for part in formula.split(".")[1:] if part.endswith("H2O")]
+    return sum(int(part.removesuffix("H2O") or 1) for part in waters)
+
+
+def _plain(text: str) -> str:
+    plain = unicodedata.normalize("NFKC", text).translate(_WORDS)
+    # A hydrate written with blanks about its dot is one formula.
+    return re.sub(r"\s*\.\s*(?=\d*\s*H2O)", ".", re.sub(r"(\.\s*\d+)\s+(?=H2O)", r"\1", plain))
+
+
+def _terms(text: str) -> list[_Term]:
+    # A plus between blanks parts terms; without blanks one does that no charge ends with.
+    written = re.split(r"\s\+\s", text) if re.search(r"\s\+\s", text) else re.split(r"\+(?=[\dA-Z(\[])", text)
+    terms = []
+    for term in written:
+        match = _TERM.match(term.strip())
+        if match is None:
+            raise ValueError(f"{term.strip()!r} is no formula with its coefficient; write for example 2 HCl")
+        many, formula, charge, phase = match.groups()
+        readings = (_charged(formula, charge[:-1], charge[-1]),) if charge else readings_of(formula)
+        for reading in readings:
+            atoms(reading)
+        if many is not None and int(many) < 1:
+            raise ValueError(f"{text.strip()!r} has a coefficient 0; leave it out")
+        terms.append(_Term(readings, int(many or 1), phase or ""))
+    return terms
+
+
+def _equation(sides: tuple[list[_Term], list[_Term]], reading: Mapping[tuple[str, ...], str]) -> Equation:
+    phases: dict[str, str] = {}
+    counted: list[dict[str, int]] = []
+    for side in sides:
+        found: Counter[str] = Counter()
+        for term in side:
+            formula = reading[term.readings]
+            found[formula] += term.coefficient
+            if term.phase:
+                phases[formula] = term.phase
+        counted.append(dict(found))
+    return Equation(counted[0], counted[1], phases)
+
+
+def _counted(side: Mapping[str, int]) -> Counter[str]:
+    total: Counter[str] = Counter()
+    for formula, coefficient in side.items():
+        for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):
+            total[atom] += coefficient * count
+    return total

@@ -1,0 +1,493 @@
+"""What the tables of a scene say of its chemistry, in the columns of the ledger; what does not fit together is refused.
+
+Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from replay.effects.chemistry.components import (
+    BASES,
+    GASES,
+    INERT,
+    PHASE_NAMES,
+    PROTON,
+    SOLIDS,
+    WATER,
+    dissolved_parts,
+    is_known,
+    parts_of,
+)  # fmt: skip
+from replay.effects.chemistry.contents import Contents, contents_of_scene
+from replay.effects.chemistry.database import Database, Entry, database_of
+from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
+from replay.effects.chemistry.formulas import COMMON, Equation, charge_of, equation_of
+from replay.effects.chemistry.ledger import ADDED, Ledger, Process, Warmth
+from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
+from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
+from replay.effects.chemistry.solver import Solver
+from replay.effects.declaring import Declaration
+from replay.effects.vessels import check_vessels, vessel_names
+from replay.errors import EffectError, PlanError
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
+
+Tables = Mapping[str, tuple[Declaration, ...]]
+
+SPARING_MOL_KG: Final = 0.1
+"""What dissolves by less, by PHREEQC's constant, falls out where an equation makes it, without being marked (s)."""
+
+UNWILLING_J: Final = 20e3
+"""Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
+
+NEUTRAL_PROTON_J: Final = 39.95e3
+"""Free energy of a mol of protons taken from neutral water instead of from an acid: R T ln 10 times 7 at 25 degC."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """One table of an effect reaction."""
+
+    declared: Declaration
+    equation: Equation
+    phases: Mapping[str, str]  # formula -> ``s``, ``g`` or nothing
+    process: int  # its place among the ledger's processes; -1: it is at equilibrium, by constants
+    unwilling: str = ""  # why it does not proceed by itself; ``""``: it does
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """What all tables make together."""
+
+    reactions: tuple[Reaction, ...]
+    processes: tuple[Process, ...]
+    contents: Mapping[str, Contents]  # vessel -> what is in it at first
+    solver: Solver | None  # PHREEQC; ``None``: nothing declared asks it
+    salts: tuple[Salt, ...]
+
+    def ledger(self, solid_fraction: float, warmth: Warmth) -> Ledger:
+        """A ledger with everything in its vessels."""
+        fills = {name: self._columns(one) for name, one in self.contents.items()}
+        columns = tuple(column for there in fills.values() for column in there)
+        made = Ledger(tuple(fills), columns, self.processes, self.solver, self.salts, solid_fraction, warmth)
+        for name, there in fills.items():
+            made.fill(name, self.contents[name].volume_ml, there)
+        return made
+
+    def _columns(self, contents: Contents) -> dict[str, float]:
+        found = {formula + ADDED: amount for formula, amount in contents.amounts.items() if formula != WATER}
+        found |= {formula + SOLID: amount for formula, amount in contents.solids.items()}
+        for formula, amount in contents.amounts.items():
+            for part, many in dissolved_parts(formula).items():
+                found[part] = found.get(part, 0.0) + many * amount
+        return found
+
+
+@dataclass(eq=False)
+class _Phases:
+    """Solids and gases of a scene as its equations are read: PHREEQC's, salts with a solubility, and all others."""
+
+    database: Database | None
+    declared: Mapping[str, Mapping[float, float]]  # solid -> solubility that the scene declares
+    separate: frozenset[str]  # solids that only an equation with a rate takes
+    phreeqc: dict[str, Phase] = field(default_factory=dict)
+    salts: dict[str, Salt] = field(default_factory=dict)
+
+    def add(self, formula: str, phase: str) -> None:
+        """Find what a solid or gas is."""
+        column = f"{formula}({phase})"
+        if column in self.phreeqc or column in self.salts or not phase:
+            return
+        table = self.declared.get(formula) or (solubility_of(formula) if phase == "s" else None)
+        if phase == "s" and table is not None and formula not in self.separate:
+            self.salts[column] = salt_of(formula, table)
+            return
+        entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
+        if entry is not None and formula not in self.separate:
+            self.phreeqc[column] = Phase(column, dissolved_parts(formula), entry)
+
+    def entry(self, formula: str, phase: str) -> Entry | None:
+        """PHREEQC's phase of a formula; of several the one named like it, else the one that dissolves best."""
+        assert self.database is not None
+        phases = self.database.phases
+        if phase == "g":
+            return phases.get(formula + GAS)
+        named = PHASE_NAMES.get(formula, formula)
+        if named in phases and parts_of(formula) is not None:
+            return phases[named]
+        parts = parts_of(formula) or {}
+        mine, water = _dry(parts), parts.get(WATER, 0)
+        fitting = [
+            one for name, one in phases.items()
+            if mine and _dry(one.makeup) == mine and one.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
+        ]  # fmt: skip
+        # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
+        return max(fitting, key=lambda one: (-one.makeup.get(WATER, 0.0), one.log_k), default=None)
+
+    def sparing(self, formula: str) -> bool:
+        """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
+        if self.database is None or charge_of(formula) or solubility_of(formula) is not None:
+            return False
+        entry = self.entry(formula, "s")
+        if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
+            return False
+        hydroxide = -entry.makeup.get(PROTON, 0.0)
+        ions = [many for part, many in entry.makeup.items() if part not in (PROTON, WATER)] + [hydroxide]
+        bare = sum(many * self._log_k(part) for part, many in entry.makeup.items() if part not in (PROTON, WATER))
+        log_product = entry.log_k + bare - 14.0 * hydroxide
+        even = sum(many * np.log10(many) for many in ions if many > 0.0)
+        return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
+
+    def _log_k(self, part: str) -> float:
+        """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
+        assert self.database is not None
+        species = (one for one in self.database.species.values() if dict(one.makeup) == {part: 1.0})
+        return next((one.log_k for one in species), 0.0)
+
+
+def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
+    """Read the tables of reactions, precipitations and gases against what stands in the vessels.
+
+    Raises PlanError: an equation, formula or product that fits nothing, or a constant that is missing.
+    """
+    declared = tables.get("reaction", ())
+    equations = [_equation(one) for one in declared]
+    database = _database(tables)
+    named = {one["solid"] for one in tables.get("precipitation", ())}
+    bodies = {solid for one in contents.values() for solid in one.solids}
+    solubility = {solid: table for one in contents.values() for solid, table in one.solubility.items()}
+    phases = _Phases(database, solubility, _separate(declared, equations, named))
+    gases = GASES | {one["gas"] for one in tables.get("gas", ())}
+    usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(gases, "g")}
+    read: list[Mapping[str, str]] = []
+    for equation in equations:
+        own = {one: "s" for one in equation.formulas if one not in usual and phases.sparing(one)}
+        read.append({**usual, **own, **equation.phases})
+    for equation, phase in zip(equations, read, strict=True):
+        for formula in equation.formulas:
+            phases.add(formula, phase.get(formula, "") if phase.get(formula, "") in ("s", "g") else "")
+    for solid in sorted(named):
+        phases.add(solid, "s")
+    processes: list[Process] = []
+    reactions = []
+    for one, equation, phase in zip(declared, equations, read, strict=True):
+        process = _process(one, equation, phase, phases)
+        unwilling = "" if process is None else _unwilling(process, equation, phase)
+        if process is not None and not unwilling and process not in processes:
+            processes.append(process)
+        place = processes.index(process) if process is not None and not unwilling else -1
+        reactions.append(Reaction(one, equation, phase, place, unwilling))
+    columns = _columns(contents, reactions, processes, phases)
+    solver = None
+    if database is not None:
+        solver = Solver(
+            mixture_of(database, sorted(columns), [phases.phreeqc[name] for name in sorted(phases.phreeqc)])
+        )
+    salts = tuple(phases.salts[name] for name in sorted(phases.salts))
+    return Recipe(tuple(reactions), tuple(processes), contents, solver, salts)
+
+
+def asks_phreeqc(tables: Tables) -> bool:
+    """Whether anything declared needs PHREEQC: a reaction without a rate, a precipitation, an indicator of the pH."""
+    at_once = any(one["rate_per_s"] is None for one in tables.get("reaction", ()))
+    indicators = any(one["indicator"] or one["from_ph"] is not None for one in tables.get("colour", ()))
+    return at_once or bool(tables.get("precipitation")) or indicators
+
+
+def _equation(declared: Declaration) -> Equation:
+    try:
+        equation = equation_of(declared["equation"], lambda formula: parts_of(formula) is not None)
+    except ValueError as error:
+        raise declared.fail(f"equation: {error}") from error
+    if not set(equation.reagents) - {WATER, PROTON, "OH-"} and set(equation.products) - {WATER, PROTON, "OH-"}:
+        raise declared.fail("equation: only water reacts, and nothing says how far; name another reagent")
+    return equation
+
+
+def _database(tables: Tables) -> Database | None:
+    """PHREEQC's data with the pieces of text that the tables hold; ``None``: nothing asks for them."""
+    if not asks_phreeqc(tables):
+        return None
+    texts = {one["phreeqc"]: one for one in tables.get("reaction", ()) if one["phreeqc"]}
+    try:
+        return database_of("\n".join(texts))
+    except ValueError as error:
+        where = next(iter(texts.values()))
+        raise PlanError(*(str(where.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
+    except EffectError as error:
+        where = next(iter((*tables.get("reaction", ()), *tables.get("precipitation", ()), *tables.get("colour", ()))))
+        raise where.fail(str(error)) from error
+
+
+def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], named: Iterable[str]) -> frozenset[str]:
+    """Solids that only equations with a rate name: they stand apart from what is at equilibrium."""
+    at_once = {formula for one, eq in zip(declared, equations, strict=True) if one["rate_per_s"] is None
+               for formula in eq.formulas}  # fmt: skip
+    slow = {formula for one, eq in zip(declared, equations, strict=True) if one["rate_per_s"] is not None
+            for formula in eq.formulas if len(eq.reagents) > 1}  # fmt: skip
+    return frozenset(slow - at_once - set(named))
+
+
+def _process(one: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
+    """What an equation changes beyond what is at equilibrium anyway; ``None``: PHREEQC or a solubility does all."""
+    rate, heat = one["rate_per_s"], one["heat_kj_mol"]
+    salt = _dissolving(equation, phase, phases) if rate is not None else None
+    changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
+    if not changes:
+        if not any(_can_settle(formula, phase) for formula in equation.formulas):
+            raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
+        if rate is not None:
+            raise one.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
+        if heat is not None:
+            _declare_heat(one, equation, phase, phases, heat)
+        return None
+    _check_dissolving(one, equation, phase, salt)
+    joule = 1e3 * heat if heat is not None else -salt.joule if salt is not None else enthalpy_j(changes)
+    acid = sum(
+        many * dissolved_parts(formula).get(PROTON, 0)
+        for formula, many in equation.reagents.items()
+        if formula != WATER and phase.get(formula) not in ("s", "g")
+    )
+    return Process(one["equation"], changes, rate, joule, float(acid), salt)
+
+
+def _can_settle(formula: str, phase: Mapping[str, str]) -> bool:
+    """Whether a formula is more than ions that stay as they are: a solid, a gas, an acid or base, a complex."""
+    if phase.get(formula) in ("s", "g"):
+        return True
+    parts = dissolved_parts(formula)
+    return PROTON in parts or bool(charge_of(formula) and len(parts) > 1) or bool(BASES & set(parts))
+
+
+def _dissolving(equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Salt | None:
+    """The salt that an equation dissolves and nothing else."""
+    solids = [formula for formula in equation.reagents if phase.get(formula) == "s"]
+    if len(solids) != 1 or set(equation.reagents) - {solids[0], WATER}:
+        return None
+    return phases.salts.get(solids[0] + SOLID)
+
+
+def _declare_heat(one: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases, heat: float) -> None:
+    """Take a declared enthalpy as that of dissolving a salt."""
+    salt = _dissolving(equation, phase, phases)
+    if salt is None:
+        raise one.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
+    phases.salts[salt.column] = Salt(salt.formula, salt.parts, salt.celsius, salt.molal, -1e3 * heat)
+
+
+def _check_dissolving(one: Declaration, equation: Equation, phase: Mapping[str, str], salt: Salt | None) -> None:
+    """Raises PlanError: an equation dissolves a solid of which nobody knows how much dissolves."""
+    solids = [formula for formula in equation.reagents if phase.get(formula) == "s"]
+    if salt is not None or len(solids) != 1 or set(equation.reagents) - {solids[0], WATER}:
+        return
+    parts = dissolved_parts(solids[0])
+    made: dict[str, float] = {}
+    for formula, many in equation.products.items():
+        for part, count in dissolved_parts(formula).items():
+            made[part] = made.get(part, 0.0) + count * many
+    coefficient = equation.reagents[solids[0]]
+    if {part: many for part, many in made.items() if part != WATER} == {
+        part: many * coefficient for part, many in parts.items() if part != WATER
+    }:
+        raise one.fail(
+            f"nothing says how much {solids[0]!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, "
+            "to the body that holds it"
+        )
+
+
+def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, apart: set[str]) -> dict[str, float]:
+    """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
+    found: dict[str, float] = {}
+    for formula, coefficient in equation.changes.items():
+        state = phase.get(formula, "")
+        column = f"{formula}({state})"
+        if state in ("s", "g") and (column in apart or column not in (*phases.phreeqc, *phases.salts)):
+            parts: Mapping[str, int] = {column: 1}
+        else:
+            parts = dissolved_parts(formula)
+        for part, many in parts.items():
+            found[part] = found.get(part, 0.0) + coefficient * many
+    return {part: many for part, many in found.items() if many != 0.0} if set(found) - {WATER} else {}
+
+
+def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -> str:
+    """Why an equation does not proceed by itself; ``""``: it does, or no table knows its free energies."""
+    if process.salt is not None:
+        return ""
+    changes: dict[str, float] = {}
+    for formula, coefficient in equation.changes.items():
+        column = f"{formula}({phase.get(formula, '')})"
+        # A solid that PHREEQC brings to equilibrium counts as the solid that it becomes.
+        parts: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_parts(formula)
+        if column in process.changes:
+            parts = {column: 1}
+        for part, many in parts.items():
+            changes[part] = changes.get(part, 0.0) + coefficient * many
+    joule = free_energy_j({part: many for part, many in changes.items() if many})
+    if process.acid <= 0.0:
+        joule += NEUTRAL_PROTON_J * max(0.0, -process.changes.get(PROTON, 0.0))
+    if not joule > UNWILLING_J:
+        return ""
+    metal = next(
+        (one.removesuffix(SOLID) for one, many in process.changes.items() if one.endswith(SOLID) and many < 0.0), ""
+    )
+    if metal and "H2" in equation.products:
+        return f"{metal} is nobler than hydrogen"
+    return f"its free energy is {joule / 1e3:+.0f} kJ/mol"
+
+
+def _columns(
+    contents: Mapping[str, Contents], reactions: Sequence[Reaction], processes: Sequence[Process], phases: _Phases
+) -> set[str]:
+    """Everything that may be dissolved."""
+    formulas = [formula for one in contents.values() for formula in one.amounts]
+    formulas += [formula for one in reactions for formula in one.equation.formulas if one.phases.get(formula) != "s"]
+    found = {part for formula in formulas for part in dissolved_parts(formula)}
+    found |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
+    return found | {part for salt in phases.salts.values() for part in salt.parts}
+
+
+def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
+    """A makeup without its crystal water: that which no proton is taken from or given to."""
+    return {part: float(many) for part, many in makeup.items() if part != WATER and abs(many) > 1e-9}
+
+
+def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
+    """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
+    check_vessels(tables, scene, file)
+    contents = contents_of_scene(scene, file)
+    recipe = recipe_of(tables, contents)
+    for one in recipe.reactions:
+        _check_brought(one, recipe)
+        _check_complexes(one, recipe)
+    _check_made(tables, recipe)
+    _check_known(tables, recipe)
+    _check_decided(recipe)
+    followed = vessel_names(tables)
+    for declared, key in (
+        *((one, "in") for one in tables.get("colour", ())), *((one, "from") for one in tables.get("gas", ())),
+    ):  # fmt: skip
+        if declared[key] not in followed:
+            words = f"{key}: nothing is mixed in {declared[key]!r}; name it in an effect mixing, pour or burette"
+            raise declared.fail(words + nearest(declared[key], followed))
+    if any(one["of"] != "flame" for one in tables.get("heat", ())):
+        _check_heat(recipe)
+
+
+def _check_heat(recipe: Recipe) -> None:
+    """Raises PlanError: the heat of an equation is not known."""
+    for one in recipe.reactions:
+        if one.process >= 0 and np.isnan(recipe.processes[one.process].joule):
+            raise one.declared.fail(
+                "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
+            )
+    unknown = [salt.formula for salt in recipe.salts if np.isnan(salt.joule)]
+    if unknown:
+        where = next((one.declared for one in recipe.reactions if unknown[0] in one.equation.formulas), None)
+        words = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
+        raise where.fail(words) if where is not None else PlanError(words)
+
+
+def _check_brought(one: Reaction, recipe: Recipe) -> None:
+    """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
+    declared, equation = one.declared, one.equation
+    there = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
+    there |= {formula for other in recipe.reactions if other is not one for formula in other.equation.products}
+    parts = [dict(dissolved_parts(formula)) for formula in there]
+    # A base brings protons below nothing, and water that it takes apart gives both.
+    ions = {(part, many > 0) for held in parts for part, many in held.items()}
+    for formula in equation.reagents:
+        mine = dict(dissolved_parts(formula))
+        as_ions = charge_of(formula) and all(
+            (part, many > 0) in ions for part, many in mine.items() if part not in (PROTON, WATER)
+        )
+        if not (formula in there or mine in parts or as_ions):
+            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
+
+
+def _check_complexes(one: Reaction, recipe: Recipe) -> None:
+    """Raises PlanError: PHREEQC has no constant of an ion that an equation makes."""
+    if recipe.solver is None or one.process >= 0:
+        return
+    for formula in one.equation.products:
+        parts = parts_of(formula)
+        if (
+            charge_of(formula)
+            and parts is not None
+            and recipe.solver.mixture.row_of(formula) is None
+            and len(parts) > 1
+        ):
+            raise one.declared.fail(
+                f"equation: PHREEQC's data do not know {formula!r}; give its log_k as a piece of PHREEQC text, "
+                "phreeqc = '''SOLUTION_SPECIES ...'''"
+            )
+
+
+def _check_made(tables: Tables, recipe: Recipe) -> None:
+    mixture = None if recipe.solver is None else recipe.solver.mixture
+    formed = {salt.column for salt in recipe.salts} | {one.column for one in (mixture.phases if mixture else ())}
+    made = {
+        formula for one in recipe.reactions for formula in one.equation.formulas
+        if formula in one.equation.products or formula + SOLID in formed
+    }  # fmt: skip
+    for one in tables.get("precipitation", ()):
+        if one["solid"] + SOLID not in formed and not any(
+            one["solid"] + SOLID in process.changes for process in recipe.processes
+        ):
+            raise one.fail(
+                f"solid: PHREEQC's data do not know {one['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
+                "or solid.solubility_g_100g to a body that holds it"
+            )
+    for kind, key in (("precipitation", "solid"), ("gas", "gas")):
+        for one in tables.get(kind, ()):
+            if one[key] not in made:
+                raise one.fail(f"{key}: no reaction makes {one[key]!r}{nearest(one[key], made)}")
+
+
+def _check_decided(recipe: Recipe) -> None:
+    """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
+    at_once = [
+        (one, recipe.processes[one.process]) for one in recipe.reactions
+        if one.process >= 0 and one.declared["rate_per_s"] is None
+    ]  # fmt: skip
+    rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
+    if recipe.solver is not None:
+        mixture = recipe.solver.mixture
+        rivals += [
+            (repr(phase.column[:-3]), changes) for phase, changes in zip(mixture.phases, mixture.changes, strict=True)
+        ]
+    for one, process in at_once:
+        solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
+        missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
+        for text, changes in rivals:
+            own = text.strip("'") in one.equation.formulas
+            shared = sorted(_used(process.changes) & _used(changes))
+            if shared and changes is not process.changes and not own:
+                words = f"{text} wants {shared[0]} too, and nothing says which gets it"
+                raise one.declared.fail(f"{missing}: {words}")
+
+
+def _used(changes: Mapping[str, float]) -> set[str]:
+    return {column for column, many in changes.items() if many < 0.0 and column != WATER}
+
+
+def _check_known(tables: Tables, recipe: Recipe) -> None:
+    """Where PHREEQC is asked, every dissolved formula has its place in it."""
+    if recipe.solver is None:
+        return
+    tabled = (*tables.get("reaction", ()), *tables.get("colour", ()), *tables.get("precipitation", ()))
+    for name, held in recipe.contents.items():
+        for formula in held.amounts:
+            if not is_known(formula):
+                raise tabled[0].fail(
+                    f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH"
+                    f"{nearest(formula, (*COMMON, *INERT))}"
+                )
+
+
+def heavy_parts(formula: str) -> dict[str, int]:
+    """Columns of a formula but protons and water."""
+    return {part: many for part, many in dissolved_parts(formula).items() if part not in (PROTON, WATER)}

@@ -1,0 +1,125 @@
+"""Which declared equations made nothing, and why."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import BoolArray
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_parts
+from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.ledger import ADDED
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.recipe import Reaction, heavy_parts
+from replay.effects.output import EffectEvent
+
+LEAST_FORMED: Final = 0.01
+"""Of the scarcer reagent: an equilibrium that makes less of its product did not proceed to speak of."""
+
+ROUNDING: Final = 1e-9
+"""Of a solid's amount: what differs by less did not dissolve."""
+
+OF_WATER: Final = frozenset((WATER, PROTON, "OH-", "H3O+"))
+"""Reagents that every solution has."""
+
+
+def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
+    """An event ``no-reaction`` for each equation that made nothing in any vessel, with its reason.
+
+    ``formed`` : (reactions,) whether an ion that the equation makes was there.
+    """
+    begin = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
+    for number, reaction in enumerate(matter.recipe.reactions):
+        reason = reaction.unwilling or _reason(matter, reaction, bool(formed[number]))
+        if reason:
+            equation = reaction.declared["equation"]
+            words = f"{equation} does not proceed: {reason}"
+            values = {"equation": equation, "reason": reason}
+            yield EffectEvent(begin, "no-reaction", (), None, values, words, "warning")
+
+
+def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
+    """Why an equation made nothing; ``""``: it did."""
+    if reaction.process >= 0:
+        if any(history.extents[-1, reaction.process] > 0.0 for history in matter.histories.values()):
+            return ""
+        return _missing(matter, reaction) or "what else is in the vessel uses up one of its reagents first"
+    if formed:
+        return ""
+    missing = _missing(matter, reaction)
+    if missing:
+        return missing
+    products = _products(matter, reaction)
+    if products is not None:
+        return products
+    solid = _undissolved(matter, reaction)
+    if solid:
+        return f"{solid} does not dissolve"
+    complexes = [
+        formula for formula in reaction.equation.products if charge_of(formula) and len(heavy_parts(formula)) > 1
+    ]
+    return f"less than {100 * LEAST_FORMED:.0f} % becomes {complexes[0]}" if complexes else ""
+
+
+def _products(matter: Matter, reaction: Reaction) -> str | None:
+    """Why no solid and no gas of an equation came; ``""``: one did; ``None``: it makes neither."""
+    text = None
+    for formula in reaction.equation.products:
+        phase = reaction.phases.get(formula, "")
+        column = f"{formula}({phase})"
+        if phase not in ("s", "g") or column not in matter.ledger.column:
+            continue
+        if any(np.ptp(matter.amount(name, column)) > 0.0 for name in matter.histories):
+            return ""
+        bubbles = ": there is too little for bubbles at 1 atmosphere" if column.endswith(GAS) else ""
+        text = text or f"{formula} stays dissolved{bubbles}"
+    return text
+
+
+def _undissolved(matter: Matter, reaction: Reaction) -> str:
+    """A solid reagent that stands as it stood; ``""``: some of each dissolved, or none is a solid."""
+    for formula in reaction.equation.reagents:
+        column = formula + SOLID
+        if reaction.phases.get(formula) != "s" or column not in matter.ledger.column:
+            continue
+        left = [
+            float(matter.amount(name, column).min()) / contents.solids[formula]
+            for name, contents in matter.recipe.contents.items()
+            if contents.solids.get(formula, 0.0) > 0.0
+        ]
+        if left and min(left) > 1.0 - ROUNDING:
+            return formula
+    return ""
+
+
+def _missing(matter: Matter, reaction: Reaction) -> str:
+    """Which reagents were never in one liquid with the rest; ``""``: none."""
+    fewest: list[str] | None = None
+    for name, history in matter.histories.items():
+        wet = history.volume_ml > 0.0
+        if not wet.any():
+            continue
+        absent = [one for one in reaction.equation.reagents if not _present(matter, reaction, name, one)[wet].any()]
+        if fewest is None or len(absent) < len(fewest):
+            fewest = absent
+    if fewest is None:
+        return "no liquid came to its reagents"
+    return f"{' and '.join(fewest)} never came to its other reagents" if fewest else ""
+
+
+def _present(matter: Matter, reaction: Reaction, vessel: str, formula: str) -> BoolArray:
+    """(n,) rows of a vessel at which a reagent, or what it is made of, is or was in it."""
+    count = len(matter.histories[vessel].times)
+    standing = reaction.phases.get(formula) == "s" and matter.recipe.contents[vessel].solids.get(formula, 0.0) > 0.0
+    if formula in OF_WATER or standing:
+        return np.ones(count, dtype=np.bool_)
+    there = np.ones(count, dtype=np.bool_)
+    for part in heavy_parts(formula) or dissolved_parts(formula):
+        brought = [
+            matter.amount(vessel, column) > 0.0
+            for column in matter.ledger.columns
+            if column.endswith(ADDED) and part in dissolved_parts(column.removesuffix(ADDED))
+        ]
+        there &= np.any([matter.amount(vessel, part) > 0.0, *brought], axis=0)
+    return there

@@ -1,0 +1,98 @@
+"""Formulas and equations as people write them (`replay.effects.chemistry.formulas`)."""
+
+import pytest
+
+from replay.effects.chemistry.components import parts_of
+from replay.effects.chemistry.formulas import atoms, equation_of, ion_of
+
+
+def known(formula):
+    return parts_of(formula) is not None
+
+
+@pytest.mark.parametrize(
+    ("formula", "counts"),
+    [("NaCl", {"Na": 1, "Cl": 1}), ("Ca(OH)2", {"Ca": 1, "O": 2, "H": 2}),
+     ("CuSO4.5H2O", {"Cu": 1, "S": 1, "O": 9, "H": 10}), ("Al2(SO4)3", {"Al": 2, "S": 3, "O": 12})],
+)  # fmt: skip
+def test_atoms_are_counted(formula, counts):
+    assert dict(atoms(formula)) == counts
+
+
+@pytest.mark.parametrize("formula", ["", "nacl", "Na(", "Na)", "()"])
+def test_what_is_no_formula_is_refused(formula):
+    with pytest.raises(ValueError, match="formula"):
+        atoms(formula)
+
+
+@pytest.mark.parametrize(
+    ("text", "reagents", "phases"),
+    [("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
+     ("Cu2+ + 2 OH- \u2192 Cu(OH)2\u2193", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
+     ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
+     ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
+     ("NH4+ + OH- \u21cc NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
+     ("Zn + 2 H\u207a --> Zn\u00b2\u207a + H\u2082\u2191", {"Zn": 1, "H+": 2}, {"H2": "g"}),
+     ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
+     ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
+     ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
+     ("PbI4 2- -> Pb2+ + 4 I-", {"PbI4^2-": 1}, {}),
+     ("Hg2 2+ + 2 Cl- -> Hg2Cl2", {"Hg2^2+": 1, "Cl-": 2}, {}),
+     ("C6H5O7^3- + 3 H+ -> C6H8O7", {"C6H5O7^3-": 1, "H+": 3}, {}),
+     ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
+     ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
+     ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
+     ("CuSO4 \u00b7 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
+     ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
+     ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
+     ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"[Ag(NH3)2]+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"})],
+)  # fmt: skip
+def test_of_several_readings_the_one_that_balances_is_taken(text, reagents, phases):
+    equation = equation_of(text, known)
+    assert equation.reagents == reagents and equation.phases == phases
+
+
+def test_two_readings_that_balance_are_refused_with_how_to_write_them():
+    with pytest.raises(ValueError, match=r"read in \d ways; write charges with \^"):
+        equation_of("Xe22+ -> Xe22+")
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [("Cu2+", "Cu^2+"), ("SO42-", "SO4^2-"), ("NH4+", "NH4+"), ("IO3-", "IO3-"), ("Fe3+", "Fe^3+"), ("MnO4-", "MnO4-"),
+     ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-")],
+)  # fmt: skip
+def test_an_ion_alone_is_read_as_the_known_one(written, read):
+    assert ion_of(written, known) == read
+
+
+@pytest.mark.parametrize(
+    "formula",
+    ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2", "C6H12O6", "C3H8O3", "CO(NH2)2", "H2O2", "MnO2", "Na2O2", "NO2", "Zn"],
+)
+def test_what_no_ions_make_stays_whole(formula):
+    assert parts_of(formula) is None
+
+
+@pytest.mark.parametrize(
+    ("formula", "parts"),
+    [("CuSO4.5H2O", {"Cu^2+": 1, "SO4^2-": 1, "H2O": 5}), ("NaOH", {"Na+": 1, "H+": -1, "H2O": 1}),
+     ("NH4NO3", {"NH3": 1, "NO3-": 1, "H+": 1}), ("KHC8H4O4", {"K+": 1, "C8H4O4^2-": 1, "H+": 1}),
+     ("(NH4)2Fe(SO4)2.6H2O", {"Fe^2+": 1, "NH3": 2, "SO4^2-": 2, "H+": 2, "H2O": 6}),
+     ("KAl(SO4)2.12H2O", {"K+": 1, "Al^3+": 1, "SO4^2-": 2, "H2O": 12}),
+     ("Na2B4O7.10H2O", {"Na+": 2, "H3BO3": 4, "H+": -2, "H2O": 5}), ("Na2S2O3", {"Na+": 2, "S2O3^2-": 1}),
+     ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1})],
+)  # fmt: skip
+def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, parts):
+    assert parts_of(formula) == parts
+
+
+def test_only_the_atoms_that_are_not_balanced_are_named_with_their_counts():
+    for text, named in (("H2 + O2 -> H2O", "O 2 and 1"), ("Cu2+ + Zn -> Cu + Zn", "charge 2 and 0")):
+        with pytest.raises(ValueError, match=f"balanced: {named};"):
+            equation_of(text)
+
+
+def test_what_stands_on_both_sides_changes_by_the_difference():
+    changes = equation_of("3 H2O2 + MnO2 -> 2 H2O + O2 + H2O2 + MnO2").changes
+    assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}

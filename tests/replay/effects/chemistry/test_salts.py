@@ -1,0 +1,56 @@
+"""Well soluble salts dissolve up to their measured solubility, and crystallise when it gets colder."""
+
+import numpy as np
+import pytest
+
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.salts import SOLUBILITY, salt_of, settled_solid, solubility_of
+
+KILOGRAM = 1.0 / 0.0180153
+
+
+def solid(formula, moles, celsius=20.0, **others):
+    """Mol that stay solid of so many in a kilogram of water."""
+    salt = salt_of(formula, solubility_of(formula))
+    names = [PROTON, WATER, *salt.parts, *others]
+    column = {name: place for place, name in enumerate(dict.fromkeys(names))}
+    amounts = np.zeros((1, len(column)))
+    amounts[0, column[WATER]] = KILOGRAM
+    for part, many in salt.parts.items():
+        amounts[0, column[part]] += many * moles
+    for part, amount in others.items():
+        amounts[0, column[part]] += amount
+    return float(settled_solid(salt, column, amounts, np.array([celsius]))[0])
+
+
+@pytest.mark.parametrize("formula", sorted(SOLUBILITY))
+@pytest.mark.parametrize("excess", [0.9, 1.5])
+def test_a_salt_dissolves_up_to_its_solubility(formula, excess):
+    molal = 10.0 * np.interp(20.0, list(SOLUBILITY[formula]), list(SOLUBILITY[formula].values())) / molar_mass(formula)
+    # The water that hydroxides and acid anhydrides bring counts as water too.
+    assert solid(formula, excess * molal) == pytest.approx(max(0.0, (excess - 1.0) * molal), rel=0.5, abs=1e-9)
+
+
+def test_nitre_crystallises_when_it_cools():
+    """31.6 g in 100 g of water at 20 degC, 110 at 60 (Lange's Handbook)."""
+    assert solid("KNO3", 10.0, 60.0) == 0.0
+    assert solid("KNO3", 10.0, 20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
+
+
+def test_a_common_ion_salts_out():
+    """Of two ions the product is that of the saturated solution: s (s + 2) = 6.14^2."""
+    more = {"Cl-": 2.0, "Na+": 0.0}
+    root = -1.0 + np.sqrt(1.0 + (359.0 / 58.44) ** 2)
+    assert solid("NaCl", 10.0, 20.0, **more) == pytest.approx(10.0 - root, rel=1e-3)
+
+
+def test_a_hydroxide_goes_on_dissolving_in_acid():
+    assert solid("NaOH", 40.0) > 5.0
+    assert solid("NaOH", 40.0, **{PROTON: 39.0}) == 0.0
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, "much", {20: 0}, {}])
+def test_a_solubility_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ValueError, match="g in 100 g of water"):
+        solubility_of("KNO3", wrong)

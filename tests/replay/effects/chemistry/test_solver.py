@@ -1,0 +1,87 @@
+"""PHREEQC's memory, what it does at once and one by one, and what happens where it has no answer."""
+
+import numpy as np
+import pytest
+
+from replay.effects.chemistry.components import dissolved_parts
+from replay.effects.chemistry.database import database_of
+from replay.effects.chemistry.mixture import Phase, mixture_of
+from replay.effects.chemistry.solver import Solver
+
+WATER = 55.5
+
+
+def made(rows, solids=()):
+    """A solver, and totals (n, parts) of solutions of formulas, mol/kg."""
+    data = database_of()
+    phases = [Phase(f"{solid}(s)", dissolved_parts(solid), data.phases[name]) for solid, name in solids]
+    columns = {part for row in rows for formula in row for part in dissolved_parts(formula)}
+    mixture = mixture_of(data, sorted(columns), phases)
+    totals = np.zeros((len(rows), len(mixture.parts)))
+    for number, row in enumerate(rows):
+        for formula, molal in row.items():
+            for part, many in dissolved_parts(formula).items():
+                if part in mixture.parts:
+                    totals[number, mixture.parts.index(part)] += many * molal
+    return Solver(mixture), totals
+
+
+def solve(solver, totals, celsius=25.0):
+    count = len(totals)
+    return solver.equilibrium(totals, np.full(count, WATER), np.full(count, celsius))
+
+
+@pytest.mark.parametrize("solids", [(), (("CaCO3", "Calcite"), ("Mg(OH)2", "Brucite"))])
+def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
+    rng = np.random.default_rng(1)
+    formulas = ("CaCl2", "MgCl2", "Na2CO3", "NaOH", "CH3COOH", "HCl")
+    rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
+    solver, totals = made(rows, solids)
+    whole = solve(solver, totals)
+    again = solve(solver, totals[::-1])
+    assert solver.asked == 40
+    assert again.species[::-1].tobytes() == whole.species.tobytes()
+    forgetful, _ = made(rows, solids)
+    forgetful.remember = False
+    for number in rng.permutation(40):
+        single = solve(forgetful, totals[number : number + 1])
+        assert single.ph[0] == pytest.approx(whole.ph[number], rel=1e-10)
+        assert single.species[0] == pytest.approx(whole.species[number], rel=1e-10, abs=1e-16)
+        assert single.phases[0] == pytest.approx(whole.phases[number], rel=1e-10, abs=1e-14)
+
+
+def test_species_sum_to_totals_and_charges_to_zero():
+    rows = [{"FeCl3": 0.05, "NaOH": 0.1, "NH3": 0.2, "H2SO4": 0.01, "CuSO4": 0.02, "AgNO3": 1e-9}]
+    solver, totals = made(rows)
+    found = solve(solver, totals)
+    assert found.species @ solver.mixture.powers == pytest.approx(totals, rel=1e-8, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("row", "reduced"), [({"FeCl3": 0.01, "KI": 0.02}, "Fe^2+"), ({"NH4NO3": 0.1, "NaNO2": 0.1}, "S^2-")]
+)
+def test_oxidation_states_do_not_react_with_each_other(row, reduced):
+    solver, totals = made([row, {reduced: 0.01}])
+    found = solve(solver, totals)
+    dissolved = found.species[0] @ solver.mixture.powers
+    assert dissolved[solver.mixture.parts.index(reduced)] == 0.0
+    assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
+
+
+def test_a_charged_composition_keeps_its_charge():
+    solver, totals = made([{"H+": 0.01, "Na+": 1e-9}])
+    assert solve(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
+
+
+def test_a_row_without_an_answer_is_known_as_such_and_costs_the_others_nothing():
+    solver, totals = made([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
+    found = solve(solver, totals)
+    assert np.isnan(found.ph).tolist() == [False, True, False] and solver.unanswered == 1
+    assert found.ph[0] == pytest.approx(2.04, abs=0.02)
+
+
+def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
+    """Of pure water pKw is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
+    solver, totals = made([{"NaCl": 1e-9}])
+    assert 2.0 * solve(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
+    assert 2.0 * solve(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)
