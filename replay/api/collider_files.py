@@ -23,6 +23,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
@@ -30,7 +31,7 @@ import numpy as np
 from cdcore.mesh import TriangleMesh
 from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
-from replay.base.progress import Progress, Silent
+from replay.base.progress import Advance, Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector
@@ -50,6 +51,9 @@ from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_co
 MAX_FALSE: Final = 0.2
 """Share of the reported contact time that may be false when nothing is said."""
 
+TIME_LIMIT: Final = 150.0
+"""Seconds that the search takes at most when nothing is said."""
+
 CUT_COUNTS: Final = (4, 16, 64)
 """Pieces that CoACD is asked for, of a body that is not round."""
 
@@ -67,10 +71,31 @@ IMPORTED_WITH_MESH: Final = ("Unreal Engine",)
 """Engines whose importer takes a collider only beside the mesh that it is of."""
 
 
+class _TimeUp(Exception):  # noqa: N818 - no error: what was found until then is written
+    """The time for the search is used up."""
+
+
+class _Deadline:
+    """Tells how much of the time for a search is used up, as percents of progress."""
+
+    def __init__(self, seconds: float | None, advance: Advance) -> None:
+        self._seconds, self._advance, self._began, self._percent = seconds, advance, perf_counter(), 0
+
+    def check(self) -> None:
+        """Report progress. Raises ``_TimeUp``."""
+        used = 0.0 if self._seconds is None else (perf_counter() - self._began) / max(self._seconds, 1e-9)
+        percent = min(99, int(100 * used))
+        self._advance(percent - self._percent)
+        self._percent = percent
+        if used >= 1.0:
+            raise _TimeUp
+
+
 class _Ladder:
     """Ways to stand for one mesh, from its hull to many pieces; steps of CoACD are cut when they are asked for."""
 
-    def __init__(self, mesh: TriangleMesh, cutting: bool) -> None:
+    def __init__(self, mesh: TriangleMesh, cutting: bool, deadline: _Deadline) -> None:
+        self._deadline = deadline
         parts = sector_pieces(mesh)
         self.mesh, self.how = mesh, "by height and angle"
         self.steps: list[Sequence[TriangleMesh] | int] = [1]
@@ -90,10 +115,11 @@ class _Ladder:
         return sorted({*worth[:1], *every[-1:]})
 
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
-        """The pieces of a step."""
+        """The pieces of a step. Raises ``_TimeUp`` where the time is up before they are cut."""
         made = self.steps[step]
         if isinstance(made, int):
-            made = self.steps[step] = convex_pieces(self.mesh, made)
+            watch = self._deadline.check if made > 1 else None
+            made = self.steps[step] = convex_pieces(self.mesh, made, watch)
         return made
 
 
@@ -117,6 +143,7 @@ class Shipped:
     max_false : the share that was asked for.
     axes : of the GLB files, as ``--mesh-axes`` takes them.
     result : the run that counted both, as ``before`` and ``after``.
+    time_up : whether the time limit ended the search: with more time there may be better pieces, or fewer.
     """
 
     folder: Path
@@ -128,6 +155,7 @@ class Shipped:
     max_false: float
     axes: str
     result: RunResult
+    time_up: bool = False
 
     @property
     def reached(self) -> bool:
@@ -138,14 +166,15 @@ class Shipped:
         """Everything as plain data: what the manifest holds."""
         return {
             "engine": self.engine.name, "version": self.engine.version, "most_triangles": MOST_TRIANGLES,
-            "setting": self.setting, "max_false": self.max_false, "reached": self.reached, "before": self.before,
-            "after": self.after, "axes": self.axes, "bodies": list(self.bodies),
+            "setting": self.setting, "max_false": self.max_false, "reached": self.reached, "time_up": self.time_up,
+            "before": self.before, "after": self.after, "axes": self.axes, "bodies": list(self.bodies),
         }  # fmt: skip
 
 
 def ship_colliders(
     session_or_path: Session | str | Path, folder: str | Path, *, engine: str, max_false: float = MAX_FALSE,
-    force: bool = False, progress: Progress | None = None, scene: str | Path | None = None, **asked: Any,
+    time_limit: float | None = TIME_LIMIT, force: bool = False, progress: Progress | None = None,
+    scene: str | Path | None = None, **asked: Any,
 ) -> Shipped:  # fmt: skip
     """Write the fewest convex pieces a body that keep false contact below a share, and replay the session with them.
 
@@ -158,6 +187,8 @@ def ship_colliders(
     folder : where the files go: ``BODY.glb``, ``colliders.json``, and ``session.mcap``, which carries the colliders.
     engine : ``unity``, ``unreal`` or ``mujoco``.
     max_false : share of the reported contact time that may be false, 0 to 1.
+    time_limit : seconds for the search, after which the best pieces until then are written; ``None``: no limit. Reading
+        the session and the run that counts before and after are not in it.
     force : replace an earlier folder of the kind.
     asked : ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
 
@@ -171,20 +202,24 @@ def ship_colliders(
     )
     every_frame = chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9)
     rate = {} if every_frame else {"rate_hz": chosen.step_hz}
-    scoring = Scoring(
-        ready.assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU), ready.treatment.session
-    )
-    with progress.stage("convex pieces"):
-        pieces, how = _Search(ready.assembly, scoring, rate, max_false).fewest()
+    with progress.stage("Finding the contacts", 1) as advance:
+        scoring = Scoring(
+            ready.assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU),
+            ready.treatment.session,
+        )  # fmt: skip
+        advance(1)
+    with progress.stage("Cutting and trying pieces", None if time_limit is None else 100) as advance:
+        search = _Search(ready.assembly, scoring, rate, max_false, _Deadline(time_limit, advance))
+        pieces, how = search.fewest()
     axes = default_mesh_axes("glb", pose_convention(held.facts))
     with result_folder(target, COLLIDERS, force=force) as place:
         session, rows = _written(place, held, pieces, how, axes=axes, drawn=chosen.name in IMPORTED_WITH_MESH)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
-        result = run(session, detectors={"before": hulls, "after": setting}, **asked)
+        result = run(session, detectors={"before": hulls, "after": setting}, progress=progress, **asked)
         before = _figures(result, "before", len(rows))
         after = _figures(result, "after", sum(row["pieces"] for row in rows))
-        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, axes, result)
+        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, axes, result, search.time_up)
         write_summary(place, COLLIDERS, {"schema": COLLIDERS.schema, **shipped.as_json()})
     return shipped
 
@@ -198,35 +233,49 @@ def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
 class _Search:
     """Goes up the ladders of the bodies of the pair with most false contact, then down again where that is free."""
 
-    def __init__(self, assembly: Assembly, scoring: Scoring, rate: dict[str, float], max_false: float) -> None:
+    def __init__(
+        self, assembly: Assembly, scoring: Scoring, rate: dict[str, float], max_false: float, deadline: _Deadline
+    ) -> None:
+        self.time_up, self._deadline = False, deadline
         self._assembly, self._scoring, self._rate, self._max_false = assembly, scoring, rate, max_false
         cutting = find_spec("coacd") is not None
         by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
-        ladders = {mesh_hash: _Ladder(mesh, cutting) for mesh_hash, mesh in by_mesh.items()}
+        ladders = {mesh_hash: _Ladder(mesh, cutting, deadline) for mesh_hash, mesh in by_mesh.items()}
         self._ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
         self._known: dict[tuple[int, ...], tuple[float, Any]] = {}
 
     def fewest(self) -> tuple[dict[str, Sequence[TriangleMesh]], dict[str, str]]:
-        """Pieces of each body, and how they were cut."""
-        steps = dict.fromkeys(self._ladders, 0)
-        false, by_pair = self._false(steps)
+        """Pieces of each body, and how they were cut; where the time is up, the best that was found until then."""
+        self._steps = dict.fromkeys(self._ladders, 0)
+        try:
+            self._descend(self._climb())
+        except _TimeUp:
+            self.time_up = True
+        made = {name: self._ladders[name].pieces(step) for name, step in self._steps.items()}
+        return made, {name: self._ladders[name].how if step else HULL for name, step in self._steps.items()}
+
+    def _climb(self) -> float:
+        """Take more pieces of the bodies of the worst pair until little enough is false; the share that is left."""
+        false, by_pair = self._false(self._steps)
         spent: set[int] = set()
         while false > self._max_false:
             order = np.argsort(by_pair)[::-1].tolist()
             worst = next((column for column in order if column not in spent and by_pair[column]), None)
             if worst is None:
                 break
-            found = [(self._false(tried), tried) for tried in self._above(steps, worst)]
+            found = [(self._false(tried), tried) for tried in self._above(self._steps, worst)]
             better = min(found, key=lambda tried: (tried[0][0], sum(tried[1].values())), default=None)
             if better is None or better[0][1][worst] >= by_pair[worst]:
                 spent.add(worst)
                 continue
-            (false, by_pair), steps = better
+            (false, by_pair), self._steps = better
+        return false
+
+    def _descend(self, false: float) -> None:
+        """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
         most = max(false + SLACK, self._max_false)
-        for name in sorted(steps, key=lambda body: -len(self._ladders[body].pieces(steps[body]))):
-            steps = {**steps, name: self._least(steps, name, most)}
-        made = {name: self._ladders[name].pieces(step) for name, step in steps.items()}
-        return made, {name: self._ladders[name].how if step else HULL for name, step in steps.items()}
+        for name in sorted(self._steps, key=lambda body: -len(self._ladders[body].pieces(self._steps[body]))):
+            self._steps = {**self._steps, name: self._least(self._steps, name, most)}
 
     def _least(self, steps: Mapping[str, int], name: str, most: float) -> int:
         """The first step of a body with which false contact is at most so much: more pieces make it less."""
@@ -249,6 +298,9 @@ class _Search:
         """Share of the reported contact time that is false, and false frames of each pair; counted once."""
         key = tuple(steps.values())
         if key not in self._known:
+            # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
+            if self._known:
+                self._deadline.check()
             solids = {name: solids_of(self._ladders[name].pieces(step)) for name, step in steps.items()}
             bodies = tuple(replace(body, colliders=solids[body.name]) for body in self._assembly.bodies)
             assembly = replace(self._assembly, bodies=bodies)

@@ -65,7 +65,9 @@ def _sentences(shipped: "Shipped") -> list[str]:
 
     false, limit = words.percentage(100 * (shipped.after["false"] or 0.0)), words.percentage(100 * shipped.max_false)
     lines = [f"{false} % of the contact time is false; at most {limit} % was wanted."]
-    if not shipped.reached:
+    if shipped.time_up:
+        lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
+    elif not shipped.reached:
         lines.append("No cut that was tried makes it less: a faster step or another --max-false.")
     outside = max(row["outside_mm"] for row in shipped.bodies)
     lines.append(f"Every mesh lies within its pieces, or outside by {outside:.2f} mm at most.")

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
     from replay.base.progress import Advance
     from replay.tradeoffs.sweep import Watch
 
-LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
+LIMIT_WORDS = (
+    "Begin no setting that cannot end by then; with --colliders, write the best pieces found by then. Not in it: "
+    "compiling, and the audit for --out."
+)
 COLLIDERS_WORDS = "With --engine: write the fewest convex pieces a body that keep false contact below --max-false."
 FALSE_WORDS = "With --colliders: of the reported contact time at most so much may be false."
 
@@ -52,7 +55,7 @@ def command(
         unused = [asked.pop(name) for name in ("out", "detectors", "oracle")]
         if engine is None or any(unused):
             raise click.UsageError("--colliders goes with --engine alone; leave out --out, --detectors and --oracle")
-        where = {"engine": engine, "max_false": max_false}
+        where = {"engine": engine, "max_false": max_false, "time_limit": time_limit}
         return write_colliders(session, colliders, people, as_json=as_json, **where, **asked)
     if engine is not None:
         if asked.pop("detectors"):

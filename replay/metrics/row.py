@@ -19,9 +19,6 @@ from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
 from sessions.mcap_format.metadata import NOT_STATED
 
-FLICKER_S: Final = 0.1
-"""Contacts of one pair closer together than this are one: a hand at rest on a glass flickers."""
-
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
@@ -131,7 +128,7 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
 
 def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
-    whole = joined(result.episodes[label])
+    whole = result.episodes[label]
     own = [one for one in whole if not assembly.held[one.pair]]
     unintended = [one for one in own if not intended(one, assembly.pairs, seen.fixed, seen.hands, seen.grasps or ())]
     spans = np.array([(one.pair, one.start, one.end) for one in whole], dtype=np.float64).reshape(-1, 3)
@@ -145,18 +142,6 @@ def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> 
         "unintended_contacts_per_min": len(unintended) / minutes if minutes else None,
         "near_misses": len(near),
     }
-
-
-def joined(found: Sequence[Episode]) -> list[Episode]:
-    """Contacts of one pair less than ``FLICKER_S`` apart as one, in order of pair, then time."""
-    whole: list[Episode] = []
-    for one in sorted(found, key=lambda episode: (episode.pair, episode.start)):
-        last = whole[-1] if whole else None
-        if last is not None and last.pair == one.pair and one.start - last.end < FLICKER_S:
-            whole[-1] = Episode(last.pair, last.first, max(last.last, one.last), last.start, max(last.end, one.end))
-        else:
-            whole.append(one)
-    return whole
 
 
 def intended(one: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]) -> bool:

@@ -183,6 +183,5 @@ def _alike(spec: DetectorSpec, settings: Mapping[str, Any]) -> bool:
 
 
 def _words(spec: DetectorSpec) -> str:
-    pieces = spec.settings.get("pieces")
     words = detector_words(spec.name, spec.settings)
-    return f"{pieces} {words.replace('convex pieces', 'convex pieces a mesh')}" if pieces else words
+    return words.replace("convex pieces", "convex pieces a mesh")

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from numpy import isnan
 
+from cdcore.detectors import settings_of
 from replay.base.shown import plural
 from replay.base.tables import data_of
 from replay.comparison.causes import Cause
@@ -17,7 +18,7 @@ from replay.comparison.outcome import Episode, Miss
 from replay.detection.recorded import RECORDED
 
 SHAPES: Final[Mapping[str, str]] = {
-    "hull": "convex hulls", "compound": "convex pieces", "shipped": "recorded colliders", "box": "boxes",
+    "hull": "convex hulls", "shipped": "recorded colliders", "box": "boxes",
     "sphere": "spheres", "capsule": "capsules", "mesh": "triangle meshes",
 }  # fmt: skip
 """Shape of a collider -> its words."""
@@ -43,11 +44,19 @@ OFFSETS: Final[Mapping[str, tuple[str, float]]] = {
 
 def detector_words(name: str, settings: Mapping[str, Any]) -> str:
     """What a detector is: ``convex hulls at 50 Hz``; of one of no table its own name."""
-    words = SHAPES.get(str(settings.get("shape")), "colliders") if name == "collider" else KINDS.get(name, name)
+    words = shape_words(settings) if name == "collider" else KINDS.get(name, name)
     rate = settings.get("rate_hz")
     if rate and name != RECORDED:
         return f"{words} at {rate:g} Hz"
     return f"{words}, every frame" if name in ("collider", "discrete") else words
+
+
+def shape_words(settings: Mapping[str, Any]) -> str:
+    """What a collider is made of: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
+    if settings.get("shape") != "compound":
+        return SHAPES.get(str(settings.get("shape")), "colliders")
+    pieces = settings.get("pieces", settings_of("collider", {"shape": "compound"}).pieces)
+    return plural(pieces, "convex piece")
 
 
 def sentence_of(what: str) -> str:
@@ -98,7 +107,7 @@ def why_false(false: FalseContact, label: str, figures: Mapping[str, Any], secon
         near = f"{pair} are {length_words(false.gap)} apart {when}"
         return f"{near}; {label} reports contact from {length_words(reach)} on: its contact offset."
     if false.cause == SOLIDS:
-        shape = SHAPES.get(str(figures["settings"].get("shape")), "colliders")
+        shape = shape_words(figures["settings"])
         return f"The {shape} of {pair} meet; {gap} {when}."
     if false.cause == VOLUMES:
         return f"Only the bounding volumes of {pair} overlap {when}; {gap}, and {label} tests no triangle."

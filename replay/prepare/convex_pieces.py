@@ -5,13 +5,16 @@ Cutting takes seconds, so the pieces are kept in the user's cache folder under t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -31,6 +34,12 @@ SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
 """Half of CoACD's usual search: 16 pieces of a beaker of 3,168 faces take 10 s, not 30 (2 cores, 2026-11)."""
 CUT_SECONDS: Final = 10.0
 
+WATCH_SECONDS: Final = 0.5
+"""How often somebody who waits for pieces is called."""
+
+Watch = Callable[[], None]
+"""Called while pieces are cut; raises to end that."""
+
 MOST_TRIANGLES: Final = 255
 """Of one convex collider: the limit of Unity and of PhysX."""
 
@@ -49,8 +58,10 @@ def solids_of(parts: Sequence[TriangleMesh]) -> Solids:
     return Solids(tuple(parts), union_of(parts))
 
 
-def convex_pieces(mesh: TriangleMesh, most: int) -> tuple[TriangleMesh, ...]:
+def convex_pieces(mesh: TriangleMesh, most: int, watch: Watch | None = None) -> tuple[TriangleMesh, ...]:
     """At most this many convex solids that together stand for a mesh, always the same ones; of one, the hull.
+
+    ``watch`` is called twice a second while they are cut; what it raises ends the cutting and is raised here.
 
     A flat mesh, which has no inside, is its own piece. Fewer come out where fewer leave no hollow of 5 % of the size.
     Each has at most 255 triangles, as engines want it, so that corners of a mesh stick out by tenths of a millimetre.
@@ -62,7 +73,9 @@ def convex_pieces(mesh: TriangleMesh, most: int) -> tuple[TriangleMesh, ...]:
         return (hull,)
     if most == 1:
         return (within_triangles(hull),)
-    return tuple(within_triangles(piece) for corners in _kept(mesh, most) if (piece := hull_of(corners)) is not None)
+    return tuple(
+        within_triangles(piece) for corners in _kept(mesh, most, watch) if (piece := hull_of(corners)) is not None
+    )
 
 
 def within_triangles(piece: TriangleMesh) -> TriangleMesh:
@@ -133,7 +146,7 @@ def _file(content_hash: str, most: int) -> Path:
     return cache_folder() / f"pieces-{content_hash[:32]}-{most}-coacd-{version('coacd')}.npz"
 
 
-def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
+def _kept(mesh: TriangleMesh, most: int, watch: Watch | None) -> list[FloatArray]:
     """Corners of every piece, (n, 3): from the cache folder, else cut and left there if it can be written."""
     try:
         import coacd
@@ -142,6 +155,8 @@ def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
     file = _file(mesh.content_hash, most)
     with suppress(Exception), np.load(file) as kept:  # whatever a damaged file raises, it is made again
         return np.split(kept["corners"], kept["ends"][:-1])
+    if watch is not None:
+        return _cut_in_child(mesh, most, watch)
     coacd.set_log_level("off")
     cut = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), max_convex_hull=most, seed=0, **SEARCH)
     corners = [np.array(piece, dtype=np.float64) for piece, _ in cut]
@@ -149,3 +164,36 @@ def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
     with suppress(OSError), whole_file(file, OSError, parents=True) as fresh:
         np.savez(fresh, corners=np.concatenate(corners), ends=np.cumsum([len(piece) for piece in corners]))
     return corners
+
+
+def _cut_in_child(mesh: TriangleMesh, most: int, watch: Watch) -> list[FloatArray]:
+    """Corners of every piece, cut by a process of its own: the library cannot be interrupted in ours.
+
+    The child leaves the pieces in the cache folder; where that cannot be written, they are cut here and not watched.
+    """
+    with TemporaryDirectory(prefix="replay-") as folder:
+        file = Path(folder) / "mesh.npz"
+        np.savez(file, vertices=mesh.vertices, faces=mesh.faces)
+        child = subprocess.Popen([sys.executable, "-P", "-c", CHILD, str(file), str(most)])
+        try:
+            while True:
+                try:
+                    child.wait(WATCH_SECONDS)
+                    break
+                except subprocess.TimeoutExpired:
+                    watch()
+        finally:
+            child.kill()
+            child.wait()
+    return _kept(mesh, most, None)
+
+
+CHILD: Final = """
+import sys
+import numpy as np
+from cdcore.mesh import TriangleMesh
+from replay.prepare.convex_pieces import convex_pieces
+with np.load(sys.argv[1]) as mesh:
+    convex_pieces(TriangleMesh(mesh["vertices"], mesh["faces"]), int(sys.argv[2]))
+"""
+"""What a child process runs: it cuts a mesh from a file, and leaves the pieces in the cache folder."""

@@ -1,6 +1,7 @@
 """Written colliders are those that an engine takes, and give the figures that are printed."""
 
 import json
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -74,6 +75,29 @@ def test_fewer_pieces_do_not_reach_it_and_more_are_not_written(session, shipped,
     assert pieces == {"beaker": 8, "rod": 1, "cube*": 1}
     loose = ship_colliders(session, tmp_path / "loose", engine="unity", max_false=1.0)
     assert all(row["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
+
+
+class Stages:
+    """Keeps the units of each stage that was reported."""
+
+    def __init__(self):
+        self.units = {}
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        del unit
+        self.units[name] = [total]
+        yield self.units[name].append
+
+
+def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
+    stages = Stages()
+    made = ship_colliders(session, tmp_path / "made", engine="mujoco", max_false=0.0, time_limit=0.0, progress=stages)
+    assert made.time_up and not made.reached and all(row["pieces"] == 1 for row in made.bodies)
+    total, *percents = stages.units["Cutting and trying pieces"]
+    assert total == 100 and 0 < sum(percents) <= 100
+    assert json.loads((made.folder / COLLIDERS.mark).read_text("utf-8"))["time_up"]
+    assert not ship_colliders(session, tmp_path / "all", engine="mujoco", max_false=1.0, time_limit=None).time_up
 
 
 def test_before_and_after_are_printed_and_what_is_not_reached_fails(session, tmp_path, capsys):

@@ -14,7 +14,6 @@ from replay.metrics.row import (
     TASK,
     effect_metrics,
     intended,
-    joined,
     metric_rows,
 )  # fmt: skip
 from replay.pipeline.engine import compute
@@ -77,12 +76,13 @@ def test_a_recall_that_nobody_measured_is_none(places, detectors, oracle, told):
     assert [tuple(row[key] for key in keys) for row in rows] == told and all(row["valid_minutes"] > 0 for row in rows)
 
 
-def test_a_flicker_is_one_contact_and_a_second_touch_is_two():
-    found = [
-        Episode(0, 0, 1, 0.0, 1.0), Episode(0, 2, 3, 1.05, 2.0), Episode(0, 9, 9, 3.0, 3.0),
-        Episode(1, 0, 0, 1.0, 1.0),
-    ]  # fmt: skip
-    assert [(one.pair, one.start, one.end) for one in joined(found)] == [(0, 0.0, 2.0), (0, 3.0, 3.0), (1, 1.0, 1.0)]
+def test_a_contact_of_metrics_is_a_contact_of_the_run():
+    touching = [0.9 if frame % 4 else 3.0 for frame in range(40)]  # apart for a frame, ten times
+    result = run(cubes({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
+    minutes = metric_rows(result)[0]["valid_minutes"]
+    counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
+    assert counts == pytest.approx({label: len(found) for label, found in result.episodes.items()})
+    assert counts["exact"] == pytest.approx(10) == result.summary["audit"]["hybrid"]["contacts"]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Convex pieces stand for a mesh: closed, few, always the same, kept where a user's programs keep what they made."""
 
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -125,3 +126,21 @@ def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex_to_a_t
         held |= (((mesh.vertices[:, None] - a) * out).sum(axis=-1) < 5e-5).all(axis=1)
     assert held.all()
     assert union_of(cut[0]).is_closed
+
+
+def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch, tmp_path):
+    pytest.importorskip("coacd", reason="the extra `engines` is not installed")
+    monkeypatch.setattr(pieces, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(pieces, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(pieces, "WATCH_SECONDS", 0.01)
+    calls = []
+
+    def watch():
+        calls.append(time.monotonic())
+        if len(calls) == 3:
+            raise TimeoutError
+
+    began = time.monotonic()
+    with pytest.raises(TimeoutError):
+        convex_pieces(BEAKER, 16, watch)
+    assert len(calls) == 3 and time.monotonic() - began < 30
