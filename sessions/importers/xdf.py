@@ -159,8 +159,8 @@ class _LslStream:
     @property
     def interval(self) -> tuple[float, float]:
         """Its first and its last stamp, s."""
-        stamps = self.data["time_stamps"]
-        return (float(min(stamps)), float(max(stamps))) if len(stamps) else (inf, -inf)
+        stamps = np.asarray(self.data["time_stamps"], dtype=np.float64)
+        return (float(stamps.min()), float(stamps.max())) if len(stamps) else (inf, -inf)
 
     @property
     def stamps(self) -> Stamps:
