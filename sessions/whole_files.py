@@ -75,7 +75,7 @@ def _reserved(
     try:
         if parents:
             target.parent.mkdir(parents=True, exist_ok=True)
-        _sweep(target, listed)
+        remove_abandoned(target, listed)
         partial, stream = _created(target)
         try:
             with stream:
@@ -125,7 +125,7 @@ def abandoned(partial: Path, *, otherwise: bool = True) -> bool:
         return locks(stream, otherwise=otherwise)
 
 
-def _sweep(target: Path, listed: Listed | None) -> None:
+def remove_abandoned(target: Path, listed: Listed | None) -> None:
     """Remove what killed writers of the target left beside it."""
     for partial in target.parent.glob(f".{escape(target.name)}.????????{PARTIAL}"):
         with suppress(OSError):

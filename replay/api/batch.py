@@ -6,7 +6,8 @@ the right mark is finished: a batch that was killed can be continued. One sessio
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -20,9 +21,9 @@ from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED
 from replay.outputs.results.batch_parts import FOLDER as TABLES
 from replay.outputs.results.data_set import write_batch_tables
-from replay.outputs.results.run_folder import PICTURE, read_run_folder
+from replay.outputs.results.run_folder import PICTURE, RUN, read_run_folder
 from replay.pipeline.scores import pool
-from sessions.whole_files import whole_file
+from sessions.whole_files import remove_abandoned, whole_file
 
 BATCH: Final = "batch.json"
 SCHEMA: Final = "vrlab-batch/1"
@@ -95,13 +96,25 @@ def run_batch(
             on_done(name, DONE if became == KEPT and name not in there else became)
 
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
-    failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
+    try:
+        failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
+    except KeyboardInterrupt:
+        _remove_what_killed_workers_left(folder, named)
+        raise
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
     if not is_remote(folder):
         write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
+
+
+def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
+    if is_remote(folder):
+        return
+    for name in names:
+        with suppress(OSError, OutputError):
+            remove_abandoned(folder / name, RUN.listed)
 
 
 def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Mapping[str, Any]]]:

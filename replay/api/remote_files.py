@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from replay.errors import PlaceError, ReplayError
+from sessions.temporary_folders import temporary_folder
 
 
 def located(name: Any) -> Path:
@@ -50,8 +50,8 @@ def fetched(given: Any) -> Iterator[Any]:
     if not is_remote(remote):
         yield given
         return
-    with TemporaryDirectory(prefix="replay-") as folder:
-        copy = Path(folder) / remote.name
+    with temporary_folder() as folder:
+        copy = folder / remote.name
         with reaching(remote):
             remote.fs.get_file(remote.path, str(copy))
         yield copy
@@ -68,8 +68,8 @@ def delivered(out: Any) -> Iterator[Any]:
         return
     from replay.outputs.results.run_folder import SUMMARY
 
-    with TemporaryDirectory(prefix="replay-") as folder:
-        made = Path(folder) / out.name
+    with temporary_folder() as folder:
+        made = folder / out.name
         yield made
         with reaching(out):
             (out / SUMMARY).unlink(missing_ok=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from replay.base.by_label import ByLabel
 from replay.pipeline import run_result
+from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.outputs.notebook import Plot
@@ -67,5 +67,5 @@ class RunResult(run_result.RunResult):
 
         if self.out is not None and (self.out / PICTURE).is_file():
             return notebook_viewer(self.out / PICTURE, width, height)
-        with TemporaryDirectory(prefix="replay-view-") as folder:
-            return notebook_viewer(self.write(Path(folder) / "run").out / PICTURE, width, height)  # type: ignore[operator]
+        with temporary_folder() as folder:
+            return notebook_viewer(self.write(folder / "run").out / PICTURE, width, height)  # type: ignore[operator]

@@ -5,10 +5,11 @@ asked again. Dask itself would blame a dead worker on all tasks that it had in s
 """
 
 import logging
+import multiprocessing
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from typing import Any, Final
 
 from replay.base.machine import PACKAGES, versions
@@ -33,8 +34,16 @@ LOST: Final = object()
 CLOSING_S: Final = 20.0
 """Seconds in which workers of this machine have to end."""
 
-UNWATCHED: Final = {"distributed.worker.profile.enabled": False}
-"""Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it."""
+INTERRUPTED_CLOSING_S: Final = 1.0
+"""Seconds that Dask has to close, each of its client and its workers, after Ctrl-C; then the workers are killed."""
+
+CLUSTER_SETTINGS: Final[dict[str, Any]] = {
+    # Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it.
+    "distributed.worker.profile.enabled": False,
+    # A worker starts as `python -c`, which would import modules of the current folder in place of those of the
+    # environment. It gets the search path of this process, with the current folder only where that has it.
+    "distributed.nanny.pre-spawn-environ": {"PYTHONSAFEPATH": "1"},
+}
 
 POLL_S: Final = 0.5
 """How often dead and new workers are looked for while nothing is finished."""
@@ -110,15 +119,25 @@ class Workers(AbstractContextManager["Workers"]):
 
     def __init__(self, jobs: int, scheduler: str | None = None) -> None:
         try:
+            import dask
             from distributed import Client, LocalCluster
         except ImportError as error:
             words = f"--jobs and --scheduler need {error.name}, which is not installed"
             raise WorkerError(f'{words}; pip install "vrlab-replay[cluster]"') from error
-        self._cluster, self._jobs = None, jobs
+        self._cluster: Any = None
+        self._jobs = jobs
+        self._settings = ExitStack()
+        self._foreign_processes = {process.pid for process in multiprocessing.active_children()}
         if scheduler is None:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
             own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
-            self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, config=UNWATCHED, **own)
+            # Dask reads the settings whenever a worker starts, so they hold until the end.
+            self._settings.enter_context(dask.config.set(CLUSTER_SETTINGS))
+            try:
+                self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, config=CLUSTER_SETTINGS, **own)
+            except KeyboardInterrupt:
+                self._kill_workers()
+                raise
         try:
             self._client = Client(self._cluster or scheduler, timeout=10)
         except (OSError, ValueError, TypeError) as error:
@@ -127,12 +146,42 @@ class Workers(AbstractContextManager["Workers"]):
         self._alike: set[str] = set()
         self._seen = time.monotonic()
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
+        with self._settings:
+            if kind is not None and issubclass(kind, KeyboardInterrupt):
+                self._end_at_once()
+                return
+            try:
+                self._close()
+            except KeyboardInterrupt:
+                self._end_at_once()
+                raise
+
+    def _close(self) -> None:
         self._client.close()
         if self._cluster is not None:
             # Of a worker that was killed while it started Dask may wait for ever for the word that it has closed.
             with suppress(TimeoutError):
                 self._cluster.close(timeout=CLOSING_S)
+
+    def _end_at_once(self) -> None:
+        """Close what closes quickly and kill workers of this machine that work on; those of a scheduler finish."""
+        with suppress(Exception):
+            self._client.close(timeout=INTERRUPTED_CLOSING_S)
+        if self._cluster is None:
+            return
+        with suppress(Exception):
+            self._cluster.close(timeout=INTERRUPTED_CLOSING_S)
+        self._kill_workers()
+        # Else Dask waits for the killed ones once more when the interpreter ends.
+        self._cluster.shutdown_on_close = False
+
+    def _kill_workers(self) -> None:
+        workers = [one for one in multiprocessing.active_children() if one.pid not in self._foreign_processes]
+        for process in workers:
+            process.kill()
+        for process in workers:
+            process.join(INTERRUPTED_CLOSING_S)
 
     def places(self) -> Iterable[str]:
         """Addresses of the workers that are there and have our versions."""

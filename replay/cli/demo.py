@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, counting, show
 from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
+from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
@@ -89,8 +89,8 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
 
     check_target(out, force=force)
     progress = TerminalProgress(people)
-    with TemporaryDirectory(prefix="replay-demo-") as folder:
-        file = Path(folder) / SESSION
+    with temporary_folder() as folder:
+        file = folder / SESSION
         with progress.stage("Making up the session"):
             truth = _record(file, **made)
         session = read_session(file)

@@ -35,6 +35,10 @@ RETRY_S: Final = 0.05
 """Until a lost Ctrl-C is asked again: the callback that lost it has returned by then."""
 
 
+LIBRARIES_END_S: Final = 1.0
+"""What an interrupted program grants the exit handlers of its libraries; Dask's may wait for 12 s."""
+
+
 class LazyGroup(click.Group):
     """Verbs by name from the table; help is answered from the table alone."""
 
@@ -104,6 +108,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; nothing half-written was left behind", err=True)
+        if arguments is None:
+            _end_soon()
         return INTERRUPTED
     except click.ClickException as error:
         _tell_programs(given, error.format_message(), error.exit_code)
@@ -115,6 +121,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell_programs(given, str(error), FAILURE)
         return _failure(error, debug=DEBUG in given)
     return code if isinstance(code, int) else OK
+
+
+def _end_soon() -> None:
+    """End this interrupted program even where a library waits for threads or workers of its own at exit."""
+    end = Timer(LIBRARIES_END_S, os._exit, [INTERRUPTED])
+    end.daemon = True
+    end.start()
 
 
 @contextmanager

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
 from replay.cli.run_report import lost_frames, lost_poses
 from replay.words import count_range
+from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.api.batch import Batch
@@ -40,7 +40,7 @@ def run_many(
     with ExitStack() as kept:
         folder = out
         if folder is None:
-            folder = Path(kept.enter_context(TemporaryDirectory(prefix="replay-")))
+            folder = kept.enter_context(temporary_folder())
             settings = {**settings, "picture": False}
         done = counting(people, len(files))
         batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)

@@ -1,5 +1,6 @@
 """Options that mean the same on every verb."""
 
+import os
 import sys
 from collections.abc import Callable, Iterable
 from functools import wraps
@@ -185,6 +186,14 @@ replaying = together(
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:
-    """Where a detector is named ``module:Class``, look for modules in the current folder too, after all others."""
-    if any(":" in spec for spec in specs) and "" not in sys.path and str(Path.cwd()) not in sys.path:
-        sys.path.append(str(Path.cwd()))
+    """Where a detector is named ``module:Class``, look for modules in the current folder too, after all others.
+
+    So are folders of ``PYTHONPATH`` that an isolated Python (``python -I``) left out.
+    """
+    if not any(":" in spec for spec in specs):
+        return
+    named = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    current = str(Path.cwd())
+    for folder in (*(str(Path(name).absolute()) for name in named if name), current):
+        if folder not in sys.path and not (folder == current and "" in sys.path):
+            sys.path.append(folder)

@@ -1,12 +1,12 @@
 """``replay view``: the pictures of runs, or of sessions as they were recorded, in a viewer of their own."""
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import click
 
 from replay.cli.console import People
 from replay.cli.options import FILE_OR_FOLDER, common
+from sessions.temporary_folders import temporary_folder
 
 
 @click.command()
@@ -31,8 +31,8 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
     import replay
 
     where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
-    with TemporaryDirectory(prefix="replay-view-") as folder:
-        shown = [run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs]
+    with temporary_folder() as folder:
+        shown = [run if run.is_dir() else _pictured(run, folder, people) for run in runs]
         people.say(f"opening {' and '.join(map(str, runs))}{where}; close its window, or press Ctrl-C here, to end")
         if len(runs) > 1:
             people.say("Ctrl+Alt+Down in the viewer shows the next run")

@@ -38,7 +38,7 @@ def compile_beside() -> None:
     paths = os.pathsep.join(one or str(Path.cwd()) for one in sys.path)
     with suppress(OSError):  # a machine that lets nobody start a process compiles everything here
         started = subprocess.Popen(
-            [sys.executable, "-m", "cdcore.detectors.compile_beside"], env=os.environ | {"PYTHONPATH": paths},
+            [sys.executable, "-P", "-m", "cdcore.detectors.compile_beside"], env=os.environ | {"PYTHONPATH": paths},
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         atexit.register(started.kill)

@@ -71,6 +71,41 @@ def test_words_of_an_input_are_data_and_an_error_stands_on_the_page(recordings):
     assert not (recordings / "ran").exists()
 
 
+FOREIGN = 'import pathlib\npathlib.Path("ran").write_text(__name__)\nraise SystemExit("this is not the tool")\n'
+
+
+def plant_foreign_modules(folder):
+    """Files of the user's checkout with names of modules that the tool imports; each would leave the file ``ran``."""
+    for name in ("numpy.py", "scipy.py", "click.py", "json.py", "random.py", "llvmlite.py"):
+        (folder / name).write_text(FOREIGN)
+    for name in ("replay", "sessions", "cdcore", "numba"):
+        (folder / name).mkdir()
+        (folder / name / "__init__.py").write_text(FOREIGN)
+
+
+@needs_bash
+def test_modules_of_the_checkout_are_not_imported(recordings, monkeypatch):
+    plant_foreign_modules(recordings)
+    monkeypatch.setenv("PYTHONPATH", str(recordings))
+    code, shown, _ = audited(
+        recordings, sessions="recordings", detectors="sphere", options="--no-picture\n--oracle\nnone"
+    )
+    assert code == 0, shown
+    assert not (recordings / "ran").exists() and (recordings / "replay-runs" / "bench" / "summary.json").is_file()
+
+
+@needs_bash
+@pytest.mark.slow
+def test_a_detector_of_the_checkout_is_found_along_pythonpath(recordings, monkeypatch):
+    plant_foreign_modules(recordings)
+    (recordings / "src").mkdir()
+    (recordings / "src" / "my_engine.py").write_text("from cdcore.detectors.sphere import SphereDetector as Mine\n")
+    monkeypatch.setenv("PYTHONPATH", "src")
+    code, shown, _ = audited(recordings, sessions="recordings", detectors="mine=my_engine:Mine")
+    assert code == 0, shown
+    assert not (recordings / "ran").exists()
+
+
 def test_no_step_writes_an_input_into_its_script():
     assert set(STEPS) == {"Install", "Audit"}
     assert not [name for name, step in STEPS.items() if "${{" in step["run"]]

@@ -27,6 +27,7 @@ from rerun.experimental import View, ViewerClient, ViewerState
 from replay.errors import OutputError, ReplayError, RunFolderError
 from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import SESSION, name_layer
+from sessions.temporary_folders import temporary_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -89,8 +90,8 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
     def rename(self, recording: Path, name: str) -> None:
         """Show a recording that is open under another name in the list of recordings."""
         (store,) = RrdReader(recording).recordings()
-        with tempfile.TemporaryDirectory() as folder:
-            layer = Path(folder) / "name.rrd"
+        with temporary_folder() as folder:
+            layer = folder / "name.rrd"
             layer.write_bytes(name_layer(store.application_id, store.recording_id, name))
             self.open(layer)
 

@@ -1,9 +1,11 @@
 import signal
+import subprocess
 import sys
 import time
 from functools import partial
 from importlib.metadata import version
 
+import psutil
 import pytest
 from support.spawned import spawned_by
 
@@ -116,3 +118,27 @@ def test_one_after_the_other_every_task_is_done_and_told_and_failures_are_named(
     told, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
     assert do_all(str, tasks, 1, lambda *one: told.append(one)) == {"b": "it was not to be"}
     assert told == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
+
+
+INTERRUPTED = """
+import sys, time
+from replay.base.workers import do_all
+print("started", flush=True)
+do_all(exec, {"a": ("import time; time.sleep(300)",), "b": ("import time; time.sleep(300)",)}, 2)
+"""
+
+
+@pytest.mark.slow
+@needs_sigkill
+@pytest.mark.parametrize("delay", [0.0, 1.0, 4.0])
+def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", INTERRUPTED], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+    )  # fmt: skip
+    assert process.stdout.readline() == b"started\n"
+    time.sleep(delay)
+    spawned = spawned_by(psutil.Process(process.pid))
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=5.0)
+    assert psutil.wait_procs(spawned, timeout=2.0)[1] == []

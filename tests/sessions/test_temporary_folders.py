@@ -1,0 +1,88 @@
+"""Temporary folders: gone with their block, and removed by the next program where their own was killed."""
+
+import os
+import subprocess
+import sys
+import tempfile
+
+import pytest
+
+from sessions import temporary_folders
+from sessions.temporary_folders import IN_USE, remove_leftovers, temporary_folder
+
+KILLED = """
+import os, sys, tempfile
+tempfile.tempdir = sys.argv[1]
+from sessions.temporary_folders import temporary_folder
+with temporary_folder() as folder:
+    (folder / "pictures").mkdir()
+    (folder / "pictures" / "run.rrd").write_bytes(b"half")
+    os._exit(9)
+"""
+
+
+@pytest.fixture
+def temp(tmp_path, monkeypatch):
+    """The folder for temporary files, empty."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def names(folder):
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+def killed_owner(temp):
+    """The folder that a killed program left."""
+    subprocess.run([sys.executable, "-c", KILLED, str(temp)], check=False)
+    (left,) = temp.iterdir()
+    return left
+
+
+@pytest.mark.parametrize("ending", [None, ValueError, KeyboardInterrupt])
+def test_a_temporary_folder_is_gone_after_its_block(temp, ending):
+    try:
+        with temporary_folder() as folder:
+            assert names(folder) == [] and temp in folder.parents
+            (folder / "a").write_text("b")
+            if ending:
+                raise ending
+    except (ValueError, KeyboardInterrupt):
+        assert ending
+    assert names(temp) == []
+
+
+def test_the_next_program_removes_what_a_killed_one_left(temp):
+    left = killed_owner(temp)
+    assert (left / "files" / "pictures" / "run.rrd").exists()
+    with temporary_folder() as folder:
+        assert names(temp) == [folder.parent.name] and not left.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no other user there")
+def test_what_another_user_left_stays(temp, monkeypatch):
+    left = killed_owner(temp)
+    monkeypatch.setattr(os, "getuid", lambda: left.stat().st_uid + 1)
+    remove_leftovers()
+    assert left.exists()
+
+
+def test_folders_in_use_and_foreign_folders_stay(temp):
+    (temp / "replay-notes").mkdir()
+    (temp / "replay-notes" / "thesis.txt").write_text("three years")
+    (temp / "replay-file").write_text("a file")
+    with temporary_folder() as first, temporary_folder() as second:
+        assert first.exists() and second.exists()
+        (temp / "replay-link").symlink_to(first.parent, target_is_directory=True)
+        remove_leftovers()
+        assert first.exists() and second.exists() and (temp / "replay-link").is_symlink()
+    remove_leftovers()
+    assert names(temp) == ["replay-file", "replay-link", "replay-notes"]
+
+
+def test_a_folder_taken_for_a_leftover_before_it_was_locked_is_made_anew(temp, monkeypatch):
+    answers = iter([False, True])
+    monkeypatch.setattr(temporary_folders, "locks", lambda _: next(answers))
+    with temporary_folder() as folder:
+        assert names(temp) == [folder.parent.name] and (folder.parent / IN_USE).exists()
+    assert names(temp) == []
