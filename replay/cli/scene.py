@@ -1,4 +1,4 @@
-"""``replay scene``: a first scene of a recording; what is wrong with one, and what it calls for."""
+"""``replay scene``: a first scene of a recording; what is wrong with one, what it calls for; keys of effects."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -93,6 +93,24 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     planned = plan_summary(plan(declared, scene.name))
     plain = {"file": str(scene), "faults": [], "scene": declared.name, **planned}
     answer(as_json, plain, lambda: [fine, *plan_lines(declared.name, planned)])
+    return OK
+
+
+@command.command()
+@click.argument("kind", required=False, metavar="[KIND]")
+@reporting
+def effects(kind: str | None, as_json: bool, people: People) -> int:
+    """Print every key that a scene may declare of an effect: a value to copy, its meaning, unit and default.
+
+    \b
+    replay scene effects
+    replay scene effects colour
+    """
+    del people
+    from replay.effects.catalogue_text import catalogue_data, catalogue_lines
+
+    kinds = () if kind is None else (kind,)
+    answer(as_json, catalogue_data(kinds), lambda: list(catalogue_lines(kinds)))
     return OK
 
 

@@ -106,7 +106,7 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
     """mol/L (n,) of an ion at times: as PHREEQC says, else all there is of it."""
     amounts, _, volume_ml = matter.states(vessel, times)
     litres = np.where(volume_ml > 0.0, volume_ml * 1e-3, np.inf)
-    row = None if matter.still is None else matter.still.mixture.row_of(ion)
+    row = None if matter.solver is None else matter.solver.mixture.row_of(ion)
     if row is not None:
         wet, solved = matter.solved(vessel, times)
         moles = np.zeros(len(times))

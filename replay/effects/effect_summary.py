@@ -12,7 +12,7 @@ from replay.effects.output import EffectEvent, FloatArray
 
 RESULTS: Final = (
     "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "dissolved", "collect", "turned",
-    "gas", "colour-change", "ph",
+    "gas", "colour-change", "ph", "no-reaction",
 )  # fmt: skip
 """Names of events that an experiment is done for, or ends by, the weightiest first."""
 

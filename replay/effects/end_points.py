@@ -78,7 +78,7 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
 
 def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
-    solver = matter.still
+    solver = matter.solver
     if solver is None:
         return
     mixture = solver.mixture
@@ -108,7 +108,8 @@ def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> b
     totals = np.tile(point, (len(HALF_STEP), 1))
     totals[:, 0] += HALF_STEP * size
     count = len(totals)
-    ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C)).ph
+    solids = np.array([phase.column.endswith(SOLID) for phase in solver.mixture.phases], dtype=np.bool_)
+    ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C), solids).ph
     steep, middle = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
     near = np.abs(middle) <= NARROW
     flat = (steep[middle < -NARROW].min(), steep[middle > NARROW].min())

@@ -136,8 +136,10 @@ def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, Float
     counts = np.concatenate([[0], np.cumsum(valid)])
     number = counts[stops] - counts[starts]
     means = (sums[stops] - sums[starts]) / np.maximum(number, 1)[:, None]
-    left, _, right = np.linalg.svd(means[:, 3:].reshape(-1, 3, 3))
-    return means[:, :3], left @ right, number > 0
+    # A mean of nearly equal rotations is a shorter rotation; brought to its length it compares as one.
+    length = np.sqrt((means[:, 3:] ** 2).sum(axis=1, keepdims=True) / 3.0)
+    rotation = (means[:, 3:] / np.where(length > 0.0, length, 1.0)).reshape(-1, 3, 3)
+    return means[:, :3], rotation, number > 0
 
 
 SPEC = spec_of("grasp", compute)

@@ -158,7 +158,10 @@ class EffectInputs:
         """
         names = self.assembly.names
         if self._named(name) not in names:
-            raise EffectError(f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it")
+            raise EffectError(
+                f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it, or give it "
+                "fixed = { position = [x, y, z] } if it stands still"
+            )
         column, motion = names.index(name), self.assembly.motion
         place, turn = motion.translations[:, column], motion.rotations[:, column]
         return BodyPoses(motion.times, place, turn, motion.valid[:, column], motion.linked[:, column])

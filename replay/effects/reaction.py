@@ -50,7 +50,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         for reaction in reactions:
             if reaction.process >= 0:
                 _tell_extent(inputs, matter, reaction, vessel, found)
-        if matter.still is not None and mixed:
+        if matter.solver is not None and mixed:
             moments = [_times(inputs, matter, one, vessel) for one in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
             formed |= _tell_solution(matter, vessel, times, found)
@@ -62,8 +62,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _tell_solution(matter: Matter, vessel: str, times: FloatArray, found: Findings) -> BoolArray:
     """Series of pH and of the ions that equations make; which reactions made what they make, as (r,) bool."""
-    assert matter.still is not None
-    mixture = matter.still.mixture
+    assert matter.solver is not None
+    mixture = matter.solver.mixture
     wet, solved = matter.solved(vessel, times)
     known = ~np.isnan(solved.ph)
     shown, rows = wet[known], np.flatnonzero(known)

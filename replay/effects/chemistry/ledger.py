@@ -312,9 +312,12 @@ class Ledger:
         states = {place: np.repeat(self.state[place : place + 1], len(total), axis=0) for place in places}
         for (source, target), gone in zip(ends, total.T, strict=True):
             self._move(source, states[source], states[target], gone)
+        getting = {target for _, target in ends}
         for place, rows in states.items():
             if place != self.at[""]:
-                self._react(place, rows[1:])
+                # What only gives keeps its composition, and stays at equilibrium with its solids.
+                if place in getting:
+                    self._react(place, rows[1:])
                 self._blocks[place].append((times, frames, rows[1:]))
             self.state[place] = rows[-1]
 

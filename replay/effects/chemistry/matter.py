@@ -35,7 +35,11 @@ class Matter:
     ledger: Ledger
     vessels: Mapping[str, Vessel]
     histories: Mapping[str, History]
-    still: Solver | None  # PHREEQC without gases that may leave; ``None``: nobody asks it
+
+    @property
+    def solver(self) -> Solver | None:
+        """PHREEQC; ``None``: nobody asks it."""
+        return self.ledger.solver
 
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
@@ -72,14 +76,15 @@ class Matter:
 
         A bubble that left stays away, and no more may bubble.
         """
-        assert self.still is not None
         ledger = self.ledger
+        assert ledger.solver is not None
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
         celsius = np.full(len(wet), WITHOUT_HEAT_C)
         if ledger.warmth.followed:
             celsius = ledger.warmth.room + self.kelvin(vessel, times[wet])
-        return wet, self.still.equilibrium(self.totals(amounts[wet]), amounts[wet, ledger.water], celsius)
+        totals, water = self.totals(amounts[wet]), amounts[wet, ledger.water]
+        return wet, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
 
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
@@ -106,15 +111,7 @@ def _matter(inputs: EffectInputs) -> Matter:
         pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
         ledger.flow(frames, times[frames], pairs, volume_ml, over)
     ledger.end(len(times) - 1, float(times[-1]))
-    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels}, _still(ledger))
-
-
-def _still(ledger: Ledger) -> Solver | None:
-    """The ledger's solver, or one without gases where some may leave."""
-    if ledger.solver is None or not ledger.gas.any():
-        return ledger.solver
-    mixture = ledger.solver.mixture
-    return Solver(mixture.without(phase.column for phase, gas in zip(mixture.phases, ledger.gas, strict=True) if gas))
+    return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
 
 
 def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import PROTON, WATER, component_of, dissolved_parts
 from replay.effects.chemistry.database import Database, Entry, Makeup
 from replay.effects.chemistry.enthalpy import ENTHALPY, HYDROXIDE_KJ_MOL, PROTONATED, enthalpy_j
@@ -139,11 +139,6 @@ class Mixture:
         """For each phase what one mol of it takes from the columns, below 0, and itself."""
         return tuple({**{part: -many for part, many in one.parts.items()}, one.column: 1.0} for one in self.phases)
 
-    def without(self, columns: Iterable[str]) -> "Mixture":
-        """The same without some phases."""
-        left = set(columns)
-        return Mixture(self.database, self.parts, tuple(one for one in self.phases if one.column not in left))
-
     def row_of(self, formula: str) -> int | None:
         """The row of the species that has a formula's makeup; ``None``: there is no such species."""
         parts = dissolved_parts(formula)
@@ -185,11 +180,6 @@ class Mixture:
             weights = 10.0 ** (logs - logs.max(initial=-np.inf))
             found[part] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
         return found
-
-    def columns_of(self, phases: Iterable[str]) -> IntArray:
-        """Rows of phases by their columns."""
-        names = [phase.column for phase in self.phases]
-        return np.array([names.index(name) for name in phases if name in names], dtype=np.int64)
 
     def _protonations(self, part: str) -> dict[int, float]:
         """Protons -> log10 of the constant of a part with so many, of what holds neither water nor another part."""

@@ -214,12 +214,12 @@ def _database(tables: Tables) -> Database | None:
     texts = {one["phreeqc"]: one for one in tables.get("reaction", ()) if one["phreeqc"]}
     try:
         return database_of("\n".join(texts))
-    except ValueError as error:
-        where = next(iter(texts.values()))
-        raise PlanError(*(str(where.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
     except EffectError as error:
         where = next(iter((*tables.get("reaction", ()), *tables.get("precipitation", ()), *tables.get("colour", ()))))
         raise where.fail(str(error)) from error
+    except ValueError as error:
+        where = next(iter(texts.values()))
+        raise PlanError(*(str(where.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
 
 
 def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], named: Iterable[str]) -> frozenset[str]:

@@ -24,6 +24,9 @@ AT_ONCE: Final = 256
 STANDING: Final = 0.999
 """Share of what could be solid that PHREEQC starts with as solid: no start is far beyond saturation."""
 
+MOST_MOLAL: Final = 60.0
+"""mol/kg of one part: more is no solution."""
+
 LEAST: Final = 1e-25
 """mol/kg below which nothing is left of a part."""
 
@@ -45,49 +48,82 @@ class Equilibrium:
 
 
 class Solver:
-    """PHREEQC with the data of one mixture. Raises EffectError: it is not installed, or refuses the data."""
+    """PHREEQC with the data of one mixture. Raises EffectError: it is not installed, or refuses the data.
+
+    A composition is first asked for as a solution alone, which is cheap. Only where a phase is beyond saturation, or
+    the solution has no answer, is it asked for with its phases.
+    """
 
     def __init__(self, mixture: Mixture) -> None:
         self.mixture = mixture
         self.asked = 0  # compositions that PHREEQC was asked for
         self.unanswered = 0
         self.remember = True
-        self._answers: dict[bytes, FloatArray] = {}
+        self._solutions: dict[bytes, FloatArray] = {}
+        self._settled: dict[bytes, FloatArray] = {}
         self._library: Any = None
+        self._folder: TemporaryDirectory[str] | None = None
 
-    def equilibrium(self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray) -> Equilibrium:
+    def equilibrium(
+        self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray, phases: BoolArray | None = None
+    ) -> Equilibrium:
         """Amounts at equilibrium of mixtures in rows.
 
         ``totals`` : (n, m) mol of each part, dissolved and in phases together; below 0 only the first, ``H+``.
         ``water_mol`` : (n,) mol of water, above 0; ``celsius`` : (n,).
+        ``phases`` : (p,) those that may form; ``None``: all.
         """
-        table = np.column_stack([np.maximum(totals, np.where(np.arange(totals.shape[1]) == 0, -np.inf, 0.0)),
-                                 water_mol, np.clip(celsius, COLDEST_C, HOTTEST_C)])  # fmt: skip
+        mixture = self.mixture
+        allowed = np.ones(len(mixture.phases), dtype=np.bool_) if phases is None else phases
+        least = np.where(np.arange(totals.shape[1]) == 0, -np.inf, 0.0)
+        clipped = np.clip(celsius, COLDEST_C, HOTTEST_C)
+        table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
         keys = [row.tobytes() for row in table]
-        missing = {key: row for row, key in enumerate(keys) if key not in self._answers}
+        self._fill(self._solutions, table, keys, np.zeros_like(allowed))
+        found = np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
+        species, count = len(mixture.species), len(mixture.phases)
+        saturation = found[:, 2 + species + count :]
+        forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(found[:, 0]) & allowed.any())
+        rows = np.flatnonzero(forming)
+        if len(rows):
+            marks = [allowed.tobytes() + keys[row] for row in rows.tolist()]
+            self._fill(self._settled, table[rows], marks, allowed)
+            found[rows] = [self._settled[mark] for mark in marks]
+        if not self.remember:
+            self._solutions.clear()
+            self._settled.clear()
+        self.unanswered += int(np.isnan(found[:, 0]).sum())
+        return Equilibrium(
+            found[:, 2 : 2 + species], found[:, 2 + species : 2 + species + count], found[:, 0], found[:, 1]
+        )
+
+    def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
+        """Ask for the rows that the memory does not hold."""
+        missing = {mark: row for row, mark in enumerate(marks) if mark not in memory}
         rows = list(missing.values())
         for start in range(0, len(rows), AT_ONCE):
             chosen = rows[start : start + AT_ONCE]
-            for row, answer in zip(chosen, self._ask(table[chosen]), strict=True):
-                self._answers[keys[row]] = answer
-        answers = np.array([self._answers[key] for key in keys]).reshape(len(keys), -1)
-        if not self.remember:
-            self._answers.clear()
-        species = len(self.mixture.species)
-        return Equilibrium(answers[:, 2 : 2 + species], answers[:, 2 + species :], answers[:, 0], answers[:, 1])
+            for row, answer in zip(chosen, self._ask(table[chosen], allowed), strict=True):
+                memory[marks[row]] = answer
 
-    def _ask(self, table: FloatArray) -> Sequence[FloatArray]:
-        """Answers (pH, ionic strength, species, phases) of rows; those that fail together are asked one by one."""
+    def _ask(self, table: FloatArray, allowed: BoolArray) -> Sequence[FloatArray]:
+        """Answers of rows; those that fail together are asked one by one.
+
+        An answer is pH, ionic strength, mol of species, mol of phases, and saturation indices of the phases.
+        """
         self.asked += len(table)
-        found = self._run(table)
-        if found is not None:
-            return list(found)
-        if len(table) == 1:
-            self.unanswered += 1
-            return [self._bare(table[0])]
-        answers = [self._run(table[row : row + 1]) for row in range(len(table))]
-        self.unanswered += sum(one is None for one in answers)
-        return [self._bare(table[row]) if one is None else one[0] for row, one in enumerate(answers)]
+        parts = len(self.mixture.parts)
+        water = np.maximum(table[:, -2], 1e-300) * WATER_KG_MOL
+        # What is far beyond any solution is not asked for as one.
+        hopeless = (np.abs(table[:, :parts]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
+        rows = np.flatnonzero(~hopeless)
+        found = self._run(table[rows], allowed) if len(rows) else None
+        if found is None:
+            singles = [self._run(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()]
+            known = {row: single[0] for row, single in zip(rows.tolist(), singles, strict=True) if single is not None}
+        else:
+            known = dict(zip(rows.tolist(), found, strict=True))
+        return [known[row] if row in known else self._bare(table[row]) for row in range(len(table))]
 
     def _bare(self, row: FloatArray) -> FloatArray:
         """All as bare ions: no pH."""
@@ -96,69 +132,80 @@ class Solver:
         for place, entry in enumerate(mixture.species):
             if len(entry.makeup) == 1 and set(entry.makeup.values()) == {1.0}:
                 species[place] = row[mixture.parts.index(next(iter(entry.makeup)))]
-        return np.concatenate([[np.nan, np.nan], species, np.zeros(len(mixture.phases))])
+        count = len(mixture.phases)
+        return np.concatenate([[np.nan, np.nan], species, np.zeros(count), np.full(count, np.nan)])
 
-    def _run(self, table: FloatArray) -> FloatArray | None:
-        """Answers (n, 2 + s + p) of rows by PHREEQC; ``None``: it found none for one of them."""
+    def _run(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
+        """Answers (n, ...) of rows by PHREEQC; ``None``: it found none for one of them."""
         mixture, library = self.mixture, self._phreeqc()
-        text = [self._row(number, row) for number, row in enumerate(table, start=1)]
-        if _without_its_file(library, "".join(text)):
-            return None
+        text = self._solution_text(table, allowed)
+        assert self._folder is not None
+        # Where PHREEQC finds no answer it leaves a file in the current folder, and has no other way to say where.
+        with chdir(self._folder.name):
+            if library.RunString(text):
+                return None
         columns = library.GetSelectedOutput()
-        wanted = "react" if mixture.phases else "i_soln"
+        wanted = "react" if allowed.any() else "i_soln"
         rows = [row for row, state in enumerate(columns["state"]) if state == wanted]
         if len(rows) != len(table):
             return None
-        water = np.array([columns["mass_H2O"][row] for row in rows])
-        found = [[columns[name][row] for row in rows] for name in ("pH", "mu")]
-        for entry in mixture.species:
-            values = columns[f"m_{mixture.names[entry.name]}(mol/kgw)"]
-            found.append(np.array([values[row] for row in rows]) * water)
-        for number in range(len(mixture.phases)):
-            values = columns[phase_name(number)]
-            found.append([values[row] for row in rows])
-        return np.array(found, dtype=np.float64).T
 
-    def _row(self, number: int, row: FloatArray) -> str:
-        """The text that asks for one composition."""
+        def column(name: str) -> FloatArray:
+            values = columns[name]
+            return np.array([values[row] for row in rows], dtype=np.float64)
+
+        water = column("mass_H2O")
+        found = [column("pH"), column("mu")]
+        found += [column(f"m_{mixture.names[entry.name]}(mol/kgw)") * water for entry in mixture.species]
+        found += [column(phase_name(row)) for row in range(len(mixture.phases))]
+        found += [column(f"si_{phase_name(row)}") for row in range(len(mixture.phases))]
+        return np.array(found).T
+
+    def _solution_text(self, table: FloatArray, allowed: BoolArray) -> str:
+        """The text that asks for compositions."""
         mixture = self.mixture
-        totals = row[: len(mixture.parts)]
+        totals = table[:, : len(mixture.parts)]
         # Hydroxide is counted as water less a proton, and is none.
-        water = (float(row[-2]) + min(0.0, float(totals[0]))) * WATER_KG_MOL
-        solid = self._start(totals)
-        dissolved = totals - solid @ mixture.uses
-        lines = [f"SOLUTION {number}", f" temp {float(row[-1])!r}", " units mol/kgw", f" water {water!r}"]
-        lines.append(f" pH {self._guess(dissolved, water)!r} charge")
-        molal = dissolved[1:] / water
-        for symbol, amount in zip(mixture.symbols, molal.tolist(), strict=True):
-            if amount > LEAST:
-                lines.append(f" {symbol} {amount!r}")
+        water = (table[:, -2] + np.minimum(0.0, totals[:, 0])) * WATER_KG_MOL
+        solid = np.array([self._start(row, allowed) for row in totals]) if allowed.any() else None
+        dissolved = totals if solid is None else totals - solid @ mixture.uses
+        molal = dissolved[:, 1:] / water[:, None]
+        acid = dissolved[:, 0] / water
+        guess = np.where(acid > 1e-3, np.clip(-np.log10(np.maximum(acid, 1e-300)), 1.0, 4.0), 7.0)
+        guess = np.where(acid < -1e-3, 11.0, guess)
         # What a scene declares of ions may be charged: an ion that does nothing stands against it.
-        charge = float(totals @ mixture.charges) / water
-        if abs(charge) > 1e-13 * float(np.abs(totals) @ np.abs(mixture.charges)) / water:
-            lines.append(f" {'Zn' if charge > 0.0 else 'Zp'} {abs(charge)!r}")
-        if mixture.phases:
-            lines.append(f"EQUILIBRIUM_PHASES {number}")
-            lines += [f" {phase_name(place)} 0 {amount!r}" for place, amount in enumerate(solid.tolist())]
+        charge = totals @ mixture.charges / water
+        neutral = np.abs(charge) <= 1e-13 * (np.abs(totals) @ np.abs(mixture.charges)) / water
+        columns = zip(
+            molal.tolist(), water.tolist(), table[:, -1].tolist(), guess.tolist(),
+            np.where(neutral, 0.0, charge).tolist(), strict=True,
+        )  # fmt: skip
+        lines: list[str] = []
+        for number, (amounts, kilograms, celsius, ph, excess) in enumerate(columns, start=1):
+            lines.append(
+                f"SOLUTION {number}\n temp {celsius!r}\n units mol/kgw\n water {kilograms!r}\n pH {ph!r} charge"
+            )
+            lines += [f" {symbol} {amount!r}" for symbol, amount in zip(mixture.symbols, amounts, strict=True)
+                      if amount > LEAST]  # fmt: skip
+            if excess:
+                lines.append(f" {'Zn' if excess > 0.0 else 'Zp'} {abs(excess)!r}")
+            if solid is not None:
+                lines.append(f"EQUILIBRIUM_PHASES {number}")
+                lines += [f" {phase_name(place)} 0 {solid[number - 1, place].item()!r}"
+                          for place in np.flatnonzero(allowed).tolist()]  # fmt: skip
+                lines.append("END")
         return "\n".join([*lines, "END", ""])
 
-    def _start(self, totals: FloatArray) -> FloatArray:
+    def _start(self, totals: FloatArray, allowed: BoolArray) -> FloatArray:
         """Mol (p,) of each phase that PHREEQC starts with: nearly all there could be, one after the other."""
         left, found = totals.copy(), np.zeros(len(self.mixture.phases))
         for place, uses in enumerate(self.mixture.uses):
             taking = uses[1:] > 0.0
             gas = self.mixture.phases[place].column.endswith("(g)")
-            if taking.any() and not gas:
+            if taking.any() and not gas and allowed[place]:
                 found[place] = STANDING * max(0.0, float((left[1:][taking] / uses[1:][taking]).min()))
                 left = left - found[place] * uses
         return found
-
-    def _guess(self, totals: FloatArray, water: float) -> float:
-        """A pH to start from, by the protons that no base takes."""
-        molal = float(totals[0]) / water
-        if molal > 1e-3:
-            return max(1.0, min(4.0, -float(np.log10(molal))))
-        return 11.0 if molal < -1e-3 else 7.0
 
     def _phreeqc(self) -> Any:
         if self._library is None:
@@ -174,20 +221,12 @@ class Solver:
                 f" -high_precision true\n -molalities {names}\n"
             )
             if phases:
-                output += f" -equilibrium_phases {phases}\n"
+                output += f" -equilibrium_phases {phases}\n -saturation_indices {phases}\n"
             if library.LoadDatabaseString(phreeqc_data(mixture)) or library.RunString(output + "END\n"):
                 raise EffectError(f"PHREEQC refuses the scene's chemistry: {library.GetErrorString().strip()}")
             self._library = library
+            self._folder = TemporaryDirectory()
         return self._library
-
-
-def _without_its_file(library: Any, text: str) -> int:
-    """Number of errors of a run; the file that PHREEQC leaves in the current folder when it finds no answer is none.
-
-    That folder is another one only while PHREEQC works: it has no other way of saying where the file goes.
-    """
-    with TemporaryDirectory() as folder, chdir(folder):
-        return int(library.RunString(text))
 
 
 def answered(equilibrium: Equilibrium) -> BoolArray:
