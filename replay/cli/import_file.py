@@ -168,6 +168,8 @@ def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
 
 def _notes(session: "Session") -> Iterator[str]:
     from sessions.importers.ledger import ledger_of
+    from sessions.model.assumption import Subject
+    from sessions.scene_files.answers import recording_assumptions
 
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
     if "taken_for" in session.facts:
@@ -177,6 +179,9 @@ def _notes(session: "Session") -> Iterator[str]:
     ledger = ledger_of(session.facts)
     if ledger is not None:
         yield from ledger.sentences()
+    for row in recording_assumptions(session):
+        if row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES):
+            yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
         yield f"assumed: {session.facts['assumed']}{cure}"

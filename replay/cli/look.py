@@ -182,7 +182,7 @@ def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
 
 def _keep(session: "Session", path: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
     """Write the answers into the recording, and say how to undo them and how to give them to the next import."""
-    from sessions import write_session
+    from sessions import read_session, write_session
     from sessions.scene_files.answers import OPTIONS, answered
 
     if not chosen:
@@ -195,6 +195,11 @@ def _keep(session: "Session", path: Path, questions: Sequence["Question"], chose
         if option.startswith("--"):
             people.say(f"To say it when you import again: {option} {value!r}".replace("'", '"'))
     write_session(changed, path, overwrite=True)
+    if any(not questions[number].alternatives[alternative].is_current for number, alternative in chosen.items()):
+        from replay.advice.assumptions import examine_assumptions
+
+        # Its frames are read from the file, which is another one now.
+        _write_pictures(examine_assumptions(read_session(path)), path.with_name(path.stem + FOLDER_END), people)
     people.say(f"Written to {path}. To undo: replay doctor {path} --forget-answers")
 
 
@@ -202,6 +207,7 @@ def _decides(question: "Question", number: int, path: Path) -> str:
     """The option that decides a question."""
     from sessions.scene_files.answers import OPTIONS
 
-    letter = ascii_lowercase[next((k for k, row in enumerate(question.alternatives) if not row.is_current), 0)]
+    answers = [f"{number + 1}{letter}" for letter in ascii_lowercase[: len(question.alternatives)]]
     option = OPTIONS.get(question.assumption.subject, "the mapping")
-    return f"To decide: replay doctor {path} --look --answer {number + 1}{letter}, or {option} when you import it"
+    *first, last = answers
+    return f"To decide: replay doctor {path} --answer {', '.join(first)} or {last}; or {option} when you import it"

@@ -78,7 +78,7 @@ def finished(
         live_contacts=tuple(sorted(session.live_contacts, key=attrgetter("time_ns"))),
     )
     by_user = {name: meshes[name] for name in placed.from_options}
-    complete = with_meshes(complete, by_user, [*placed.conversions, *placed.notes])
+    complete = with_meshes(complete, by_user, placed.notes)
     colliders_folder = "." if given.colliders else scene_folder
     axes = given.collider_axes or COLLIDER_AXES
     complete = with_colliders(complete, colliders_folder, given.colliders or "", axes)

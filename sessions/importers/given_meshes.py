@@ -117,14 +117,12 @@ class PlacedMeshes:
     from_options : bodies whose mesh the options give.
     assumptions : axes and units of the files.
     notes : sentences on which file is whose, and on guessed units.
-    conversions : sentences on how meshes were turned.
     """
 
     meshes: dict[str, MeshData]
     from_options: tuple[str, ...] = ()
     assumptions: list[Assumption] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    conversions: list[str] = field(default_factory=list)
 
 
 def placed_meshes(
@@ -157,12 +155,7 @@ def placed_meshes(
         axes = axes_assumption(name, row.file or f"the array of {name}", stated, poses)
         axes_rows[name] = axes
         placed.meshes[name] = in_body_axes(row.mesh, axes.value, poses)
-    grouped = _grouped(axes_rows.values())
-    placed.assumptions.extend(grouped)
-    for assumption in grouped:
-        if placed.meshes and mesh_axes_matrix(assumption.value, poses).trace() < 3:
-            words = mesh_axes_description(assumption.value, poses)
-            placed.conversions.append(f"{', '.join(assumption.files)} turned into the recording's axes from: {words}")
+    placed.assumptions.extend(_grouped(axes_rows.values()))
     return placed
 
 
@@ -196,7 +189,7 @@ def _reason(axes: str, file_type: str, poses: Convention) -> str:
         return "glTF is Y up by its standard"
     if axes == BODY:
         return f"{file_type.upper()} files say no axes"
-    return f"tools for poses of {poses.name} write {file_type.upper()} so"
+    return f"usual for {file_type.upper()} files beside poses of {poses.name}"
 
 
 def _grouped(rows: Iterable[Assumption]) -> list[Assumption]:

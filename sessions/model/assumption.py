@@ -104,7 +104,8 @@ class Assumption:
         origin = str(self.origin)
         if self.origin is Origin.GUESS:
             origin = f"guessed{'' if self.confidence is Confidence.SURE else ', not sure'}"
-        return f"{value}; {origin}{f': {self.reason}' if self.reason else ''}"
+        because = f": {self.reason}" if self.reason and self.origin is not Origin.USER else ""
+        return f"{value}; {origin}{because}"
 
     def answered(self, value: str, description: str = "") -> "Assumption":
         """Returns the assumption as a user decided it."""

@@ -132,12 +132,24 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         meshes = {name: _scaled(session.meshes[name], scale) for name in before.bodies}
         changed = replace(session, meshes={**session.meshes, **meshes})
     elif before.subject is Subject.LENGTH_UNIT:
-        changed = _scaled_poses(session, UNITS[after.value] / UNITS[before.value])
+        scaled = _scaled_poses(session, UNITS[after.value] / UNITS[before.value])
+        changed = replace(scaled, facts=_facts_of_unit(session.facts, after.value))
     else:
         option = OPTIONS.get(before.subject, "the mapping")
         raise SessionError(f"the {before.title} cannot be changed in a recording; import it again, with {option}")
     written = assumptions_fact(after if row == before else row for row in rows)
     return replace(changed, facts={**changed.facts, ASSUMPTIONS_FACT: written})
+
+
+def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
+    """The facts of a recording whose lengths came in a unit; sentences of importers on another one go."""
+    changed = {**facts, "source_units": unit}
+    for key, otherwise in (("conversions", "none"), ("assumed", "")):
+        sentences = [text for text in facts.get(key, otherwise).split("; ") if not text.startswith("lengths in ")]
+        if key == "conversions" and unit != "m":
+            sentences = [*(text for text in sentences if text != "none"), f"lengths in {unit} to m"]
+        changed[key] = "; ".join(sentences) or otherwise
+    return {key: text for key, text in changed.items() if text}
 
 
 def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:

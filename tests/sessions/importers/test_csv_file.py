@@ -143,7 +143,7 @@ def test_meshes_of_a_gltf_of_unity_land_where_they_were_in_unity_and_shapes_of_a
         track, mesh = session.tracks["tool"], session.meshes["tool"]
         found = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.vertices.copy()) + track.positions[0]
         assert np.allclose(found, (turn.apply(scale * inside_unity) + place) * [1, 1, -1], atol=1e-6)
-        assert mesh.faces.tolist() == [[0, 2, 1]] and "X flipped" in session.facts["conversions"]
+        assert mesh.faces.tolist() == [[0, 2, 1]] and "x-flipped" in session.facts["assumptions"]
     assert np.array_equal(session.meshes["box"].vertices, box)
 
 

@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from cdcore import Motion, TriangleMesh
+from replay.advice.overlap_depth import SampledSurface, overlap_depth
+from sessions import make_shape
+
+
+def box(x, y, z):
+    mesh = make_shape("box", {"x": x, "y": y, "z": z})
+    return TriangleMesh(mesh.vertices, mesh.faces)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.001, 0.01, 0.03])
+def test_depth_of_a_rod_in_a_block_is_how_far_its_end_is_in(depth):
+    block, rod = SampledSurface(box(0.2, 0.2, 0.2)), SampledSurface(box(0.02, 0.3, 0.02))
+    height = 0.1 + 0.15 - depth
+    motion = Motion(np.array([0.0]), np.array([[[0, 0, 0], [0, height, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
+    assert overlap_depth(block, rod, motion, 0, (0, 1)) == pytest.approx(depth, abs=0.002)
+
+
+def test_bodies_apart_and_open_surfaces_have_no_depth():
+    block = box(0.2, 0.2, 0.2)
+    sheet = SampledSurface(TriangleMesh(block.vertices, block.faces[:-2]))
+    far = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
+    near = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [0.05, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
+    assert overlap_depth(SampledSurface(block), SampledSurface(block), far, 0, (0, 1)) == 0.0
+    assert sheet.depth_of(np.zeros((1, 3))) == 0.0 and not sheet.is_closed
+    assert overlap_depth(SampledSurface(block), SampledSurface(block), near, 0, (0, 1)) > 0.04
+
+
+def test_winding_does_not_turn_a_body_inside_out():
+    block = box(0.2, 0.2, 0.2)
+    inward = SampledSurface(TriangleMesh(block.vertices, block.faces[:, ::-1]))
+    assert inward.depth_of(np.zeros((1, 3))) == pytest.approx(0.1, abs=0.01)
+    assert inward.depth_of(np.array([[0.3, 0, 0]])) == 0.0

@@ -1,0 +1,98 @@
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.planted_scenes import true_contact, write_scene
+
+import replay
+from replay.cli import look
+from replay.cli.main import main
+from sessions import read_session
+
+
+@pytest.fixture(scope="module")
+def imported(tmp_path_factory):
+    """A ROS recording whose GLB meshes are in the axes of their bodies, so that its import guesses wrong."""
+    folder = tmp_path_factory.mktemp("ros")
+    write_scene(folder, "ros", "glb")
+    given = [f"--mesh={name}={folder / name}.glb" for name in ("tool", "plate")]
+    mapping = ["--mapping", str(folder / "map.toml")]
+    assert main(["import", "csv", str(folder / "take.csv"), *mapping, *given, "-o", str(folder / "s.mcap"), "-q"]) == 0
+    return (folder / "s.mcap").read_bytes()
+
+
+@pytest.fixture
+def recording(imported, tmp_path):
+    (tmp_path / "s.mcap").write_bytes(imported)
+    return tmp_path / "s.mcap"
+
+
+def contact(path):
+    verdict = replay.run(path, detectors="exact", oracle="none").detections["exact"].verdict
+    return verdict[:, 0] == 1
+
+
+def test_a_pipe_gets_the_question_the_pictures_exit_3_and_the_option_that_decides(recording, capsys):
+    assert main(["doctor", str(recording), "--look"]) == 3
+    said = capsys.readouterr()
+    text = " ".join(said.out.split())
+    assert "1 of 1 Axes of tool.glb and plate.glb; guessed" in text and text.count("more plausible") == 1
+    assert "b as the poses (ros): 2 contacts, at most 3 mm deep more plausible" in text
+    assert f"replay doctor {recording} --answer 1a, 1b or 1c; or --mesh-axes when you import it" in " ".join(
+        said.err.split()
+    )
+    for name in ("first", "middle", "closest"):
+        picture = np.asarray(Image.open(recording.with_name("s-look") / f"{name}.png"))
+        assert picture.shape == (640, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+    assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
+
+
+def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, capsys):
+    before = recording.read_bytes()
+    assert not np.array_equal(contact(recording), true_contact())
+    assert main(["doctor", str(recording), "--answer", "1b"]) == 0
+    assert '--mesh-axes "body"' in capsys.readouterr().err
+    assert np.array_equal(contact(recording), true_contact())
+    assert main(["doctor", str(recording), "--look", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["questions"] == []
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0
+    assert "1 answer forgotten" in capsys.readouterr().err
+    again = read_session(recording)
+    recording.write_bytes(before)
+    first = read_session(recording)
+    assert np.array_equal(again.meshes["tool"].vertices, first.meshes["tool"].vertices)
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0 and recording.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("replies", "axes"), [(["?", "x", "b"], "body"), ([""], "y-up")], ids=["answered", "left open"]
+)
+def test_a_terminal_is_asked_until_it_answers_or_leaves_the_question(recording, monkeypatch, replies, axes, capsys):
+    monkeypatch.setattr(look.click, "prompt", lambda *_, **__: replies.pop(0))
+    code = look.look_at(recording, look.People(), as_json=False, given={}, asks=True)
+    assert code == (0 if axes == "body" else 3) and not replies
+    kept = json.loads(read_session(recording).facts["assumptions"])
+    assert [row["value"] for row in kept if row["subject"] == "axes of meshes"] == [axes]
+    assert ("letter of the line" in capsys.readouterr().out) == (axes == "body")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--answer", "2a"], "there are 1 questions"),
+        (["--answer", "1d"], "question 1 has the answers a, b, c"),
+        (["--answer", "b"], "no question and a letter|not a question and a letter"),
+    ],
+)
+def test_answers_to_what_is_not_asked_are_refused(recording, capsys, options, message):
+    import re
+
+    before = recording.read_bytes()
+    assert main(["doctor", str(recording), *options]) == 2
+    assert re.search(message, " ".join(capsys.readouterr().err.split())) and recording.read_bytes() == before
+
+
+def test_only_one_session_file_is_looked_at(tmp_path, recording, capsys):
+    assert main(["doctor", str(recording), str(recording), "--look"]) == 2
+    assert "are for one session file" in capsys.readouterr().err
