@@ -16,7 +16,11 @@ from replay.effects.effect_plan import plan
 from replay.errors import ReplayError
 from sessions import Event, Frames, Interval, Scene, Session, Track
 from sessions.errors import SessionError
+from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.mesh_axes import BODY, MESH_TURNS
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
 from sessions.model.scene import SceneBody, SceneEffect
+from sessions.scene_files.answers import recording_assumptions
 
 EPOCH_NS: Final = 946_684_800 * 10**9
 """When every minimised recording begins: 2000-01-01 00:00 UTC."""
@@ -30,6 +34,8 @@ FACTS: Final = {
     "vr_type": ("immersive", "augmented", "distributed", "desktop"),
 }  # fmt: skip
 """Facts that stay where they hold one of these words."""
+KNOWN_AXES: Final = frozenset((*CONVENTIONS, *MESH_TURNS, BODY))
+"""Names of axes, which are no words of a user."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,9 @@ def minimise(session: Session) -> Session:
     later = EPOCH_NS - first
     names = _numbered([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])
     facts = {key: session.facts[key] for key, words in FACTS.items() if session.facts.get(key) in words}
+    assumptions = _open_assumptions(session, names)
+    if assumptions:
+        facts[ASSUMPTIONS_FACT] = assumptions_fact(assumptions)
     stated = session.facts.get("pseudonym", "not stated")
     return Session(
         _Shifted(session, tuple(names[name] for name in session.names), later),
@@ -77,6 +86,19 @@ def minimise(session: Session) -> Session:
             if name in names
         },
     )
+
+
+def _open_assumptions(session: Session, names: Mapping[str, str]) -> list[Assumption]:
+    """Open guesses of an import on meshes, with the axes of the poses; no file and no text of a user."""
+    rows = recording_assumptions(session)
+    if not any(row.is_open for row in rows):
+        return []
+    kept = []
+    for row in rows:
+        if row.subject in (Subject.POSE_AXES, Subject.MESH_AXES) and row.value in KNOWN_AXES:
+            bodies = tuple(names[name] for name in row.bodies)
+            kept.append(replace(row, bodies=bodies, files=(), reason="", guessed_value=""))
+    return kept
 
 
 def _numbered(names: Iterable[str]) -> dict[str, str]:
@@ -115,7 +137,7 @@ def _body(body: SceneBody, names: Mapping[str, str], groups: Mapping[str, str]) 
     mass = {key: value for key, value in body.extra.items() if key == "mass" and isinstance(value, int | float)}
     tags = tuple(tag for tag in body.tags if tag in ROLES)
     named = replace(body, id=names[body.id], group=groups[body.group], parent=names.get(body.parent, ""), tags=tags)
-    return replace(named, mesh="", node="", scale=1.0, extra=mass)
+    return replace(named, mesh="", node="", scale=1.0, mesh_axes="", extra=mass)
 
 
 def _effect(effect: SceneEffect, scene: Scene, names: Mapping[str, str]) -> SceneEffect | None:

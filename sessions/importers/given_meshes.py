@@ -3,8 +3,8 @@
 What a file does not say, its axes and its unit, is assumed; every assumption is kept with who says it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Final
 
@@ -12,17 +12,12 @@ from sessions.errors import ImportFileError, SessionError
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
-    BODY,
-    GLTF,
-    default_mesh_axes,
-    mesh_axes_alternatives,
-    mesh_axes_description,
     mesh_axes_matrix,
 )
 from sessions.meshes.mesh_match import UNITS, guessed, matched
-from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.scene import Scene
-from sessions.scene_files.body_axes import file_type_of, in_body_axes
+from sessions.scene_files.body_axes import axes_assumption, file_type_of, grouped_assumptions, in_body_axes
 from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
@@ -145,7 +140,7 @@ def placed_meshes(
         if body.mesh and body.mesh_axes and body.id not in given:
             axes_by_body.setdefault(body.id, body.mesh_axes)
     placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
-    placed.assumptions.extend(_grouped(row.unit for row in given.values() if row.unit is not None))
+    placed.assumptions.extend(grouped_assumptions(row.unit for row in given.values() if row.unit is not None))
     axes_rows: dict[str, Assumption] = {}
     for name, row in {**from_scene, **given}.items():
         stated = axes_by_body.get(name, axes_by_body.get("", ""))
@@ -155,53 +150,8 @@ def placed_meshes(
         axes = axes_assumption(name, row.file or f"the array of {name}", stated, poses)
         axes_rows[name] = axes
         placed.meshes[name] = in_body_axes(row.mesh, axes.value, poses)
-    placed.assumptions.extend(_grouped(axes_rows.values()))
+    placed.assumptions.extend(grouped_assumptions(axes_rows.values()))
     return placed
-
-
-def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Assumption:
-    """Returns the axes of a mesh file: as stated, else as its type and the convention of the poses suggest."""
-    file_type = file_type_of(file)
-    axes = stated or default_mesh_axes(file_type, poses)
-    alternatives = mesh_axes_alternatives(axes, poses)
-    origin, reason = Origin.USER, ""
-    if not stated and len(alternatives) == 1:
-        origin, reason = Origin.FORMAT, "all axes it may have are those of the recording"
-    elif not stated:
-        origin = Origin.GUESS
-        reason = _reason(axes, file_type, poses)
-    return Assumption(
-        subject=Subject.MESH_AXES,
-        value=axes,
-        origin=origin,
-        confidence=Confidence.SURE if stated or len(alternatives) == 1 else Confidence.OPEN,
-        bodies=(body,),
-        files=(Path(file).name,),
-        description=mesh_axes_description(axes, poses),
-        reason=reason,
-        alternatives=alternatives,
-    )
-
-
-def _reason(axes: str, file_type: str, poses: Convention) -> str:
-    """Why a file that does not say its axes was taken to have these."""
-    if axes == GLTF:
-        return "glTF is Y up by its standard"
-    if axes == BODY:
-        return f"{file_type.upper()} files say no axes"
-    return f"usual for {file_type.upper()} files beside poses of {poses.name}"
-
-
-def _grouped(rows: Iterable[Assumption]) -> list[Assumption]:
-    """Assumptions that differ in nothing but body and file as one."""
-    merged: dict[Assumption, Assumption] = {}
-    for row in rows:
-        key = replace(row, bodies=(), files=())
-        before = merged.get(key, key)
-        merged[key] = replace(
-            row, bodies=before.bodies + row.bodies, files=tuple(dict.fromkeys(before.files + row.files))
-        )
-    return list(merged.values())
 
 
 def _given(options: MeshOptions, names: Sequence[str]) -> tuple[dict[str, FileMesh], list[str]]:

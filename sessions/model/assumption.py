@@ -80,7 +80,7 @@ class Assumption:
     def title(self) -> str:
         """What it is about: ``axes of beaker.obj and rod.obj``."""
         if not self.files:
-            return str(self.subject)
+            return self.title_by_bodies
         *first, last = self.files
         what = "unit" if self.subject is Subject.MESH_UNIT else "axes"
         return f"{what} of {', '.join(first)}{' and ' if first else ''}{last}"

@@ -1,13 +1,31 @@
 """Meshes of files in the canonical axes of their bodies, by what a recording was taken to be."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, Convention, convention
-from sessions.meshes.mesh_axes import default_mesh_axes, mesh_axes_matrix
-from sessions.model.assumption import Subject, assumptions_of
+from sessions.meshes.mesh_axes import (
+    BODY,
+    GLTF,
+    default_mesh_axes,
+    mesh_axes_alternatives,
+    mesh_axes_description,
+    mesh_axes_matrix,
+)
+from sessions.model.assumption import (
+    ASSUMPTIONS_FACT,
+    Assumption,
+    Confidence,
+    Origin,
+    Subject,
+    assumptions_fact,
+    assumptions_of,
+)
 from sessions.model.scene import Scene
 
 
@@ -43,12 +61,75 @@ def file_type_of(file: str) -> str:
 
 def scene_meshes_in_body_axes(
     scene: Scene, meshes: Mapping[str, MeshData], facts: Mapping[str, str]
-) -> dict[str, MeshData]:
-    """Returns the meshes of a scene; those of files are turned as their body, or by default their type, says."""
+) -> tuple[dict[str, MeshData], dict[str, str]]:
+    """Returns the meshes of a scene, and the facts of the recording with what was assumed of their files.
+
+    A mesh of a file is turned as its body, or by default its type, says. What was assumed of a mesh that it replaces is
+    dropped.
+    """
     poses = pose_convention(facts)
-    turned = dict(meshes)
+    turned, rows = dict(meshes), list[Assumption]()
     for body in scene.bodies:
         if body.mesh and body.id in turned:
-            axes = body.mesh_axes or default_mesh_axes(file_type_of(body.mesh), poses)
-            turned[body.id] = in_body_axes(turned[body.id], axes, poses)
-    return turned
+            row = axes_assumption(body.id, body.mesh, body.mesh_axes, poses)
+            turned[body.id] = in_body_axes(turned[body.id], row.value, poses)
+            rows.append(row)
+    kept = assumptions_of(facts)
+    if kept is None:
+        # Of a recording that was never imported, or by an earlier release: there all meshes are canonical.
+        return turned, dict(facts)
+    before = [row for row in map(partial(_without_bodies, names={*meshes}), kept) if row is not None]
+    return turned, {**facts, ASSUMPTIONS_FACT: assumptions_fact([*before, *grouped_assumptions(rows)])}
+
+
+def _without_bodies(row: Assumption, names: Container[str]) -> Assumption | None:
+    """An assumption on meshes without these bodies; ``None``: it was about no other."""
+    if row.subject not in (Subject.MESH_AXES, Subject.MESH_UNIT) or not any(name in names for name in row.bodies):
+        return row
+    bodies = tuple(name for name in row.bodies if name not in names)
+    return replace(row, bodies=bodies, files=bodies) if bodies else None
+
+
+def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Assumption:
+    """Returns the axes of a mesh file: as stated, else as its type and the convention of the poses suggest."""
+    file_type = file_type_of(file)
+    axes = stated or default_mesh_axes(file_type, poses)
+    alternatives = mesh_axes_alternatives(axes, poses)
+    origin, reason = Origin.USER, ""
+    if not stated and len(alternatives) == 1:
+        origin, reason = Origin.FORMAT, "all axes it may have are those of the recording"
+    elif not stated:
+        origin = Origin.GUESS
+        reason = _reason(axes, file_type, poses)
+    return Assumption(
+        subject=Subject.MESH_AXES,
+        value=axes,
+        origin=origin,
+        confidence=Confidence.SURE if stated or len(alternatives) == 1 else Confidence.OPEN,
+        bodies=(body,),
+        files=(Path(file).name,),
+        description=mesh_axes_description(axes, poses),
+        reason=reason,
+        alternatives=alternatives,
+    )
+
+
+def _reason(axes: str, file_type: str, poses: Convention) -> str:
+    """Why a file that does not say its axes was taken to have these."""
+    if axes == GLTF:
+        return "glTF is Y up by its standard"
+    if axes == BODY:
+        return f"{file_type.upper()} files say no axes"
+    return f"usual for {file_type.upper()} files beside poses of {poses.name}"
+
+
+def grouped_assumptions(rows: Iterable[Assumption]) -> list[Assumption]:
+    """Returns assumptions that differ in nothing but body and file as one."""
+    merged: dict[Assumption, Assumption] = {}
+    for row in rows:
+        key = replace(row, bodies=(), files=())
+        before = merged.get(key, key)
+        merged[key] = replace(
+            row, bodies=before.bodies + row.bodies, files=tuple(dict.fromkeys(before.files + row.files))
+        )
+    return list(merged.values())

@@ -26,9 +26,9 @@ def with_scene(session: Session, path: str | Path) -> Session:
     ``scene_file`` names the file. Raises SceneError: as `read_scene` and `scene_meshes`.
     """
     scene = read_scene(path)
-    declared = scene_meshes_in_body_axes(scene, scene_meshes(scene, Path(path).parent), session.facts)
+    declared, facts = scene_meshes_in_body_axes(scene, scene_meshes(scene, Path(path).parent), session.facts)
     meshes = {**session.meshes, **declared}
-    replaced = replace(session, scene=scene, meshes=meshes, facts={**session.facts, SCENE_FACT: Path(path).name})
+    replaced = replace(session, scene=scene, meshes=meshes, facts={**facts, SCENE_FACT: Path(path).name})
     return with_colliders(replaced, Path(path).parent)
 
 

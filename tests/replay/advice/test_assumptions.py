@@ -7,6 +7,7 @@ from support.planted_scenes import FRAMES, TO_SOURCE, box, changed, true_contact
 import replay
 from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words
 from replay.pipeline.headline import doubts
+from replay.studies.minimise import minimise
 from sessions import read_session, write_session
 from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
@@ -143,3 +144,27 @@ def test_of_alternatives_as_plausible_none_is_marked(tmp_path):
     (question,) = examine_assumptions(imported()).questions
     twice = (question.alternatives[0], question.alternatives[0])
     assert more_plausible(twice) == "" and more_plausible(question.alternatives) == question.plausible == "y-up"
+
+
+def test_a_minimised_recording_still_asks_what_its_import_guessed(tmp_path):
+    _, imported = scene(tmp_path, "ros", "stl", exported=True)
+    session = imported()
+    (question,) = examine_assumptions(session).questions
+    (again,) = examine_assumptions(minimise(session)).questions
+    assert again.assumption.bodies == ("body-1", "body-2") and not again.assumption.files
+    assert again.plausible == question.plausible == "y-up"
+    assert "tool" not in minimise(session).facts[ASSUMPTIONS_FACT]
+    assert ASSUMPTIONS_FACT not in minimise(imported(mesh_axes="y-up")).facts
+
+
+def test_a_mesh_that_a_scene_brings_later_is_asked_for_too(tmp_path):
+    _, imported = scene(tmp_path, "ros", "stl", exported=True)
+    write_session(imported(mesh_axes="y-up"), tmp_path / "s.mcap")
+    bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
+    (tmp_path / "scene.toml").write_text(bodies)
+    result = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
+    assert len(result.summary["open_questions"]) == 1
+    said = bodies.replace(".stl", '.stl"\nmesh_axes = "y-up')
+    (tmp_path / "scene.toml").write_text(said)
+    decided = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
+    assert "open_questions" not in decided.summary and len(decided.episodes["exact"]) == 2

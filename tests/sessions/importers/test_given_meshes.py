@@ -117,6 +117,8 @@ def test_a_mesh_of_a_scene_is_turned_on_import_and_when_the_scene_comes_later(tm
     ):
         (tmp_path / "scene.toml").write_text(f'[[body]]\nid = "tool"\nmesh = "tool.stl"\n{key}')
         session = with_scene(bare, tmp_path / "scene.toml")
+        (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
+        assert axes_row.is_open == (not key) and axes_row.bodies == ("tool",)
         farthest = max(session.meshes["tool"].vertices.tolist(), key=lambda point: np.abs(point).max())
         assert np.allclose(farthest, corner, rtol=0, atol=1e-7)
 
