@@ -81,6 +81,15 @@ class Alternative:
     description: str
     outcome: Outcome
     is_current: bool
+    overshoot: float | None = None
+    """Metres that colliders reach beyond or stay within the bounds of their meshes at most; ``None``: of meshes."""
+
+    @property
+    def words(self) -> str:
+        """What the recording shows: its contacts, or how colliders fit their meshes."""
+        if self.overshoot is None:
+            return outcome_words(self.outcome)
+        return f"colliders up to {1e3 * self.overshoot:.0f} mm off the bounds of their meshes"
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +143,10 @@ def examine_assumptions(
         advance(1)
         questions = []
         for row in rows:
+            if row.subject is Subject.COLLIDER_AXES:
+                questions += collider_questions(session, row, current)
+                advance(len(row.alternatives) - 1)
+                continue
             alternatives = []
             for value in dict.fromkeys((row.value, *row.alternatives)):
                 if value == row.value:
@@ -148,6 +161,33 @@ def examine_assumptions(
             if len(different) > 1:
                 questions.append(Question(row, different, more_plausible(different)))
     return Examined(session, whole, frames, current, tuple(questions[:MOST_QUESTIONS]))
+
+
+def collider_questions(session: Session, row: Assumption, current: Outcome) -> list[Question]:
+    """Returns the question on the axes of colliders, where others than those assumed fit the meshes clearly better."""
+    alternatives = []
+    for value in dict.fromkeys((row.value, *row.alternatives)):
+        changed = session if value == row.value else answered(session, row, value)
+        description = row.description if value == row.value else _described(changed, row, value)
+        alternatives.append(
+            Alternative(value, description, current, value == row.value, overshoot=collider_misfit(changed, row.bodies))
+        )
+    best = min(alternatives, key=lambda alternative: (alternative.overshoot or 0.0, not alternative.is_current))
+    if (alternatives[0].overshoot or 0.0) - (best.overshoot or 0.0) <= DEEP_M:
+        return []
+    return [Question(row, tuple(alternatives), best.value)]
+
+
+def collider_misfit(session: Session, names: Sequence[str]) -> float:
+    """Returns the metres by which the bounds of colliders and of their meshes differ at most; 0 without a mesh."""
+    misfit = 0.0
+    for name in names:
+        solids = session.colliders.get(name, ())
+        if name in session.meshes and solids:
+            bounds = np.stack([solid.bounds for solid in solids])
+            whole = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+            misfit = max(misfit, float(np.abs(whole - session.meshes[name].bounds).max()))
+    return misfit
 
 
 def chosen_frames(count: int) -> IntArray:
@@ -273,7 +313,7 @@ def _implausibility(alternative: Alternative) -> tuple[int, int]:
 def sentences_of(question: Question) -> Iterator[str]:
     """Yields a line for each alternative: what it is and what the recording shows then."""
     for alternative in question.alternatives:
-        yield f"{alternative.description}: {outcome_words(alternative.outcome)}"
+        yield f"{alternative.description}: {alternative.words}"
 
 
 def outcome_words(outcome: Outcome) -> str:

@@ -168,7 +168,7 @@ def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
 
 def _notes(session: "Session") -> Iterator[str]:
     from sessions.importers.ledger import ledger_of
-    from sessions.model.assumption import Subject
+    from sessions.model.assumption import Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
 
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
@@ -180,7 +180,7 @@ def _notes(session: "Session") -> Iterator[str]:
     if ledger is not None:
         yield from ledger.sentences()
     for row in recording_assumptions(session):
-        if row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES):
+        if row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT:
             yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""

@@ -101,8 +101,6 @@ def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
 
 
 def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
-    from replay.advice.assumptions import outcome_words
-
     questions = [
         {
             "question": question.assumption.title,
@@ -115,7 +113,7 @@ def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> 
                     "contacts": row.outcome.contacts,
                     "deepest_m": row.outcome.deepest,
                     "closest_m": row.outcome.closest,
-                    "words": outcome_words(row.outcome),
+                    "words": row.words,
                     "current": row.is_current,
                 }
                 for row in question.alternatives
@@ -152,7 +150,7 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
         for letter, alternative in zip(ascii_lowercase, question.alternatives, strict=False):
             marks = [" (as it is now)"] if alternative.is_current else []
             marks += ["  more plausible"] if alternative.value == question.plausible else []
-            shown = f"{alternative.description}: {outcome_words(alternative.outcome)}{''.join(marks)}"
+            shown = f"{alternative.description}: {alternative.words}{''.join(marks)}"
             parts.append(Paragraph(f"         {letter}  ", shown))
     return terminal(*parts)
 

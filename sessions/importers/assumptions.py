@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from sessions.importers.given_meshes import MeshOptions
 from sessions.meshes.conventions import Convention
-from sessions.meshes.mesh_axes import mesh_axes_description
+from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.model.assumption import (
     ASSUMPTIONS_FACT,
     Assumption,
@@ -71,15 +71,19 @@ def collider_assumptions(session: Session, given: MeshOptions, poses: Convention
     if not file or not session.colliders:
         return []
     axes = given.collider_axes or COLLIDER_AXES
+    alternatives = mesh_axes_alternatives(axes, poses)
+    is_open = not given.collider_axes and len(alternatives) > 1
     return [
         Assumption(
             subject=Subject.COLLIDER_AXES,
             value=axes,
             origin=Origin.USER if given.collider_axes else Origin.GUESS,
+            confidence=Confidence.OPEN if is_open else Confidence.SURE,
             bodies=tuple(session.colliders),
             files=(Path(file).name,),
             description=mesh_axes_description(axes, poses),
             reason="" if given.collider_axes else "the project's own script writes them so",
+            alternatives=alternatives,
         )
     ]
 

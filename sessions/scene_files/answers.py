@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData
@@ -127,6 +128,8 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         changed = session
     elif before.subject is Subject.MESH_AXES:
         changed = replace(session, meshes=_turned_meshes(session, before, after.value))
+    elif before.subject is Subject.COLLIDER_AXES:
+        changed = replace(session, colliders=_turned_colliders(session, before, after.value))
     elif before.subject is Subject.MESH_UNIT:
         scale = UNITS[after.value] / UNITS[before.value]
         meshes = {name: _scaled(session.meshes[name], scale) for name in before.bodies}
@@ -152,12 +155,28 @@ def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
     return {key: text for key, text in changed.items() if text}
 
 
-def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
-    """All meshes, those of the assumption turned from the axes they were taken to have."""
+def _turn_between(session: Session, before: str, after: str) -> NDArray[np.float64]:
+    """The matrix (4, 4) from a mesh by one reading of its file's axes to the mesh by another."""
     poses = convention(known_convention(recording_assumptions(session), session.facts))
     matrix = np.eye(4)
     # The inverse of a signed permutation is its transpose.
-    matrix[:3, :3] = mesh_axes_matrix(axes, poses) @ mesh_axes_matrix(before.value, poses).T
+    matrix[:3, :3] = mesh_axes_matrix(after, poses) @ mesh_axes_matrix(before, poses).T
+    return matrix
+
+
+def _turned_colliders(session: Session, before: Assumption, axes: str) -> dict[str, tuple[MeshData, ...]]:
+    matrix = _turn_between(session, before.value, axes)
+    turned = {
+        name: tuple(solid.transformed(matrix) for solid in session.colliders[name])
+        for name in before.bodies
+        if name in session.colliders
+    }
+    return {**session.colliders, **turned}
+
+
+def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
+    """All meshes, those of the assumption turned from the axes they were taken to have."""
+    matrix = _turn_between(session, before.value, axes)
     turned = {name: session.meshes[name].transformed(matrix) for name in before.bodies if name in session.meshes}
     return {**session.meshes, **turned}
 

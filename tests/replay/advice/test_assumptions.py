@@ -2,7 +2,19 @@ from itertools import product
 
 import numpy as np
 import pytest
-from support.planted_scenes import FRAMES, TO_SOURCE, box, changed, true_contact, write_mapping, write_mesh, write_scene
+import trimesh
+from support.planted_scenes import (
+    FRAMES,
+    PLATE,
+    TO_SOURCE,
+    TOOL,
+    box,
+    changed,
+    true_contact,
+    write_mapping,
+    write_mesh,
+    write_scene,
+)
 
 import replay
 from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words
@@ -168,3 +180,29 @@ def test_a_mesh_that_a_scene_brings_later_is_asked_for_too(tmp_path):
     (tmp_path / "scene.toml").write_text(said)
     decided = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
     assert "open_questions" not in decided.summary and len(decided.episodes["exact"]) == 2
+
+
+def collider_file(path, map_point):
+    """A hull of the tool and one of the plate as GLB, each vertex mapped, with the names of Unreal's importer."""
+    pieces = trimesh.Scene()
+    for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
+        pieces.add_geometry(trimesh.Trimesh(changed(vertices, map_point), faces), node_name=f"UCX_{name}_00")
+    path.write_bytes(pieces.export(file_type="glb"))
+
+
+def test_colliders_that_do_not_fit_their_meshes_are_asked_for_and_those_that_fit_are_not(tmp_path):
+    axes, imported = scene(tmp_path, "unity", "obj", exported=True)
+    collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
+    collider_file(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
+    fits = imported(mesh_axes=axes, colliders=tmp_path / "own.glb")
+    assert not examine_assumptions(fits).questions
+    session = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb")
+    (question,) = examine_assumptions(session).questions
+    assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
+    assert question.alternatives[0].words.startswith("colliders up to ")
+    meant = answered(session, question.assumption, "x-flipped")
+    said = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
+    for name in ("tool", "plate"):
+        assert np.array_equal(meant.colliders[name][0].vertices, said.colliders[name][0].vertices)
+        assert np.allclose(meant.colliders[name][0].bounds, meant.meshes[name].bounds, atol=1e-6)
+    assert not examine_assumptions(meant).questions and not examine_assumptions(said).questions
