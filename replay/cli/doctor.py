@@ -46,11 +46,12 @@ def command(
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults
     from sessions import examine
+    from sessions.doctor.finding import in_order
 
     found = {}
     for file in files:
         with fetched(file) as here:
-            found[file] = examine(here, scene=scene, planned=plan_faults)
+            found[file] = in_order([*examine(here, scene=scene, planned=plan_faults), *_inside_findings(here)])
     plain = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
     shown = (part for file, some in found.items() for part in _shown(file, some, people.verbose))
     answer(as_json, plain, lambda: terminal(*shown))
@@ -58,6 +59,23 @@ def command(
     if bad:
         people.say(f"{plural(bad, 'finding')} of severity {fail_on} or worse")
     return GATE_FAILED if bad else OK
+
+
+def _inside_findings(file: Path) -> "Iterator[Finding]":
+    """Why it may be undecided what is inside a mesh of a session or in a mesh file; nothing of one that is refused."""
+    from replay.prepare.inside_findings import inside_findings
+    from sessions import load_mesh, read_session
+    from sessions.doctor.examine import MESH_FILES
+    from sessions.errors import SessionError
+
+    kind = file.suffix.lower()
+    try:
+        if kind in MESH_FILES:
+            yield from inside_findings({file.stem: load_mesh(file)})
+        elif kind == ".mcap":
+            yield from inside_findings(read_session(file).meshes)
+    except SessionError:
+        return
 
 
 def _look(files: Sequence[Path], people: People, *, as_json: bool, answers: Sequence[str], forgets: bool) -> int:

@@ -1,0 +1,47 @@
+"""The doctor names crossing and nested parts, holes and doubled faces by their codes."""
+
+import json
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, merged, moved
+
+from cdcore import TriangleMesh
+from replay.cli.main import main
+from replay.prepare.inside_findings import part_findings
+
+BOX = box_mesh()
+REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "codes"),
+    [
+        (BOX, []),
+        (merged(BOX, moved(BOX, [9, 0, 0])), []),
+        (merged(BOX, moved(BOX, [0.5, 0.3, 0.2])), ["mesh-parts-cross"]),
+        (merged(BOX, TriangleMesh(0.5 * BOX.vertices, BOX.faces)), ["mesh-parts-nested"]),
+        (merged(BOX, REVERSED), []),
+    ],
+    ids=["one", "apart", "crossing", "nested", "hollow"],
+)
+def test_crossing_and_nested_parts_are_named(mesh, codes):
+    assert [finding.code for finding in part_findings("m", mesh)] == codes
+
+
+@pytest.mark.parametrize(
+    ("mesh", "code"),
+    [
+        (merged(BOX, moved(BOX, [0.5, 0.3, 0.2])), "mesh-parts-cross"),
+        (TriangleMesh(BOX.vertices, BOX.faces[1:]), "mesh-open"),
+        (TriangleMesh(BOX.vertices, np.concatenate([BOX.faces, BOX.faces[:1]])), "mesh-duplicate"),
+    ],
+)
+def test_the_doctor_prints_the_code_of_a_mesh_file(tmp_path, capsys, mesh, code):
+    lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces.tolist()]
+    file = tmp_path / "block.obj"
+    file.write_text("\n".join(lines) + "\n")
+    assert main(["doctor", str(file), "--format", "json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert code in [finding["code"] for finding in found["findings"]]
