@@ -7,14 +7,15 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Final
 
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict
-from cdcore.numerics import IntArray
-from cdcore.protocol import Explains, Explanation, counts_as_contact
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import Explains, Explanation, HeldLooks, counts_as_contact
+from cdcore.protocol.settings import RateSettings
 from replay.comparison.delay import at_frame, constant_delay, reported
 from replay.comparison.evidence import grouped, longest_cuts, looks
 from replay.comparison.misses import FOUND_LATE, LOST_EARLY, MissedStretch, misses, stretches
@@ -77,6 +78,7 @@ class Causes:
     """The causes of one detector's misses."""
 
     of_misses: tuple[Cause, ...] = ()  # one word per miss, that of most of its looks
+    agreeing: tuple[tuple[int, int], ...] = ()  # of each miss the frames that have this cause, of those examined
     # cause -> pair-frames decided again that have it; *within tolerance* counts all there are
     pair_frames: Mapping[Cause, int] | None = None
     # examined, missed: pair-frames decided again, and pair-frames missed
@@ -110,6 +112,24 @@ class Audited:
             return self.detector.explain(self.motion, frame, pair, faces)
         return Explanation()
 
+    @cached_property
+    def sampled(self) -> BoolArray | None:
+        """(T,) frames in which a detector samples; ``None``: it is none of our table, and may sample anywhere."""
+        settings = getattr(self.detector, "settings", None)
+        if not isinstance(settings, RateSettings):
+            return None
+        return HeldLooks(0, settings.rate_hz, settings.sampling_offset_s).looks(self.motion.times)
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Samples a second of a detector that has a rate."""
+        rate = getattr(getattr(self.detector, "settings", None), "rate_hz", None)
+        return float(rate) if rate else None
+
+    def posed(self, pair: int) -> BoolArray:
+        """(T,) frames in which both bodies of a pair have a pose."""
+        return np.logical_and(*self.motion.valid[:, self.subject.pairs[pair]].T)
+
     def delay(self, pair: int) -> int:
         """Frames by which all that it says of a pair comes late; negative: early; 0: by no constant number."""
         if pair not in self._delays:
@@ -130,7 +150,13 @@ def find_causes(places: Sequence[MissedStretch], comparison: Comparison, by: Aud
     for outcome, verdict in zip(comparison.outcome.T, by.oracle.verdict.T, strict=True):
         frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
     words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
-    return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
+    return Causes(
+        of_misses=words,
+        agreeing=tuple((causes.count(cause), len(causes)) for cause, causes in zip(words, found, strict=True)),
+        pair_frames=dict(frames),
+        examined=sum(map(len, found)),
+        missed=comparison.count(Outcome.MISSED),
+    )
 
 
 def first_failed(
@@ -254,6 +280,8 @@ def examine(
     causes = {}
     for label, found in places.items():
         causes[label] = find_causes(found, comparisons[label], subjects[label], faces_of)
-        with_cause = zip(numbered[label], causes[label].of_misses, strict=True)
-        numbered[label] = tuple(replace(miss, cause=cause.value) for miss, cause in with_cause)
+        with_cause = zip(numbered[label], causes[label].of_misses, causes[label].agreeing, strict=True)
+        numbered[label] = tuple(
+            replace(miss, cause=cause.value, agreeing=agreeing) for miss, cause, agreeing in with_cause
+        )
     return numbered, causes

@@ -25,6 +25,15 @@ def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
     return -_frames_late(said[::-1], true[::-1], -subject.times[::-1])
 
 
+def frames_wrong(subject: Detection, oracle: Detection, pair: int, delay: int) -> tuple[int, int]:
+    """Frames in which what is said of a pair is wrong: as it is said, and moved earlier by ``delay`` frames."""
+    said, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    if delay < 0:
+        said, true, delay = said[::-1], true[::-1], -delay
+    moved = int((said[delay:] != true[: len(true) - delay]).sum() + said[:delay].sum())
+    return int((said != true).sum()), moved
+
+
 def reported(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
     """(T,) frames in which a contact counts as reported."""
     said = counts_as_contact(subject.verdict[:, pair])

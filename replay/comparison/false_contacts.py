@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore import Detection, Verdict
+from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.numerics import FloatArray, place_points
-from cdcore.protocol import NO_FACES, REFUSED, counts_as_contact, is_one_of
+from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
 from replay.comparison.causes import Audited, Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
+from replay.comparison.contact_reach import contact_reach, offset_setting
 from replay.comparison.delay import at_frame
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
@@ -32,6 +33,9 @@ _, STARTS_EARLY, ENDS_LATE, JOINS_TWO = FALSE_KINDS
 
 VOLUMES: Final = "only bounding volumes overlap"
 """Cause of what is *unconfirmed*: a candidate, whose triangles nobody asked."""
+
+OFFSET: Final = "contact offset"
+"""The colliders do not meet, and are nearer to each other than the detector's contact offset reaches."""
 
 SOLIDS: Final = "colliders meet, surfaces do not"
 HOLLOW: Final = "hull fills a hollow"
@@ -72,6 +76,28 @@ class FalseContact(Stretch):
     hollow: str = ""
     ends: tuple[Vector, Vector] | None = None
     why: str = ""
+
+
+class _Shapes:
+    """The shapes that a detector puts in place of the meshes, without its contact offset."""
+
+    def __init__(self, detector: object) -> None:
+        self._detector = detector
+
+    @cached_property
+    def _bare(self) -> Explains | None:
+        detector = self._detector
+        if not isinstance(detector, PairDetector) or not offset_setting(detector.name):
+            return None
+        shape = getattr(detector.settings, "shape", "hull")
+        made = create_detector("collider", detector.bodies, pairs=detector.pairs, shape=shape)
+        return made if isinstance(made, Explains) else None
+
+    def meet(self, motion: Motion, frame: int, pair: int) -> bool:
+        """Whether the shapes of a pair meet; of a detector whose shapes are not known, what it says itself."""
+        if self._bare is None:
+            return True
+        return bool(self._bare.explain(motion, frame, pair, NO_FACES.astype(np.int64)).shapes_meet)
 
 
 class _Hulls:
@@ -132,6 +158,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     most = min(LOOKS, LOOKS_IN_ALL // len(longest))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[FalseContact]()
+    shapes = _Shapes(by.detector)
     hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         # Not its ends: there the pair is about to part, and the next moment is near.
@@ -144,6 +171,8 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, ends=between,
         )  # fmt: skip
         cause = _cause(by, one)
+        if cause == SOLIDS and not shapes.meet(by.motion, frame, pair):
+            cause = OFFSET if contact_reach(by.detector, pair) > 0.0 else UNEXPLAINED
         hollow = ""
         if cause == SOLIDS and hulls is not None and _side_is_known(by.oracle, pair):
             hollow = hulls.hollow_at(pair, frame)

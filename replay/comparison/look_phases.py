@@ -42,6 +42,7 @@ class EveryFrame:
 
     contacts_missed: int
     contacts_in_part: int
+    missed: dict[str, Any]  # share of the pair-frames in contact that it does not report
     invented: dict[str, Any]  # share of the pair-frames that it reports which are no contact
     seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
 
@@ -140,6 +141,7 @@ def over_phases(
     every_frame = EveryFrame(
         contacts_missed=always.missed,
         contacts_in_part=always.in_part,
+        missed=always.share(Outcome.MISSED),
         invented=count_reports(comparison).share(Outcome.INVENTED),
         seconds=seconds,
     )

@@ -163,6 +163,7 @@ class Miss(Stretch):
     face_pairs : number of face pairs there.
     cut_length : length of the intersection curve there, metres.
     cause : the stage that lost it, in the words of ``replay.comparison.causes``; ``why``: the sentence about it.
+    agreeing : frames of it that have this cause, of those examined.
     touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
         ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
     faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
@@ -176,6 +177,7 @@ class Miss(Stretch):
     cut_length: float
     cause: str = "not examined"
     why: str = ""
+    agreeing: tuple[int, int] = (0, 0)
     touch: FirstTouch | None = None
     faces: IntArray | None = field(default=None, compare=False, repr=False)
 

@@ -101,7 +101,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         self._steps = physics_steps([span for found in self._spans.values() for span in found], settings.rate_hz)
         # A report waits for the next physics step: of the residual, one step says nothing about the clock.
         step = 0.0 if self._steps is None else 1.0 / self._steps[0]
-        self._clock_uncertainty = max(0.0, (settings.residual or 0.0) - step)
+        self.clock_uncertainty = max(0.0, (settings.residual or 0.0) - step)
 
     def _fresh_memory(self) -> _RecordedMemory:
         return _RecordedMemory(-np.inf)
@@ -133,7 +133,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         stages = Explanation()
         if self._collider is not None:
             stages = self._collider.explain(motion, frame, pair, faces)
-        time, uncertainty = float(motion.times[frame]), self._clock_uncertainty
+        time, uncertainty = float(motion.times[frame]), self.clock_uncertainty
         spans = self._spans.get(pair, np.zeros((0, 2)))
         near = bool((np.abs(spans - time) <= uncertainty).any()) if uncertainty > 0.0 else None
         return replace(stages, within_clock=near)

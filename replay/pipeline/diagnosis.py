@@ -1,14 +1,18 @@
 """Why each detector of a run is wrong, what mends it, and which moment shows it: its ``Answer``."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any, Final, TypeAlias
 
+from cdcore.detectors import settings_of
 from replay.base.shown import plural
+from replay.base.wilson import share as share_of
 from replay.comparison.causes import Cause
-from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
-from replay.comparison.loss import Share, fraction_of
+from replay.comparison.contact_reach import offset_setting
+from replay.comparison.false_contacts import HELD, HOLLOW, OFFSET, SOLIDS, VOLUMES, FalseContact
+from replay.comparison.look_phases import OFFSET_SETTING
+from replay.comparison.loss import Share, fraction_of, loss
 from replay.comparison.misses import NEVER_FOUND, by_depth
 from replay.comparison.outcome import Miss, Outcome
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
@@ -28,8 +32,11 @@ def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]
         label, fault = rank.label, _key_fault(result, rank)
         sentence = _sentence(result, summary, rank, worst=number == 0 and len(ranks) > 2)
         answer = Answer(label, sentence)
-        if fault is not None:
-            fix, moment = _fix(result, summary, rank, fault), _moment(result, fault)
+        if rank.undecided:
+            # Contacts that were left undecided come first in the sentence, and no fault explains them.
+            answer = replace(answer, why=_undecided(summary["audit"][label], label))
+        elif fault is not None:
+            fix, moment = _fix(result, summary, ranks, rank, fault), _moment(result, fault)
             answer = replace(answer, why=fault.why, fix=fix, moment=moment)
         found.append(answer)
     return tuple(found)
@@ -51,6 +58,13 @@ def _sentence(result: RunResult, summary: Mapping[str, Any], rank: Rank, worst: 
     return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
 
 
+def _undecided(audit: Mapping[str, Any], label: str) -> str:
+    """How much a detector left undecided, and why where it says so."""
+    frames = plural(audit["contact_frames_undecided"], "pair-frame")
+    reasons = "; ".join(audit.get("undecided_reasons", {}))
+    return f"{label} did not decide {frames} in contact{': ' + reasons if reasons else ''}."
+
+
 def _nothing_happened(result: RunResult, summary: Mapping[str, Any], label: str) -> str:
     """Why there is no contact that a detector could miss."""
     outcome = result.comparisons[label].outcome
@@ -63,7 +77,10 @@ def _nothing_happened(result: RunResult, summary: Mapping[str, Any], label: str)
     return f"No contact happened, so none for {label} to miss, and it reported none."
 
 
-def _key_fault(result: RunResult, rank: Rank) -> Miss | FalseContact | None:
+Fault: TypeAlias = Miss | FalseContact
+
+
+def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
     """Of the larger fault of a detector, of its most frequent cause, the longest: the most to look at."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     if (rank.leads_false and false) or not misses:
@@ -92,8 +109,8 @@ def _moment(result: RunResult, fault: Miss | FalseContact) -> KeyMoment:
     return KeyMoment("miss", fault.number, frame, later, float(times[frame]) + later / 1e9, pair, fault.cut_length)
 
 
-def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss | FalseContact) -> Fix | None:
-    """What mends a fault: figures where this run holds them, else the command that measures it."""
+def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
+    """What mends a fault: figures where this run holds them and they are better, else the command that measures it."""
     figures = summary["detectors"][rank.label]
     spec = parse_detector(f"fix={figures.get('asked', figures['name'])}")
     if spec.name == RECORDED:
@@ -101,53 +118,107 @@ def _fix(result: RunResult, summary: Mapping[str, Any], rank: Rank, fault: Miss 
         return Fix("Other settings of the engine: not measured. To measure them:", False, command)
     cause = str(fault.cause)
     if cause in (Cause.BETWEEN_LOOKS, HELD):
-        return _at_every_frame(result, rank, spec)
-    mended = _mended(spec, cause)
-    if mended is None:
-        kind = "miss" if isinstance(fault, Miss) else "false"
-        # Code of one's own is imported only where the command names it.
-        detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
-        command = f"replay shrink {RUN} --{kind} {fault.number} --detector {detector}"
-        return Fix("Not known. A small test of this fault is made by", False, command)
-    words = sentence_of(_words(mended))
-    for label, other in summary["detectors"].items():
-        if other["name"] == mended.name and _alike(mended, other["settings"]):
-            return _measured(words, label, summary)
-    needs = ", with the extra engines" if mended.settings.get("shape") == "compound" else ""
-    return _unmeasured(f"{words}: not measured. To measure it{needs}:", mended)
+        every_frame = _at_every_frame(result, rank, spec)
+        if every_frame is not None:
+            return every_frame
+    runs = _Runs(result, summary, ranks)
+    for mended, words in _mended(spec, cause):
+        if runs.same(mended, rank.label):
+            continue
+        label = runs.label_of(mended)
+        if label is None:
+            needs = ", with the extra engines" if mended.settings.get("shape") == "compound" else ""
+            return _unmeasured(f"{sentence_of(words)}: not measured. To measure it{needs}:", mended)
+        if runs.loss_of(label) < rank.loss:
+            return _measured(sentence_of(words), label, summary)
+    kind = "miss" if isinstance(fault, Miss) else "false"
+    # Code of one's own is imported only where the command names it.
+    detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
+    command = f"replay shrink {RUN} --{kind} {fault.number} --detector {detector}"
+    return Fix("Not known. A small test of this fault is made by", False, command)
+
+
+class _Runs:
+    """The detectors of a run by all of their settings, and what each loses."""
+
+    def __init__(self, result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> None:
+        self._seed, self._detectors = summary["seed"], summary["detectors"]
+        self._loss = {rank.label: rank.loss for rank in ranks} | {result.oracle: 0.0}
+
+    def label_of(self, spec: DetectorSpec) -> str | None:
+        """The audited detector, or the reference, that has just these settings, wherever its sampling starts."""
+        return next((label for label in self._loss if self.same(spec, label)), None)
+
+    def same(self, spec: DetectorSpec, label: str) -> bool:
+        """Whether a detector of the run is the one meant, in every setting that decides its answers."""
+        made = self._detectors[label]
+        if made["name"] != spec.name:
+            return False
+        meant = asdict(settings_of(spec.name, dict(spec.settings)))
+        if "seed" in meant:
+            meant["seed"] = spec.settings.get("seed", self._seed)
+        return _deciding(meant) == _deciding(made["settings"])
+
+    def loss_of(self, label: str) -> float:
+        """The loss by which the ranking orders; 0 of the reference."""
+        return self._loss[label]
+
+
+def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings that decide answers: pieces are those of a compound, and an offset belongs to the session."""
+    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces"}
+    return {key: value for key, value in settings.items() if key not in unused}
 
 
 def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
     return Fix(words, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
 
 
-def _mended(spec: DetectorSpec, cause: str) -> DetectorSpec | None:
-    """The detector without a cause; ``None``: nobody knows."""
+def _mended(spec: DetectorSpec, cause: str) -> Iterator[tuple[DetectorSpec, str]]:
+    """Detectors without a cause, the nearest to the one that has it first, each in words; none where nobody knows."""
+    if cause == OFFSET and offset_setting(spec.name) and spec.name != "physx":  # PhysX allows no offset of 0
+        setting = offset_setting(spec.name)
+        mended = DetectorSpec("fix", spec.name, {**spec.settings, setting: 0.0})
+        yield mended, f"no contact offset ({setting}=0)"
+    if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:
+        mended = DetectorSpec("fix", spec.name, {**spec.settings, "containment": True})
+        yield mended, "ask whether one body is inside the other (containment=true)"
     if cause in (SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE) and spec.name == "collider":
-        rest = {key: value for key, value in spec.settings.items() if key not in ("shape", "pieces")}
-        pieces = 2 * int(spec.settings.get("pieces", 16)) if spec.settings.get("shape") == "compound" else 16
-        return DetectorSpec("fix", "collider", {"shape": "compound", "pieces": pieces} | rest)
+        shape = spec.settings.get("shape", "hull")
+        pieces = 2 * int(spec.settings.get("pieces", FEWEST_PIECES)) if shape == "compound" else FEWEST_PIECES
+        if shape != "mesh" and pieces <= MOST_PIECES:
+            rest = {key: value for key, value in spec.settings.items() if key not in ("shape", "pieces")}
+            mended = DetectorSpec("fix", "collider", {"shape": "compound", "pieces": pieces} | rest)
+            yield mended, _words(mended)
     if cause == Cause.BETWEEN_FRAMES:
-        return DetectorSpec("fix", "continuous")
+        mended = DetectorSpec("fix", "continuous")
+        yield mended, _words(mended)
     if cause in DECIDED_BY_TRIANGLES:
-        return DetectorSpec("fix", "exact")
-    return None
+        mended = DetectorSpec("fix", "exact")
+        yield mended, _words(mended)
 
+
+FEWEST_PIECES: Final = 16
+MOST_PIECES: Final = 64
+"""Convex pieces that a compound is asked for first, and at most: CoACD gives no more of a beaker."""
 
 DECIDED_BY_TRIANGLES: Final = frozenset((
-    VOLUMES, SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
+    VOLUMES, SOLIDS, HOLLOW, OFFSET, HELD, Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING,
+    Cause.BUDGET, Cause.SEARCH, Cause.BETWEEN_LOOKS,
 ))  # fmt: skip
-"""Causes that testing every triangle removes."""
+"""Causes that testing every triangle of every frame removes."""
 
 
-def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix:
-    """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets."""
+def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | None:
+    """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets; ``None``: no better."""
     words = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
     every = None if offsets is None else offsets.every_frame
     if every is None:
-        settings = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
+        settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
         return _unmeasured(f"{words}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
+    if loss(share_of(every.contacts_missed, rank.contacts), every.missed, every.invented) >= rank.loss:
+        return None
     missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
     took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
     told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
@@ -176,12 +247,8 @@ def figures_words(lost: str, false: Share) -> str:
     return f"{lost or 'none missed or late'}, {share(fraction_of(false))} false"
 
 
-def _alike(spec: DetectorSpec, settings: Mapping[str, Any]) -> bool:
-    """Whether a detector of the run is the one meant; of a compound with any number of pieces."""
-    wanted = {"rate_hz": None, **spec.settings}
-    return all(settings.get(key) == value for key, value in wanted.items() if key != "pieces")
-
-
 def _words(spec: DetectorSpec) -> str:
+    """What a detector is, with the most pieces that it may cut a mesh into."""
     words = detector_words(spec.name, spec.settings)
-    return words.replace("convex pieces", "convex pieces a mesh")
+    most = "up to " if spec.settings.get("shape") == "compound" else ""
+    return most + words.replace("convex pieces", "convex pieces a mesh")

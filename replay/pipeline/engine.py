@@ -30,10 +30,10 @@ from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import recorded, run_effects
 from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
+from replay.pipeline.fault_sentences import why_false, why_missed
 from replay.pipeline.ranking import ranking
 from replay.pipeline.result_tables import result_tables
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.sentences import why_false, why_missed
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import Pairs, assemble
@@ -245,14 +245,13 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
-            found_false = false_contacts(assembly, comparison, subjects[label])
-            figures = {"name": audited[label].spec.name, "settings": audited[label].settings}
+            by = subjects[label]
             misses[label] = tuple(
-                replace(miss, why=why_missed(miss, label, figures, truth[miss.episode - 1])) for miss in misses[label]
+                replace(miss, why=why_missed(miss, label, by, truth[miss.episode - 1])) for miss in misses[label]
             )
             false[label] = tuple(
-                replace(one, why=why_false(one, label, figures, float(assembly.motion.times[one.widest])))
-                for one in found_false
+                replace(contact, why=why_false(contact, label, by))
+                for contact in false_contacts(assembly, comparison, by)
             )
             advance(EXAMINING)
     return replace(

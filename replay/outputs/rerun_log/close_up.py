@@ -34,7 +34,7 @@ from replay.outputs.rerun_log.recording_file import (
 )
 from replay.outputs.rerun_log.scene import Colours, body_path
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.sentences import length_words
+from replay.words import length
 
 SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
@@ -159,7 +159,7 @@ def _marks(result: RunResult, moment: Moment, view: CloseUp) -> list[Mark]:
         return words_beside(view.eye, about, f"{moment.label} misses this contact", MISSED, 0.0, 0.36)
     if view.ends is None:
         return words_beside(view.eye, about, f"{moment.label}: false contact", INVENTED, 0.0, 0.36)
-    names, apart = result.assembly.names, length_words(moment.size)
+    names, apart = result.assembly.names, length(moment.size)
     words = f"{' and '.join(names[body] for body in result.assembly.pairs[moment.pair])}: {apart} apart"
     if view.free is not None:
         words = f"{names[view.free]} touches nothing: {apart}"

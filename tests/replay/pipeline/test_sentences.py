@@ -96,4 +96,4 @@ def test_a_false_contact_within_a_contact_offset_is_not_called_a_meeting_of_shap
     told = [answer.why for answer in found.answers if answer.label == "skin"]
     assert bool(found.false["skin"]) == (apart is not None)
     if apart is not None:
-        assert "600 mm apart" in told[0] and "1000 mm" in told[0] and "meet" not in told[0]
+        assert "600 mm apart" in told[0] and "from 1 m on" in told[0] and "meet" not in told[0]

@@ -16,7 +16,7 @@ from replay.outputs.rerun_log.moments import FALSE, LISTS, MISS, key_moments, re
 from replay.outputs.rerun_log.recording_file import RecordingClock, packed
 from replay.outputs.rerun_log.scene import LARGE_FACE, PUSHED_OUT, drawn_contacts, face_areas
 from replay.pipeline.engine import compute
-from replay.pipeline.sentences import length_words
+from replay.words import length
 
 COLOURS = {Outcome.MISSED: MISSED, Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE}
 
@@ -60,7 +60,7 @@ def moments(run, read):
             assert said == f"{name[0]} misses this contact"
             yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
         elif np.isfinite(size):
-            assert length_words(size) in said
+            assert length(size) in said
             yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
     ((_, _, dots),) = read.column("world/focus/pins", "Points3D:positions")
     yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
