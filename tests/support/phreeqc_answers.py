@@ -27,7 +27,7 @@ TOTALS = {
     "NiCl2": "Ni Cl Cl", "CoCl2": "Co(2) Cl Cl", "MnSO4": "Mn(2) S(6)", "CdCl2": "Cd Cl Cl", "CrCl3": "Cr(3) Cl Cl Cl",
     "H3BO3": "B", "Na2B4O7": "Na Na B B B B", "CaCO3": "Ca C(4)", "CuO": "Cu(2)", "CuSO4.5H2O": "Cu(2) S(6)",
     "AgCl": "Ag Cl", "Na2SO4.10H2O": "Na Na S(6)", "FeS": "Fe(2) S(-2)", "Mg(OH)2": "Mg", "NaHSO4": "Na S(6)",
-    "Na2S": "Na Na S(-2)",
+    "Na2S": "Na Na S(-2)", "Na2B4O7.10H2O": "Na Na B B B B",
 }  # fmt: skip
 """Formula -> the elements of minteq.v4 that a mol of it brings; protons and hydroxide follow from the charges."""
 

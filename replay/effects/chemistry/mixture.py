@@ -140,10 +140,13 @@ class Mixture:
         return tuple({**{part: -many for part, many in one.parts.items()}, one.column: 1.0} for one in self.phases)
 
     def row_of(self, formula: str) -> int | None:
-        """The row of the species that has a formula's makeup; ``None``: there is no such species."""
-        parts = dissolved_parts(formula)
+        """The row of the species that a formula means; ``None``: there is no such species.
+
+        Water apart: ``B(OH)4-`` is PHREEQC's ``H2BO3-``.
+        """
+        parts = _dry(dissolved_parts(formula))
         for row, entry in enumerate(self.species):
-            if dict(entry.makeup) == parts:
+            if parts and _dry(entry.makeup) == parts:
                 return row
         return None
 
@@ -271,6 +274,10 @@ def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
     text += f"O{oxygen:g}" if oxygen else ""
     # PHREEQC writes a single charge without its number.
     return text if charge == 0.0 else f"{text}{charge:+g}".removesuffix("1" if abs(charge) == 1.0 else "")
+
+
+def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
+    return {part: float(many) for part, many in makeup.items() if part != WATER}
 
 
 def _key(makeup: Makeup) -> tuple[tuple[str, float], ...]:

@@ -43,6 +43,10 @@ SPARING_MOL_KG: Final = 0.1
 UNWILLING_J: Final = 20e3
 """Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
 
+_UNKNOWN_SOLUBILITY: Final = (
+    "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
+)
+
 NEUTRAL_PROTON_J: Final = 39.95e3
 """Free energy of a mol of protons taken from neutral water instead of from an acid: R T ln 10 times 7 at 25 degC."""
 
@@ -109,6 +113,10 @@ class _Phases:
         if entry is not None and formula not in self.separate:
             self.phreeqc[column] = Phase(column, dissolved_parts(formula), entry)
 
+    def known(self, formula: str) -> bool:
+        """Whether PHREEQC or a solubility says how much of a solid dissolves."""
+        return formula + SOLID in self.phreeqc or formula + SOLID in self.salts
+
     def entry(self, formula: str, phase: str) -> Entry | None:
         """PHREEQC's phase of a formula; of several the one named like it, else the one that dissolves best."""
         assert self.database is not None
@@ -163,8 +171,11 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     gases = GASES | {one["gas"] for one in tables.get("gas", ())}
     usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(gases, "g")}
     read: list[Mapping[str, str]] = []
+    brought = {formula for one in contents.values() for formula in one.amounts}
     for equation in equations:
         own = {one: "s" for one in equation.formulas if one not in usual and phases.sparing(one)}
+        # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved.
+        own |= {one: "" for one in equation.reagents if one in brought and usual.get(one) == "g"}
         read.append({**usual, **own, **equation.phases})
     for equation, phase in zip(equations, read, strict=True):
         for formula in equation.formulas:
@@ -237,6 +248,9 @@ def _process(one: Declaration, equation: Equation, phase: Mapping[str, str], pha
     salt = _dissolving(equation, phase, phases) if rate is not None else None
     changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
     if not changes:
+        unknown = [one for one in equation.reagents if phase.get(one) == "s" and not phases.known(one)]
+        if unknown:
+            raise one.fail(_UNKNOWN_SOLUBILITY.format(unknown[0]))
         if not any(_can_settle(formula, phase) for formula in equation.formulas):
             raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
         if rate is not None:
@@ -292,10 +306,7 @@ def _check_dissolving(one: Declaration, equation: Equation, phase: Mapping[str, 
     if {part: many for part, many in made.items() if part != WATER} == {
         part: many * coefficient for part, many in parts.items() if part != WATER
     }:
-        raise one.fail(
-            f"nothing says how much {solids[0]!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, "
-            "to the body that holds it"
-        )
+        raise one.fail(_UNKNOWN_SOLUBILITY.format(solids[0]))
 
 
 def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, apart: set[str]) -> dict[str, float]:

@@ -51,7 +51,7 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
     assert told[0] == 30.0 and told[-1] == pytest.approx(20.0 + energy / (PER_ML * (20.0 + moved) + 30.0), rel=1e-5)
 
 
-@pytest.mark.parametrize("hz", [30, 90, 250])
+@pytest.mark.parametrize("hz", [9, 30, 90, 250, pytest.param(1000, marks=pytest.mark.slow)])
 def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     seconds, count = 6.0, round(7.0 * hz)
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
@@ -62,12 +62,12 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     series = compute(world(poses, bodies, *told, heat, step_ns=round(1e9 / hz))).effects["heat"].series["b/temperature"]
     excess = series.values - 20.0
     at = np.searchsorted(series.times, 1.0)
-    end = np.searchsorted(series.times, 1.0 + seconds - 0.05)
+    end = np.searchsorted(series.times, 1.0 + seconds - 0.15)
     since = series.times[end] - series.times[at]
     assert excess[end] == pytest.approx(excess[at] * np.exp(-5.0 * since / (PER_ML * 40.0)), rel=1e-6)
     # All heat, less what half of the pour's time takes, within half a hundredth.
     assert excess.max() == pytest.approx(0.01 * 55.84e3 / (PER_ML * 40.0), rel=0.02)
-    assert excess.max() == pytest.approx(3.322, rel=0.005)
+    assert excess.max() == pytest.approx(3.322, rel=0.005 if hz > 10 else 0.02)
 
 
 @pytest.mark.parametrize("hz", [30, 90, 250])
