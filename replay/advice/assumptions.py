@@ -24,6 +24,7 @@ from replay.pipeline.engine import prepared
 from replay.pipeline.headline import RECORDING
 from replay.prepare.assemble import body_of
 from replay.prepare.assembly import Assembly
+from replay.words import length
 from sessions import Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject
@@ -319,7 +320,7 @@ def sentences_of(question: Question) -> Iterator[str]:
 def outcome_words(outcome: Outcome) -> str:
     """Returns what a recording shows: ``3 contacts, bodies up to 40 mm deep in each other``."""
     if not outcome.contacts:
-        nearest = "" if outcome.closest is None else f", {1e3 * outcome.closest:.2g} mm at the closest"
+        nearest = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"
         return f"no contact{nearest}"
     contacts = f"{outcome.contacts} contact{'s' if outcome.contacts != 1 else ''}"
     if outcome.deepest > DEEP_M:

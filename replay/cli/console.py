@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance, ignored
 from replay.base.shown import shown as safe_text
+from replay.words import number
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -125,7 +126,7 @@ def counting(people: People, total: int) -> Callable[[str, str], None]:
         nonlocal count, worked
         count, worked = count + 1, worked + (became != "kept")
         each = (time.monotonic() - begun) / max(worked, 1)
-        rest = f", about {each * (total - count):.0f} s left at {60 / each:.3g} a minute"
+        rest = f", about {each * (total - count):.0f} s left at {number(60 / each)} a minute"
         people.say(f"{count:>4} of {total}  {name}: {became}{rest if worked and count < total else ''}")
 
     return tell

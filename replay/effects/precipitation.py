@@ -22,6 +22,7 @@ from replay.effects.output import (
     blended,
 )  # fmt: skip
 from replay.effects.protocol import spec_of
+from replay.words import quantity
 
 CLOUDY_MOL_L: Final = 1e-3
 """Solid per litre that is drawn as fully cloudy; chosen by us, for the picture only."""
@@ -54,12 +55,12 @@ def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
     if len(grown):
         name, row = "precipitate", grown[0]
         values = {"mass_g": float(amount.max() * per_mol), "moles": float(amount.max()), "formula": solid}
-        words = f"{solid} falls out in {vessel}: {values['mass_g']:.3g} g, {declared['colour']}"
+        words = f"{solid} falls out in {vessel}: {quantity(values['mass_g'], 'g')}, {declared['colour']}"
     elif len(fallen):
         name, row = "dissolved", fallen[-1] + 1
         gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
         values = {"mass_g": gone, "left_g": there - gone, "formula": solid}
-        words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
+        words = f"{quantity(gone, 'g')} of {quantity(there, 'g')} {solid} dissolve in {vessel}"
     else:
         return
     yield EffectEvent(float(times[row]), name, (vessel,), None, values, words)

@@ -16,6 +16,7 @@ from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
+from replay.words import quantity
 
 LEAST_GAS: Final = 1e-6
 """mol of a gas that nobody sees: a bubble of 0.02 mL."""
@@ -153,7 +154,7 @@ def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findin
         if column.endswith(GAS) and gone[-1] > LEAST_GAS:
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
-            words = f"{1e3 * gone[-1]:.3g} mmol {gas} leave {vessel} as gas"
+            words = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas"
             found.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
             found.events.append(
                 EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, words)

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from math import ceil, floor, log1p, log10
 from typing import Final
 
+from replay.words import number as number_text
+
 Size = tuple[float, float]
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]
@@ -122,10 +124,10 @@ def _axes(plot: Plot, across: Axis, up: Axis) -> Plot:
     for tick in up.ticks:
         y = _place(plot, 0.0, up.share(tick))[1]
         plot.lines.append(("grid", [(left, y), (right, y)]))
-        plot.words.append(Words(f"{tick:g}", (left - 7, y + 4), "end"))
+        plot.words.append(Words(number_text(tick), (left - 7, y + 4), "end"))
     for tick in across.ticks:
         x = _place(plot, across.share(tick), 0.0)[0]
-        plot.words.append(Words(f"{tick:g}", (x, bottom + 17), "middle"))
+        plot.words.append(Words(number_text(tick), (x, bottom + 17), "middle"))
     plot.words.extend([Words(up.words, (left, 11.0)), Words(across.words, (right, bottom + 34), "end")])
     return plot
 

@@ -67,7 +67,7 @@ def _moment(row: Mapping[str, Any]) -> Cell:
     """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
     moment = row["start"] if row["touch"] is None else row["touch"]
     unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
-    below = f"within {1e6 * unsure:.2g} microseconds" if unsure > 1e-6 else ""
+    below = f"within {words.duration(unsure)}" if unsure > 1e-6 else ""
     return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
 
 

@@ -28,7 +28,7 @@ from replay.comparison.misses import FOUND_LATE, LOST_EARLY, NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss
 from replay.detection.recorded import RecordedDetector
 from replay.pipeline.sentences import SHAPES
-from replay.words import length
+from replay.words import duration, length
 
 REASONS: Final = data_of("pipeline/reasons.toml")
 """Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
@@ -204,4 +204,4 @@ def duration_text(frames: int, seconds: float) -> str:
 
 def _milliseconds(seconds: float) -> str:
     """Three digits: ``11.1 ms``, ``12 ms``."""
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{1e3 * seconds:,.0f} ms"
+    return duration(seconds)

@@ -10,6 +10,7 @@ from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import plural
+from replay.words import number as number_text
 from sessions import Frames, Session
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import Jumps, teleports
@@ -117,7 +118,7 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
     if np.isfinite(position).all():
         with np.errstate(over="ignore", invalid="ignore"):
             norm = float(np.sqrt((quaternion * quaternion).sum()))
-        what = f"quaternion {quaternion.tolist()} has norm {norm:.6g}, not 1"
+        what = f"quaternion {quaternion.tolist()} has norm {number_text(norm, 6)}, not 1"
     number = number if session.part is None else int(session.part.numbers[number])
     where = f"frame {number} ({time:.6f} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"

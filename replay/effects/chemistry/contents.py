@@ -12,6 +12,7 @@ from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError, PlanError
+from replay.words import number
 from sessions.model.scene import Scene
 
 WATER_MOLAR: Final = 1.0 / 0.0180153
@@ -70,7 +71,7 @@ def contents_of(vessel: Vessel) -> Contents:
             raise vessel.fail(f"holds {formula!r} twice; give one concentration")
         most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
         if molar > most:
-            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most:.3g}")
+            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {number(most)}")
         if formula not in MOST_MOLAR:
             _check_saturated(vessel, formula, molar)
         amounts[formula] = litres * molar
@@ -107,7 +108,7 @@ def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
     most = 10.0 * grams / molar_mass(anhydrous(formula))
     if molar > most:
         raise vessel.fail(
-            f"holds {molar:g} mol/L of {formula!r}; a litre of water dissolves {most:.3g} mol at {celsius:g} degC: "
+            f"holds {molar:g} mol/L of {formula!r}; a litre of water dissolves {number(most)} mol at {celsius:g} degC: "
             "give what is beyond as properties.solid"
         )
 

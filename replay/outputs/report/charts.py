@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.outputs.plots import Point, ticks_of
+from replay.words import number
 
 Span = tuple[float, float]
 """Seconds from start to end."""
@@ -81,6 +82,6 @@ def ruler(start: float, end: float) -> list[tuple[float, str]]:
     """Seconds below a lane: where, in percent of it, and in words."""
     length = max(end - start, 1e-6)
     ticks = [tick for tick in ticks_of(length, 6) if tick < 0.94 * length]
-    marks = [(tick, f"{start + tick:.4g}") for tick in ticks]
-    marks.append((length, f"{end:.0f} s" if length > 20 else f"{end:.4g} s"))
+    marks = [(tick, number(start + tick, 4)) for tick in ticks]
+    marks.append((length, f"{end:.0f} s" if length > 20 else f"{number(end, 4)} s"))
     return [(100 * at / length, name) for at, name in marks]

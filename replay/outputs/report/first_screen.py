@@ -13,6 +13,7 @@ from replay.outputs.run_tables import happened, ranking_table
 from replay.pipeline.headline import undecided
 from replay.pipeline.ranking import Rank
 from replay.pipeline.sentences import sentence_of
+from replay.words import duration
 
 RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
 
@@ -26,7 +27,7 @@ MOST_LANES: Final = 6
 def page_facts(view: RunView) -> str:
     """How long a session is, how many contacts it has, and whether it was made up."""
     session = view.summary["session"]
-    facts = [f"{session['duration']:.0f} s" if session["duration"] >= LONG else f"{session['duration']:.3g} s"]
+    facts = [duration(session["duration"])]
     if view.ranking and _compared(view):
         facts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session["facts"]:

@@ -19,6 +19,7 @@ from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.report.markup import filled
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
 from replay.pipeline.run_result import RunResult
+from replay.words import length as length_words
 
 Fault = Miss | FalseContact
 
@@ -98,7 +99,7 @@ class Sight:
     @property
     def length(self) -> str:
         """The gap in words, ``""`` where the bodies meet."""
-        return "" if self.gap is None else f"{1e3 * float(np.linalg.norm(self.gap[1] - self.gap[0])):.2g} mm"
+        return "" if self.gap is None else length_words(float(np.linalg.norm(self.gap[1] - self.gap[0])))
 
 
 def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[str, str]:

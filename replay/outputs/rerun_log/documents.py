@@ -81,7 +81,7 @@ def series_names(result: RunResult) -> dict[str, str]:
     names = {}
     for label, figures in result.summary["detectors"].items():
         seconds, frame = figures["seconds"], figures["seconds"].get("per_frame")
-        slow = f", p99 {words.milliseconds(frame['p99'])}, longest {1e3 * frame['max']:.3g}" if frame else ""
+        slow = f", p99 {words.milliseconds(frame['p99'])}, longest {words.milliseconds(frame['max'])}" if frame else ""
         names[label] = f"{label}: mean {words.milliseconds(seconds['per_frame_mean'])}{slow}"
     return names
 

@@ -16,6 +16,7 @@ from replay.outputs.run_tables import (
 from replay.outputs.words import span_words
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import sample_figures
+from replay.words import duration
 
 
 def test_what_was_not_measured_has_no_value():
@@ -49,7 +50,7 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     assert miss.touch.free <= truth <= miss.touch.moment
     (row,) = result.tables["misses"].plain()
     assert (row["touch_free"], row["touch"]) == (miss.touch.free, miss.touch.moment)
-    bound = f"within {1e6 * (row['touch'] - row['touch_free']):.2g} microseconds"
+    bound = f"within {duration(row['touch'] - row['touch_free'])}"
     moment = f"{miss.touch.moment:.3f}"
     assert column(miss_table(result.tables["misses"], "exact"), "at s") == [
         moment if known else Marked(moment, "", bound)

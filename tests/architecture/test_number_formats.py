@@ -1,0 +1,46 @@
+"""Numbers are formatted in one module: elsewhere no format can print an exponent."""
+
+import ast
+import re
+from pathlib import Path
+
+import replay
+
+TOP = Path(replay.__file__).parent
+GENERAL = re.compile(r"\.\d+[gGeE]")
+"""Formats of so many significant digits, which turn to an exponent where a number is large."""
+
+EXCEPTIONS = {
+    "words.py": "the module itself",
+    "studies/class_study": "coefficients, p values and other statistics, which have no unit",
+    "outputs/paper_table.py": "figures of the paper, which are compared digit by digit",
+    "studies/stress": "labels of planted scales",
+}
+
+
+def formats(tree):
+    """Line and format of every formatted value, format string and ``show`` of a column in a syntax tree."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
+            parts = [part.value for part in node.format_spec.values if isinstance(part, ast.Constant)]
+            yield node.lineno, "".join(map(str, parts))
+        elif isinstance(node, ast.keyword) and node.arg == "show" and isinstance(node.value, ast.Constant):
+            yield node.value.lineno, str(node.value.value)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            for found in re.findall(r"\{[^{}]*:([^{}]*)\}", node.value):
+                yield node.lineno, found
+
+
+def test_no_format_outside_one_module_can_print_an_exponent():
+    found = []
+    for file in sorted(TOP.rglob("*.py")):
+        name = file.relative_to(TOP).as_posix()
+        if not any(name == exception or name.startswith(f"{exception}/") for exception in EXCEPTIONS):
+            tree = ast.parse(file.read_text("utf-8"))
+            found += [f"{name}:{line} {text}" for line, text in formats(tree) if GENERAL.search(text)]
+    assert found == []
+
+
+def test_the_search_sees_formats_of_every_kind():
+    code = 'a = f"{x:.2g} mm"\nb = "{:.3g}".format\nc = Column(show=".1e")\nd = f"{x:,.0f} {y:g}"'
+    assert [found for _, found in formats(ast.parse(code)) if GENERAL.search(found)] == [".2g", ".3g", ".1e"]
