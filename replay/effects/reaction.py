@@ -5,11 +5,11 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray
-from replay.effects.chemistry.components import METALS, PROTON, dissolved_parts
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_parts
 from replay.effects.chemistry.database import formula_of
-from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import Matter, matter_of
-from replay.effects.chemistry.mixture import GAS, LIGANDS, Mixture
+from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction, heavy_parts
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points
@@ -27,7 +27,7 @@ LEAST_PH: Final = 0.05
 DAVIES_MOL_KG: Final = 1.5
 """Ionic strength up to which PHREEQC's minteq.v4 is taken without a word; its activities (Davies) are fitted to 0.5."""
 
-LEAST_TOLD: Final = 1e-3
+LEAST_TOLD: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
 
 
@@ -56,6 +56,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             times = np.unique(np.concatenate(moments or [history.times]))
             formed |= _tell_solution(matter, vessel, times, found)
         _tell_gases(inputs, matter, vessel, found)
+        _tell_solids(inputs, matter, vessel, found)
         found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     found.events += unreacted(matter, formed)
     return found.output()
@@ -107,12 +108,14 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, found: Findin
 def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
     """Name -> row of the ions and molecules whose concentration is told.
 
-    They are those that an equation names, if they are complexes or weak acids and bases, and every complex of a metal
-    with a ligand that holds a share of it worth telling.
+    They are those that an equation or a vessel names, if they are complexes or weak acids and bases, and every complex
+    of a metal with a ligand that holds a fraction of it worth telling.
     """
     found: dict[str, int] = {}
-    for reaction in matter.recipe.reactions:
-        for formula in reaction.equation.formulas:
+    equations = [formula for one in matter.recipe.reactions for formula in one.equation.formulas]
+    brought = [formula for contents in matter.recipe.contents.values() for formula in contents.amounts]
+    for formula in dict.fromkeys((*equations, *brought)):
+        if formula != WATER:
             row = mixture.row_of(formula)
             heavy = heavy_parts(formula)
             complexed = bool(charge_of(formula)) and (len(heavy) > 1 or dissolved_parts(formula).get(PROTON, 0) < -1)
@@ -159,6 +162,18 @@ def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findin
             found.events.append(
                 EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, words)
             )
+
+
+def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
+    """Mass of each solid at equilibrium that changes, where no effect precipitation follows it."""
+    followed = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
+    ledger = matter.ledger
+    history = matter.histories[vessel]
+    for place in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
+        solid = ledger.columns[place].removesuffix(SOLID)
+        amount = history.amounts[:, place]
+        if ledger.columns[place].endswith(SOLID) and solid not in followed and np.ptp(amount) > 0.0:
+            found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
 
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:

@@ -200,3 +200,12 @@ def test_only_while_the_outlet_is_inside_is_anything_collected():
 
 def test_a_jar_that_stands_upright_collects_nothing():
     assert not collected([0.42] * COUNT, 0.05, turn=(0.0, 0.0, 0.0, 1.0)).events
+
+
+def test_a_solid_that_no_precipitation_follows_is_a_series_of_the_reaction():
+    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solutes={"NaCl": 0.1, "NH3": 0.01}))
+    effects = poured([0.0, 60.0, 60.0], bodies, MIXED, SILVER)
+    moved = 1e-4 * effects["pour"].events[0].values["volume_ml"]
+    series = effects["reaction"].series
+    assert series["b/AgCl"].values[-1] == pytest.approx(143.32 * moved, rel=0.01)
+    assert 0.0 < series["b/NH3"].values[-1] < 0.01
