@@ -236,9 +236,9 @@ class Window:
 MASKED = {
     r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
     # the path before a name says where a line is folded
-    r"text: Session(.|\n +)*?csv`": lambda found: re.sub(r"\n +", " ", found[0]),
+    r"text: Session(.|\n +)*": lambda found: re.sub(r"\n +", " ", found[0]),
     r"(?<=byte )\d+|(?<=\.py, line )\d+": "",
-    r"\S*/(?=planted_detectors)|\S*/replay-view-\w+": "",
+    r"\S*/(?=planted_detectors)|\S*/replay-\w+/files": "",
     r"(?<=false; )[\d.]+(?= ms a f)": "#",
     r'\n( *)"(seconds|versions|machine|recording)": {\n(?:\1 .*\n)*\1}': r'\n\1"\2": {}',
     r", about .* a minute|(?<=part-00000-)\w+": "",
