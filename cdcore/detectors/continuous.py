@@ -11,6 +11,7 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import MotionAnswer, decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
+from cdcore.narrow.continuous.hole_passages import HolePassages
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
@@ -53,8 +54,8 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin is
     more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
     UNRESOLVED: neither, with a reason in ``reasons``; so too where holes leave open what is inside at either end, or
-    a body left the inside without contact. Where a pose is missing before a frame, or the track has a gap or a
-    teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
+    a body passes through a hole on the way without contact. Where a pose is missing before a frame, or the track has a
+    gap or a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
 
     Between frames body origins move along lines and rotations turn at a constant rate along the shorter arc. It says in
     which interval and when, not in which faces; ask ``exact`` for those of a frame and ``time_of_impact`` for one
@@ -79,8 +80,10 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         self._trees = box_trees_of([body.mesh for body in bodies])
         self._spheres = SweptSpheres([sphere_best(body.mesh) for body in bodies])
         ordered, _ = ordered_by_name(bodies, pairs)
-        self._segments = SegmentStage(self._trees, ordered, tolerance=settings.tolerance, effort=settings.effort)
+        tolerance, effort = settings.tolerance, settings.effort
+        self._segments = SegmentStage(self._trees, ordered, tolerance=tolerance, effort=effort)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        self._passages = HolePassages(self._containment, ordered, tolerance=tolerance, effort=effort)
 
     def _fresh_memory(self) -> list[Motion]:
         return []
@@ -111,13 +114,16 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         # A contact in a frame without an interval before it begins, as far as is known, in that frame.
         begun = np.argwhere(surfaces.hits & ~way)
         toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun.tolist() if t >= first}
-        work = self._search(motion, way & ~before, verdict, reasons, toi)
+        searched = way & ~before & motion.changed[:, self.pairs].any(axis=2)
+        legs = self._near_legs(motion, searched)
+        work = {"intervals": int(searched.sum())} | self._search(motion, legs, verdict, reasons, toi)
         clock.append(perf_counter())
         frames, columns = surfaces.near
         clear = verdict[frames, columns] == Verdict.CLEAR
         # as one end of an interval without contact is, so is the whole way
         asked = self._containment.mark(motion, frames[clear], columns[clear], verdict)
         asked += self._mark_ways_through_holes(motion, surfaces, way, verdict)
+        asked += self._passages.mark(motion, *legs, verdict)
         unresolved = np.argwhere((verdict == Verdict.UNRESOLVED) & has_pose)
         for t, p in unresolved.tolist():
             reasons.setdefault((t, p), self._containment.words[p].removeprefix(PARTLY_DECIDED))
@@ -149,14 +155,18 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         verdict[(verdict == Verdict.CLEAR) & (before != Verdict.CLEAR)] = Verdict.UNRESOLVED
         return asked
 
+    def _near_legs(self, motion: Motion, searched: BoolArray) -> tuple[IntArray, IntArray]:
+        """Frames and columns (K,) of the intervals, of those to search (T, P), in which bounding spheres meet."""
+        poses = motion.rotations, motion.translations
+        return true_places(self._spheres.may_meet(*poses, motion.valid, self.pairs, searched))
+
     def _search(
-        self, motion: Motion, asked: BoolArray, verdict: ByteArray, reasons: dict[tuple[int, int], str],
+        self, motion: Motion, legs: tuple[IntArray, IntArray], verdict: ByteArray, reasons: dict[tuple[int, int], str],
         toi: dict[tuple[int, int], tuple[float, float]],
     ) -> dict[str, int]:  # fmt: skip
-        """Decide the intervals that do not start in contact, (T, P); write down what they came to, return counters."""
+        """Decide the intervals ``legs``, none of which starts in contact; write down answers, return counters."""
+        frames, columns = legs
         poses = motion.rotations, motion.translations
-        asked &= motion.changed[:, self.pairs].any(axis=2)
-        frames, columns = true_places(self._spheres.may_meet(*poses, motion.valid, self.pairs, asked))
         answer = self._segments.decide(motion.times, *poses, frames, columns)
         for row in np.flatnonzero(answer.states != FREE).tolist():
             place, state = (int(frames[row]), int(columns[row])), int(answer.states[row])
@@ -168,7 +178,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
                 verdict[place] = Verdict.UNRESOLVED
                 reasons[place] = f"{self._segments.reason(state)} ({low:.6f} to {high:.6f} s)"
         unresolved = int((verdict == Verdict.UNRESOLVED).sum())
-        return {"unresolved": unresolved, "intervals": int(asked.sum()), "searched": len(frames)} | answer.work
+        return {"unresolved": unresolved, "searched": len(frames)} | answer.work
 
 
 def _joined(last: Motion, motion: Motion) -> Motion:

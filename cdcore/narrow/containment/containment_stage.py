@@ -151,7 +151,7 @@ class WindingQuestion:
         states = self._by_points(motion, frames)
         reaching = np.flatnonzero(states == MAY_REACH)
         if len(reaching):
-            meet = self._caps.decide(motion.take(frames[reaching])).hits[:, 0]
+            meet = self._caps_over_motion.decide(motion.take(frames[reaching])).hits[:, 0]
             states[reaching] = np.where(meet, UNDECIDED, OUTSIDE)
         return states
 
@@ -172,22 +172,27 @@ class WindingQuestion:
             states[k] = self._exactly(motion, int(frames[k]))
         return states
 
+    @property
+    def has_caps(self) -> bool:
+        """Whether the outer body has holes that caps close."""
+        return len(self._surface.caps) > 0
+
     @cached_property
-    def _cap_trees(self) -> list[BoxTree]:
+    def cap_trees(self) -> list[BoxTree]:
         """The tree of the inner body at its number, those of the caps at all others."""
         caps = self._surface.caps
         inner, of_caps = build_box_trees([np.ascontiguousarray(self._inner_mesh.triangles), caps])
         return [inner if body == self._ends[0] else of_caps for body in range(self._bodies)]
 
     @cached_property
-    def _caps(self) -> MotionSearch:
+    def _caps_over_motion(self) -> MotionSearch:
         """Whether the inner body meets caps of the outer one, over a motion."""
-        return MotionSearch(self._cap_trees, np.array([self._ends]))
+        return MotionSearch(self.cap_trees, np.array([self._ends]))
 
     @cached_property
     def _caps_now(self) -> FrameLooks:
         """The same of one frame after another."""
-        return FrameLooks(self._cap_trees, np.array([self._ends]))
+        return FrameLooks(self.cap_trees, np.array([self._ends]))
 
     def _exactly(self, motion: Motion, frame: int) -> int:
         """The same in one frame, from crossings of rays with placed faces, counted in whole numbers."""
@@ -245,7 +250,7 @@ class ContainmentStage:
                 inside = self._inside(motion, nesting, left).view(np.bool_)
                 verdict[left[inside], column] = Verdict.CONTAINED
                 left = left[~inside]
-            for question in self._winding_questions[column]:
+            for question in self.winding_questions[column]:
                 states = question.states(motion, left)
                 verdict[left[states == UNDECIDED], column] = Verdict.UNRESOLVED
                 verdict[left[states == INSIDE], column] = Verdict.CONTAINED
@@ -263,7 +268,7 @@ class ContainmentStage:
             if self._inside(now, nesting, FIRST_FRAME)[0]:
                 return Verdict.CONTAINED
         verdict = Verdict.CLEAR
-        for question in self._winding_questions[column]:
+        for question in self.winding_questions[column]:
             state = question.state_now(now)
             if state == INSIDE:
                 return Verdict.CONTAINED
@@ -280,7 +285,7 @@ class ContainmentStage:
         return [column for column, (i, j) in enumerate(self._pairs) if holed[i] or holed[j]]
 
     @cached_property
-    def _winding_questions(self) -> list[list[WindingQuestion]]:
+    def winding_questions(self) -> list[list[WindingQuestion]]:
         """Per pair, what is asked of the winding number; nothing where parity decides."""
         return [
             [

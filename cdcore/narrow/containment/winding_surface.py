@@ -100,23 +100,25 @@ class Hole(NamedTuple):
 @once_a_mesh
 def winding_surface(mesh: TriangleMesh) -> WindingSurface:
     """The parts of a mesh with their caps. Cost: a millisecond a thousand faces, once a mesh."""
-    parts = _joined(_parts(mesh))
+    # Scaled by a power of two, which rounds nothing: areas of a mesh of 1e90 m overflow, of 1e-97 m they vanish.
+    exponent = int(np.frexp(np.abs(mesh.triangles).max())[1])
+    parts = _joined(_parts(mesh, -exponent))
     caps = [_stacked([hole.cap for hole in part.holes], (0, 3, 3)) for part in parts]
     return WindingSurface(
-        grid=build_inside_grid(_stacked([part.triangles for part in parts] + caps, (0, 3, 3))),
+        grid=build_inside_grid(np.ldexp(_stacked([part.triangles for part in parts] + caps, (0, 3, 3)), exponent)),
         part=np.concatenate(
             [
                 np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
                 np.repeat(np.arange(len(parts)), [len(cap) for cap in caps]),
             ]
         ).astype(np.int64),
-        boxes=np.array([part.box for part in parts]).reshape(-1, 2, 3),
+        boxes=np.ldexp(np.array([part.box for part in parts]).reshape(-1, 2, 3), exponent),
         kinds=np.array([part.kind for part in parts], dtype=np.int64),
         signs=np.array([part.sign for part in parts], dtype=np.int64),
         opposed=_opposed(parts),
-        caps=_stacked(caps, (0, 3, 3)),
+        caps=np.ldexp(_stacked(caps, (0, 3, 3)), exponent),
         first_cap=_starts([len(cap) for cap in caps]),
-        holes=_stacked([hole.box[None] for part in parts for hole in part.holes], (0, 2, 3)),
+        holes=np.ldexp(_stacked([hole.box[None] for part in parts for hole in part.holes], (0, 2, 3)), exponent),
         first_hole=_starts([len(part.holes) for part in parts]),
     )
 
@@ -135,9 +137,10 @@ class _Part(NamedTuple):
         return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
 
 
-def _parts(mesh: TriangleMesh) -> list[_Part]:
-    """The connected parts of a mesh, every face once, neighbours wound alike."""
+def _parts(mesh: TriangleMesh, exponent: int) -> list[_Part]:
+    """The connected parts of a mesh, every face once, neighbours wound alike; lengths times 2 to the exponent."""
     faces, corners, labels = _single_faces(mesh)
+    corners = np.ldexp(corners, exponent)
     flipped = _flips(faces)
     faces[flipped] = faces[flipped, ::-1]
     corners[flipped] = corners[flipped, ::-1]

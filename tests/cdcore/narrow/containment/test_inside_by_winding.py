@@ -150,6 +150,39 @@ def test_an_interval_through_a_hole_is_not_clear():
     assert np.array_equal(np.concatenate([part.verdict for part in parts]), found.verdict)
 
 
+LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10, 11, 12, 13, 18, 19, 20, 21)}
+
+
+@pytest.mark.parametrize("lost", LOST_FACES)
+def test_an_arc_through_a_hole_and_out_again_is_not_clear(lost):
+    """A bead on an arm dips into the block between two frames, at both of which it is outside."""
+    rng = np.random.default_rng(5)
+    block = Body("block", without(grid_box(SIZE, 4), *LOST_FACES[lost]))
+    found = {}
+    for _ in range(60):
+        arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)
+        depth = rng.uniform(-0.005, 0.8 * arm - 0.005)
+        bead = Body("bead", moved(box_mesh([0.004] * 3), [arm, 0.0, 0.0]))
+        origin = np.array([-SIZE[0] / 2 + depth - arm, -0.015, shift])
+        ends, dense = (swing(origin, np.linspace(-1.4, 1.4, count)) for count in (2, 201))
+        expected = create_detector("exact", [block, bead]).detect(dense).verdict[:, 0]
+        assert expected[0] == expected[-1] == Verdict.CLEAR
+        verdict = create_detector("continuous", [block, bead]).detect(ends).verdict[1, 0]
+        on_the_way = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
+        allowed = on_the_way - {Verdict.CLEAR} or {Verdict.CLEAR}
+        assert verdict in (allowed | {Verdict.UNRESOLVED} if allowed != {Verdict.CLEAR} else allowed), (arm, depth)
+        found[int(verdict)] = found.get(int(verdict), 0) + 1
+    assert {Verdict.CLEAR, Verdict.UNRESOLVED} <= set(found), found
+
+
+def swing(origin, angles):
+    """A motion of a block at rest and a body that turns about z at a place."""
+    cosine, sine, zero = np.cos(angles), np.sin(angles), 0 * angles
+    turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
+    turns = np.stack([np.tile(np.eye(3), (len(angles), 1, 1)), turn], axis=1)
+    return Motion(np.arange(len(angles)), np.tile([[0, 0, 0], origin], (len(angles), 1, 1)), turns)
+
+
 def tube(open_at_top, segments=12):
     """A cup of one wall: a cylinder of radius and height 0.1, with a floor and, if it is not open, a lid."""
     angle = 2 * np.pi * np.arange(segments) / segments

@@ -44,6 +44,16 @@ def test_lost_faces_are_told_from_openings(name):
     assert winding_surface(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])).kinds.tolist() == [kind]
 
 
+@pytest.mark.parametrize("exponent", [-330, -20, 20, 330])
+@pytest.mark.parametrize("name", ALL)
+def test_lost_faces_are_told_from_openings_at_any_size(name, exponent):
+    mesh, kind = ALL[name]
+    scaled = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), mesh.faces))
+    assert scaled.kinds.tolist() == [kind]
+    assert np.array_equal(scaled.caps, np.ldexp(winding_surface(mesh).caps, exponent))
+    assert np.array_equal(scaled.grid.triangles, np.ldexp(winding_surface(mesh).grid.triangles, exponent))
+
+
 def test_flat_sheets_are_left_out_until_they_can_enclose_something():
     side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     sheets = [moved(side, [0, 0, 3 * k]) for k in range(4)]
