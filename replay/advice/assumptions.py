@@ -27,8 +27,8 @@ from replay.prepare.assembly import Assembly
 from replay.words import length
 from sessions import Session
 from sessions.errors import SessionError
-from sessions.model.assumption import Assumption, Subject
-from sessions.scene_files.answers import answered, recording_assumptions
+from sessions.model.assumption import DRAFTED, Assumption, Confidence, Origin, Subject
+from sessions.scene_files.answers import CHANGEABLE, OPTIONS, answered, recording_assumptions
 
 MOST_FRAMES: Final = 12_000
 """Frames that each alternative is asked of; of more, evenly chosen ones."""
@@ -48,6 +48,9 @@ VERY_DEEP_M: Final = 0.02
 
 GAP_FRAMES: Final = 48
 """Frames without contact whose gap is measured, of each pair those of the nearest bodies."""
+
+GUESSED_SUBJECTS: Final = (Subject.LENGTH_UNIT, *DRAFTED)
+"""What the first screen of a run names where it was guessed; guessed axes of poses are in `info`."""
 
 MESH_SUBJECTS: Final = (Subject.MESH_AXES, Subject.MESH_UNIT)
 
@@ -137,7 +140,7 @@ def examine_assumptions(
     whole = assembly if assembly is not None else prepared(session, progress=progress).assembly
     frames = chosen_frames(len(whole.motion))
     thinned = whole.motion.take(frames)
-    rows = [row for row in recording_assumptions(session) if row.is_open]
+    rows = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
     total = 1 + sum(len(row.alternatives) - 1 for row in rows)
     with progress.stage("Trying what the files do not say", total, "alternatives") as advance:
         current = outcome_of(replace(whole, motion=thinned))
@@ -333,19 +336,45 @@ def open_question_lines(session: Session, assembly: Assembly, progress: Progress
 
     ``assembly``: the recording as it was replayed. No file is named, since files may be called after people.
     """
-    rows = [row for row in recording_assumptions(session) if row.is_open]
+    untried = untried_lines(session)
+    rows = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
     if not rows:
-        return []
+        return untried
     try:
         examined = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
-        return [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
+        failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
+        return [*untried, *failed]
+    return [*untried, *(f"{question_sentence(question)} {DECIDE}" for question in examined.questions)]
+
+
+def untried_lines(session: Session) -> list[str]:
+    """Returns a sentence for each open assumption whose alternatives only another import can show."""
     return [
-        f"Not decided: {question.assumption.title_by_bodies}. {_as_sentence(question)}. {DECIDE}"
-        for question in examined.questions
+        f"Not decided: {row.title_by_bodies}. Taken for {row.value}: {row.reason}. To decide: "
+        f"{OPTIONS.get(row.subject, 'the mapping')} ({' or '.join(row.alternatives)}), and import again."
+        for row in recording_assumptions(session)
+        if row.is_open and row.subject not in CHANGEABLE
     ]
 
 
-def _as_sentence(question: Question) -> str:
+def guess_lines(session: Session) -> list[str]:
+    """Returns one sentence on what an import guessed of poses and clock, or none; open guesses have their own."""
+    rows = [
+        row
+        for row in recording_assumptions(session)
+        if row.origin is Origin.GUESS and row.subject in GUESSED_SUBJECTS and not row.is_open
+    ]
+    if not rows:
+        return []
+    named = "; ".join(
+        f"{row.title_by_bodies} ({row.value}{', not sure' if row.confidence is Confidence.OPEN else ''})"
+        for row in rows
+    )
+    return [f"Guessed by the import: {named}. Why: replay info {RECORDING} -v"]
+
+
+def question_sentence(question: Question) -> str:
+    """Returns a question with what each alternative would show, without the names of files."""
     joined = "; ".join(sentences_of(question))
-    return joined[:1].upper() + joined[1:]
+    return f"Not decided: {question.assumption.title_by_bodies}. {joined[:1].upper()}{joined[1:]}."

@@ -66,13 +66,14 @@ def run(
 
 
 def with_open_questions(result: run_result.RunResult, progress: Progress) -> run_result.RunResult:
-    """The result with the assumptions of its recording's import that nobody decided and that change its contacts."""
+    """The result with the guesses of its recording's import, and of those the ones that change its contacts."""
     if not result.detections:
         return result
-    from replay.advice.assumptions import open_question_lines
+    from replay.advice.assumptions import guess_lines, open_question_lines
 
     questions = open_question_lines(result.session, result.assembly, progress)
-    return replace(result, summary={**result.summary, "open_questions": questions}) if questions else result
+    lines = {"open_questions": questions, "guesses": guess_lines(result.session)}
+    return replace(result, summary={**result.summary, **{key: kept for key, kept in lines.items() if kept}})
 
 
 def opened(given: Session | str | Path, scene: str | Path | None) -> Session:

@@ -35,7 +35,7 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_WORDS)
 @click.option("--collider-axes", metavar="NAME", help="Axes of the colliders' file. Default: the recording's.")
-@click.option("--no-look", is_flag=True, help="Do not show the scene and ask what was guessed, on a terminal.")
+@click.option("--no-look", is_flag=True, help="Do not try what was guessed: no pictures, no question.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_WORDS)
 @reporting
@@ -69,27 +69,39 @@ def command(
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
     answer(as_json, plain, lambda: str(out))
     code = DATA_LOSS if _large_losses(imported, people) else OK
-    _show_scene(imported, out, people, looks=not no_look and not as_json and kind != "contacts")
-    return code
+    if kind == "contacts":
+        return code
+    return max(code, _open_guesses(imported, out, people, no_look=no_look, as_json=as_json))
 
 
-def _show_scene(imported: "Session", out: Path, people: People, *, looks: bool) -> None:
-    """On a terminal, pictures of the scene and questions on what was guessed; elsewhere the command that asks them."""
-    from replay.errors import ReplayError
+def _open_guesses(imported: "Session", out: Path, people: People, *, no_look: bool, as_json: bool) -> int:
+    """On a terminal, pictures of the scene and questions on what was guessed; in a pipe, an exit code for open ones."""
     from sessions.scene_files.answers import recording_assumptions
 
     unsure = [row.title for row in recording_assumptions(imported) if row.is_open]
-    if looks and sys.stdin.isatty() and sys.stdout.isatty():
-        from cdcore.errors import CollisionCoreError
-        from replay.cli.look import look_at
-        from sessions.errors import SessionError
-
-        try:
-            look_at(out, people, as_json=False, given={})
-        except (ReplayError, CollisionCoreError, SessionError) as error:
-            people.say(f"No pictures of the scene: {error}")
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
+    if no_look:
+        if unsure:
+            people.say(f"not sure: {', '.join(unsure)}; to see what each would change: replay doctor {out} --look")
+    elif is_terminal:
+        _show_scene(out, people)
     elif unsure:
-        people.say(f"not sure: {', '.join(unsure)}; to see what each would change: replay doctor {out} --look")
+        from replay.cli.look import decide_in_pipe
+
+        return decide_in_pipe(imported, out, people)
+    return OK
+
+
+def _show_scene(out: Path, people: People) -> None:
+    from cdcore.errors import CollisionCoreError
+    from replay.cli.look import look_at
+    from replay.errors import ReplayError
+    from sessions.errors import SessionError
+
+    try:
+        look_at(out, people, as_json=False, given={})
+    except (ReplayError, CollisionCoreError, SessionError) as error:
+        people.say(f"No pictures of the scene: {error}")
 
 
 def _large_losses(imported: "Session", people: People) -> bool:
@@ -168,7 +180,7 @@ def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
 
 def _notes(session: "Session") -> Iterator[str]:
     from sessions.importers.ledger import ledger_of
-    from sessions.model.assumption import Origin, Subject
+    from sessions.model.assumption import DRAFTED, Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
 
     yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
@@ -180,7 +192,8 @@ def _notes(session: "Session") -> Iterator[str]:
     if ledger is not None:
         yield from ledger.sentences()
     for row in recording_assumptions(session):
-        if row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT:
+        of_mesh = row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT
+        if of_mesh or (row.subject in DRAFTED and row.origin is Origin.GUESS and not row.is_open):
             yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""

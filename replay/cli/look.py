@@ -35,6 +35,34 @@ def parse_answers(texts: Sequence[str]) -> Answers:
     return answers
 
 
+def decide_in_pipe(session: "Session", path: Path, people: People) -> int:
+    """Say which guesses of an import change its contacts, and the option that decides each; the exit code.
+
+    A recording that cannot be replayed has no contacts that they could change; then their names are said alone.
+    """
+    from cdcore.errors import CollisionCoreError
+    from replay.advice.assumptions import examine_assumptions, question_sentence, untried_lines
+    from replay.errors import ReplayError
+    from sessions.errors import SessionError
+    from sessions.scene_files.answers import CHANGEABLE, recording_assumptions
+
+    undecided = untried_lines(session)
+    unsure = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
+    if unsure:
+        try:
+            examined = examine_assumptions(session, progress=TerminalProgress(people))
+        except (ReplayError, CollisionCoreError, SessionError):
+            named = ", ".join(row.title for row in unsure)
+            people.say(f"not sure: {named}; to see what each would change: replay doctor {path} --look")
+        else:
+            undecided += [
+                f"{question_sentence(question)} {_decides(question, number, path)}"
+                for number, question in enumerate(examined.questions)
+            ]
+    people.say(*undecided)
+    return DATA_LOSS if undecided else OK
+
+
 def look_at(path: Path, people: People, *, as_json: bool, given: Answers, asks: bool | None = None) -> int:
     """Write pictures of a recording, ask what its import guessed, and write the answers into it; the exit code.
 

@@ -37,8 +37,8 @@ def doubts(result: RunResult) -> list[str]:
 
 
 def open_questions(summary: Mapping[str, Any]) -> list[str]:
-    """What an import assumed, nobody decided, and changes the contacts: a sentence each."""
-    return list(summary.get("open_questions", ()))
+    """What an import guessed and changes the contacts, a sentence each; then one on all its other guesses."""
+    return [*summary.get("open_questions", ()), *summary.get("guesses", ())]
 
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:

@@ -40,7 +40,7 @@ def pose_assumptions(frame: "SourceFrame", farthest: float) -> tuple[Assumption,
         handed_origin, reason = Origin.GUESS, "the axes as text leave it out"
     handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
     clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
-    return axes, handedness, length_unit(frame, farthest), clock, *frame.rotations
+    return axes, handedness, length_unit(frame, farthest), clock, *frame.others
 
 
 def _description(axes: Convention) -> str:

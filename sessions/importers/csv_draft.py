@@ -18,7 +18,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_head import NUMBER, WORDS, CsvHead
 from sessions.importers.csv_long_table import column_of_bodies, is_large, order_of, rows_lost
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROW_MAJOR, TEXT, CsvLayout
+from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROW_MAJOR, TEXT, CsvLayout, Guessable
 from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
 
@@ -51,9 +51,23 @@ class UnknownColumnsError(ImportFileError):
 
 def draft_of(head: CsvHead, table: CsvTable) -> UnknownColumnsError:
     """The error that says what the columns are, with a draft of their mapping."""
-    unknown = list[str]()
-    draft = "\n".join([*_lines(head, table, unknown), ""])
-    return UnknownColumnsError(head.source, head.columns, draft, unknown)
+    gaps = _Gaps()
+    title, *lines = _lines(head, table, gaps)
+    draft = "\n".join([title, *_guessed_line(gaps), *lines, ""])
+    return UnknownColumnsError(head.source, head.columns, draft, gaps.unknown)
+
+
+@dataclass
+class _Gaps:
+    """The keys of a mapping that a draft guessed, and words on what it leaves to a person."""
+
+    guessed: list[Guessable] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+
+
+def _guessed_line(gaps: _Gaps) -> Iterator[str]:
+    if gaps.guessed:
+        yield f"guessed = {json.dumps(gaps.guessed)}   # the file does not say these: take out what you have checked"
 
 
 def _named(head: CsvHead, words: frozenset[str]) -> list[str]:
@@ -147,22 +161,34 @@ def _words(column: str) -> tuple[list[str], str]:
     return words, unit
 
 
-def _lines(head: CsvHead, table: CsvTable, unknown: list[str]) -> Iterator[str]:
-    """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``unknown``."""
+def words_of(column: str) -> list[str]:
+    """Returns the words of a column's name."""
+    return _words(column)[0]
+
+
+def unit_in_name(column: str) -> str:
+    """Returns the unit that a column's name states, as a mapping writes it, or ``""``."""
+    return _words(column)[1]
+
+
+def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
+    """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``gaps``."""
     bodies, clock = _bodies(head.columns), _clock_of(head)
     yield f"# How to read {head.source.name}: a draft of its header. Check it, and complete what is commented."
     yield from (f"{key} = {json.dumps(value)}" for key, value in _keys(head.layout).items())
-    unknown.append("the axes (convention)")
+    if head.columns_by_number:
+        gaps.guessed.append(Guessable.COLUMNS)
+    gaps.unknown.append("the axes (convention)")
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
-    yield _units(head, [column for body in bodies.values() for column in body.place], unknown)
-    yield from ("", "[time]", *_clock(head, clock, unknown))
+    yield _units(head, [column for body in bodies.values() for column in body.place], gaps)
+    yield from ("", "[time]", *_clock(head, clock, gaps))
     posed = {name: body for name, body in bodies.items() if body.place and body.turn[1]}
     names = [name for name in _named(head, NAMES) if not head.numbers(name)]
     lost = ""
     if "" in posed and clock.column:
         names, lost = _names_of_bodies(table, clock, names, bodies)
     if lost:
-        unknown.append(f"which column tells bodies apart, for as one body {lost}")
+        gaps.unknown.append(f"which column tells bodies apart, for as one body {lost}")
         yield from (
             "",
             f"# As one body {lost}.",
@@ -176,11 +202,11 @@ def _lines(head: CsvHead, table: CsvTable, unknown: list[str]) -> Iterator[str]:
             if is_long
             else [f"[bodies.{json.dumps(name or head.source.stem)}]"]
         )
-        lines = [*title, f"position = {json.dumps(body.place)}", *_rotation(head, body, unknown)]
+        lines = [*title, f"position = {json.dumps(body.place)}", *_rotation(head, body, gaps)]
         lines += [f"valid = {json.dumps(column)}" for column in valid[:1]]
         yield from ("", *([f"# {line}" for line in lines] if lost and not name else lines))
     if not posed:
-        unknown.append("which columns are a pose")
+        gaps.unknown.append("which columns are a pose")
         yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
         yield '# quaternion_xyzw = ["...", "...", "...", "..."]'
     for name, body in bodies.items():
@@ -188,22 +214,22 @@ def _lines(head: CsvHead, table: CsvTable, unknown: list[str]) -> Iterator[str]:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
 
 
-def _units(head: CsvHead, places: Sequence[str], unknown: list[str]) -> str:
+def _units(head: CsvHead, places: Sequence[str], gaps: _Gaps) -> str:
     """The unit of lengths."""
     unit = next((unit for column in places if (unit := _words(column)[1] or head.unit(column)) in LENGTHS), "")
     if unit:
         return f'units = "{unit}"'
-    unknown.append("the unit of lengths (m unless you say otherwise)")
+    gaps.unknown.append("the unit of lengths (m unless you say otherwise)")
     numbers = [number for column in places for number in head.numbers(column)]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
     return f'# units = "m"   # m, cm or mm? {limits}'
 
 
-def _rotation(head: CsvHead, body: _Body, unknown: list[str]) -> Iterator[str]:
+def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
     """The rotation of a body."""
     kind, turn = body.turn
     if kind == UNORDERED:
-        unknown.append(f"the order of the quaternion ({TURN} or {SCALAR_FIRST})")
+        gaps.unknown.append(f"the order of the quaternion ({TURN} or {SCALAR_FIRST})")
         yield f"# In which order? The file does not tell{_likely_order(head, turn)}. Take one of the two:"
         yield f"# {TURN} = {json.dumps(turn)}   # x, y, z, w"
         yield f"# {SCALAR_FIRST} = {json.dumps(turn)}   # w, x, y, z"
@@ -214,7 +240,7 @@ def _rotation(head: CsvHead, body: _Body, unknown: list[str]) -> Iterator[str]:
     # By their axes, whatever order a person writes below.
     angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
     yield f"{kind} = {{{angles}}}"
-    unknown.append("the order of the angles (order)")
+    gaps.unknown.append("the order of the angles (order)")
     yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
     yield '# angle_unit = "deg"   # deg or rad'
     if turn == body.held(TURN, "xyz"):
@@ -256,19 +282,23 @@ def _clock_of(head: CsvHead) -> _Clock:
     return _Clock(column, unit)
 
 
-def _clock(head: CsvHead, clock: _Clock, unknown: list[str]) -> Iterator[str]:
+def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
     """The keys under ``[time]``."""
     if not clock.column:
-        unknown.append("the rate (rate_hz), because there is no clock")
+        gaps.unknown.append("the rate (rate_hz), because there is no clock")
         yield "# rate_hz = 90   # rows a second; the file has no column of time"
         return
     yield f"column = {json.dumps(clock.column)}"
     if clock.unit == TEXT:
         yield 'unit = "text"'
         yield f"format = {json.dumps(clock.format)}" if clock.format else "# ISO 8601"
+        if clock.format:
+            gaps.guessed.append(Guessable.TIME_FORMAT)
         return
     if not clock.unit:
-        unknown.append("the unit of time")
+        gaps.unknown.append("the unit of time")
+    elif clock.unit not in (_words(clock.column)[1], head.unit(clock.column)):
+        gaps.guessed.append(Guessable.TIME_UNIT)
     yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
     values = head.numbers(clock.column)
     if values and values[0] < 0:

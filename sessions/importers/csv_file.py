@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_assumptions import source_frame
 from sessions.importers.csv_draft import draft_of
 from sessions.importers.csv_head import read_head
 from sessions.importers.csv_long_table import column_of_bodies, is_large, rows_lost
@@ -23,7 +24,6 @@ from sessions.importers.pose_table import SourceFrame, Stream, imported, numbere
 from sessions.importers.stamps import Rows, Stamps, increasing
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
-from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Event, LiveContact
 from sessions.model.session import Session
 from sessions.model.track import HandTrack
@@ -61,10 +61,9 @@ def read_csv(
             raise draft_of(head, table)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
-    clock = f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second"
     axes = convention_named(convention or plan.convention)
     plan = _in_order_of(plan, axes, str(source))
-    return _CsvLog(table, plan, ledger).session(_source_frame(plan, axes, clock, is_named=bool(convention)))
+    return _CsvLog(table, plan, ledger).session(source_frame(table, plan, axes, is_named=bool(convention)))
 
 
 def _in_order_of(plan: CsvMapping, axes: Convention, where: str) -> CsvMapping:
@@ -72,39 +71,6 @@ def _in_order_of(plan: CsvMapping, axes: Convention, where: str) -> CsvMapping:
     body = plan.body and plan.body.in_order_of(axes, f"{where}: [body]")
     bodies = {name: columns.in_order_of(axes, f"{where}: [bodies.{name}]") for name, columns in plan.bodies.items()}
     return replace(plan, body=body, bodies=bodies)
-
-
-def _source_frame(plan: CsvMapping, axes: Convention, clock: str, *, is_named: bool) -> SourceFrame:
-    """What the numbers mean, and who says so: the script's format, the mapping, or an option."""
-    is_script = bool(plan.kind)
-    by_mapping = Origin.FORMAT if is_script else Origin.USER
-    units_origin = Origin.FORMAT if is_script or axes.unit else Origin.GUESS
-    if plan.units:
-        units_origin = by_mapping
-    units = plan.units or axes.unit or "m"
-    rotations = dict[tuple[Subject, str], Assumption]()
-    for columns in (plan.body, *plan.bodies.values()):
-        if columns is not None and columns.kind != "matrix":
-            rotation = _rotation_of(columns, by_mapping)
-            rotations.setdefault((rotation.subject, rotation.value), rotation)
-    return SourceFrame(
-        axes=axes,
-        units=units,
-        clock=clock,
-        assumed=(f"lengths in {units}",) if units_origin is Origin.GUESS else (),
-        axes_origin=Origin.USER if is_named else by_mapping,
-        units_origin=units_origin,
-        clock_origin=by_mapping,
-        rotations=tuple(rotations.values()),
-    )
-
-
-def _rotation_of(columns: PoseColumns, origin: Origin) -> Assumption:
-    """The order of a quaternion or of Euler angles."""
-    if columns.kind == "euler":
-        unit = "degrees" if columns.degrees else "radians"
-        return Assumption(Subject.EULER_ORDER, columns.order, origin, description=unit)
-    return Assumption(Subject.QUATERNION_ORDER, "xyzw", origin, description=", ".join(columns.turn))
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:

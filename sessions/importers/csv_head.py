@@ -54,6 +54,12 @@ class CsvHead:
     rows: tuple[tuple[str, ...], ...] = ()
     units: tuple[str, ...] = ()
 
+    @property
+    def columns_by_number(self) -> bool:
+        """Whether nothing in the file names its columns: their meaning is taken from how many they are."""
+        width = len(self.columns)
+        return bool(self.layout.columns) and self.columns in (NAMELESS.get(width), _numbered_columns(width))
+
     def cells(self, column: str) -> list[str]:
         """The first cells of a column."""
         place = self.columns.index(column)
@@ -110,11 +116,15 @@ def _of_rows(
         above = first
         columns = lines[first - 1].lstrip("#% ").split() if first else []
         if len(columns) != width:
-            columns = list(NAMELESS.get(width, (f"column_{k + 1}" for k in range(width))))
+            columns = list(NAMELESS.get(width, _numbered_columns(width)))
         own = tuple(columns)
     rows = [tuple(row) for row in cells[first : first + FIRST_ROWS] if len(row) == len(columns)]
     layout = _layout(delimiter, rows, skipped + max(above, 0), own)
     return CsvHead(source, layout, tuple(columns), tuple(rows), units)
+
+
+def _numbered_columns(width: int) -> tuple[str, ...]:
+    return tuple(f"column_{k + 1}" for k in range(width))
 
 
 def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, columns: tuple[str, ...] = ()) -> CsvLayout:

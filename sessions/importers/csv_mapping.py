@@ -7,6 +7,7 @@ triggers and collisions.
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from itertools import permutations
 from pathlib import Path
 from typing import Final
@@ -20,7 +21,7 @@ from sessions.importers.stamps import Numbers
 from sessions.input_files import read_text
 from sessions.meshes.axes_text import axes_as_text
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler, same_euler_order
-from sessions.scene_files.toml_table import TomlTable, parse_toml
+from sessions.scene_files.toml_table import TomlTable, nearest, parse_toml
 
 MOST_LINES: Final = 1000
 TEXT: Final = "text"
@@ -41,6 +42,18 @@ ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for ca
 """Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""
 
 
+class Guessable(StrEnum):
+    """Keys of a mapping that a draft may guess; those under ``guessed`` are nobody's word."""
+
+    COLUMNS = "columns"
+    LENGTH_UNIT = "units"
+    TIME_UNIT = "time.unit"
+    TIME_FORMAT = "time.format"
+    QUATERNION_ORDER = "quaternion"
+    EULER_ORDER = "order"
+    ANGLE_UNIT = "angle_unit"
+
+
 @dataclass(frozen=True)
 class PoseColumns:
     """Where a pose stands: three columns of position, and a rotation of one of the kinds of ``TURNS``.
@@ -56,6 +69,9 @@ class PoseColumns:
     valid: str = ""
     signs: tuple[int, int, int] = (1, 1, 1)
     """Signs of Euler angles, in the order of their columns."""
+    is_angle_unit_stated: bool = True
+    is_order_stated: bool = True
+    """Whether the mapping says the Euler order; else a convention fixes it."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -84,7 +100,9 @@ class PoseColumns:
         by_axis = dict(zip(self.order.lower() or "xyz", self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
         turn = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
         signs = tuple(convention.euler_signs["xyz".index(axis)] for axis in order.lower())
-        return replace(self, turn=turn, order=order, signs=(signs[0], signs[1], signs[2]))
+        return replace(
+            self, turn=turn, order=order, signs=(signs[0], signs[1], signs[2]), is_order_stated=bool(self.order)
+        )
 
     def quaternions(self, turns: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
@@ -139,6 +157,13 @@ class CsvMapping:
     """The column that says what a row of a long table is, one of ``KINDS``; rows of other words are left out."""
     scalars: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """Column and unit of numbers over time, by their names."""
+    guessed: frozenset[str] = frozenset()
+    """Keys, of ``Guessable``, that a draft guessed and nobody has checked."""
+
+    @property
+    def poses(self) -> tuple[PoseColumns, ...]:
+        """The columns of all bodies."""
+        return (self.body, *self.bodies.values()) if self.body is not None else tuple(self.bodies.values())
 
 
 UNITY: Final = CsvMapping(
@@ -210,7 +235,18 @@ def read_mapping(path: str | Path) -> CsvMapping:
             body=pose_columns(long) if long is not None else None,
             bodies={name: pose_columns(table) for name, table in wide.items()},
             scalars=scalars,
+            guessed=_guessed_keys(whole),
         )
+
+
+def _guessed_keys(whole: TomlTable) -> frozenset[str]:
+    """The keys under ``guessed``; one that no draft guesses is refused."""
+    keys = whole.texts("guessed")
+    known = [str(key) for key in Guessable]
+    for key in keys:
+        if key not in known:
+            whole.refuse(f"guessed holds {key!r}{nearest(key, known)}")
+    return frozenset(keys)
 
 
 def convention_key(whole: TomlTable) -> str:
@@ -260,6 +296,7 @@ def pose_columns(table: TomlTable) -> PoseColumns:
         )
     kind = kinds[0] if kinds else ""
     turn, order, degrees = tuple[str, ...](), "", True
+    is_angle_unit_stated = "angle_unit" in table
     if kind == "euler":
         order = table.text("order", "", ORDERS)
         axes = table.table(kind) or table.within({}, kind)
@@ -270,6 +307,14 @@ def pose_columns(table: TomlTable) -> PoseColumns:
         turn = table.texts(kind, TURNS[kind])
     if kind == "rotation_vector":
         degrees = table.text("angle_unit", None, ("deg", "rad")) == "deg"
-    columns = PoseColumns(table.texts("position", 3), turn, kind, order, degrees, table.text("valid"))
+    columns = PoseColumns(
+        position=table.texts("position", 3),
+        turn=turn,
+        kind=kind,
+        order=order,
+        degrees=degrees,
+        valid=table.text("valid"),
+        is_angle_unit_stated=is_angle_unit_stated,
+    )
     table.done()
     return columns

@@ -26,6 +26,8 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_head import (
     BYTE_ORDER_MARK,
     NUMBER,
+    WORDS,
+    bare_unit,
     check_encoding,
     excel_separator,
     is_row_of_units,
@@ -67,6 +69,7 @@ class CsvTable:
         self, source: Path, ledger: Ledger, layout: CsvLayout, *, mapped: bool = False, body: str = ""
     ) -> None:
         self.source, self._layout, self._mapped = source, layout, mapped
+        self._units = dict[str, str]()
         try:
             text = self._below_head(_utf8(source))
         except (UnicodeDecodeError, csv.Error) as error:
@@ -109,11 +112,16 @@ class CsvTable:
         units = split_lines([stream.readline(LONGEST_LINE).decode("utf-8")], layout.delimiter)
         if not layout.columns and units and len(units[0]) == len(self.columns) and is_row_of_units(units[0]):
             self._above += 1
+            self._units = dict(zip(self.columns, map(bare_unit, units[0]), strict=True))
             start = stream.tell()
         rows = text[start:]
         if layout.delimiter == " ":
             return ENDS_OF_LINES.sub(b"", SPACES.sub(b" ", rows))
         return rows
+
+    def unit(self, column: str) -> str:
+        """The unit that the row of units gives a column, as a mapping writes it, or nothing."""
+        return str(WORDS["units"].get(self._units.get(column, ""), ""))
 
     def _name_columns(self, heads: list[list[str]]) -> None:
         words = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]

@@ -4,7 +4,7 @@ What a file does not say, its axes and its unit, is assumed; every assumption is
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +14,8 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import UNITS, guessed, matched
-from sessions.model.assumption import Assumption, Origin, Subject
+from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched
+from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.model.scene import Scene
 from sessions.scene_files.body_axes import axes_assumption, file_type_of, grouped_assumptions, in_body_axes
 from sessions.scene_files.toml_table import nearest
@@ -134,13 +134,14 @@ def placed_meshes(
     Raises ImportFileError: a mesh for a body that is not there, unknown axes.
     """
     from_scene = {body.id: FileMesh(scene_meshes[body.id], body.mesh) for body in scene.bodies if body.mesh}
-    given, notes = _given(options, names)
+    given, notes = _given(options, names, poses)
     axes_by_body = options.axes_by_body(names, poses)
     for body in scene.bodies:
         if body.mesh and body.mesh_axes and body.id not in given:
             axes_by_body.setdefault(body.id, body.mesh_axes)
     placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
-    placed.assumptions.extend(grouped_assumptions(row.unit for row in given.values() if row.unit is not None))
+    units = (replace(row.unit, bodies=(name,)) for name, row in given.items() if row.unit is not None)
+    placed.assumptions.extend(grouped_assumptions(units))
     axes_rows: dict[str, Assumption] = {}
     for name, row in {**from_scene, **given}.items():
         stated = axes_by_body.get(name, axes_by_body.get("", ""))
@@ -154,7 +155,7 @@ def placed_meshes(
     return placed
 
 
-def _given(options: MeshOptions, names: Sequence[str]) -> tuple[dict[str, FileMesh], list[str]]:
+def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tuple[dict[str, FileMesh], list[str]]:
     """Body -> mesh of the options, and sentences on the files of a folder."""
     from sessions.meshes.mesh_files import load_mesh
 
@@ -165,44 +166,47 @@ def _given(options: MeshOptions, names: Sequence[str]) -> tuple[dict[str, FileMe
         if isinstance(source, MeshData):
             given[name] = FileMesh(source, "")
         else:
-            given[name] = _in_metres(load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", options)
+            given[name] = _in_metres(
+                load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", options, poses
+            )
     notes += [note for row in given.values() for note in row.notes]
     if options.mesh_folder is not None:
         bare = [name for name in names if name not in given]
         scale = UNITS[options.mesh_units] if options.mesh_units else None
         matches, without = matched(Path(options.mesh_folder), bare, scale)
         for name, match in matches.items():
-            unit = _unit_assumption(name, match.file.name, options, match.scale)
+            unit = _unit_assumption(match.file.name, match.mesh, match.scale, options, poses)
             given[name] = FileMesh(match.mesh, match.file.name, unit)
             notes.append(match.words)
         notes += without
     return given, notes
 
 
-def _in_metres(mesh: MeshData, file: str, what: str, options: MeshOptions) -> FileMesh:
-    body = what.partition(":")[0]
+def _in_metres(mesh: MeshData, file: str, what: str, options: MeshOptions, poses: Convention) -> FileMesh:
     if options.mesh_units:
         factor, note = UNITS[options.mesh_units], ""
     else:
         factor, note = guessed(mesh, what)
     scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
-    return FileMesh(scaled, file, _unit_assumption(body, file, options, factor), (note,) if note else ())
+    return FileMesh(scaled, file, _unit_assumption(file, scaled, factor, options, poses), (note,) if note else ())
 
 
-def _unit_assumption(body: str, file: str, options: MeshOptions, factor: float) -> Assumption:
-    """The unit of a mesh file: said, of its format, or by its size."""
+def _unit_assumption(file: str, mesh: MeshData, factor: float, options: MeshOptions, poses: Convention) -> Assumption:
+    """The unit of a mesh file: said, of its format, or by the size of its mesh, which is in metres."""
     unit = next(name for name, metres in UNITS.items() if metres == factor)
-    origin, reason = Origin.GUESS, "by its size"
+    origin, reason, alternatives = Origin.GUESS, "by its size", likely_units(mesh, unit)
     if options.mesh_units:
         origin, reason = Origin.USER, ""
     elif FORMAT_UNIT.get(file_type_of(file)) == unit:
         origin, reason = Origin.FORMAT, ""
+    elif unit == poses.unit:
+        reason, alternatives = f"by its size, and {poses.name} has this unit", (unit,)
     return Assumption(
         subject=Subject.MESH_UNIT,
         value=unit,
         origin=origin,
-        bodies=(body,),
+        confidence=Confidence.OPEN if origin is Origin.GUESS and len(alternatives) > 1 else Confidence.SURE,
         files=(file,),
         reason=reason,
-        alternatives=(unit, *(other for other in UNITS if other != unit)),
+        alternatives=alternatives,
     )

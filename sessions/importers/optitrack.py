@@ -6,6 +6,7 @@ Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 
 """
 
 import csv
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Final
@@ -15,6 +16,7 @@ from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import METRES, SourceFrame, imported, numbered
+from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.session import Session
 
 BODIES: Final = ("Rigid Body", "Bone")
@@ -39,8 +41,8 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     euler = facts.get("Rotation Type", "Quaternion")
     if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
         raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
-    unit = facts.get("Length Units", "Meters")
-    if unit.lower() not in METRES:
+    unit = facts.get("Length Units", "")
+    if unit and unit.lower() not in METRES:
         raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(METRES)}")
     space = facts.get("Coordinate Space", "Global")
     if space != "Global":
@@ -53,12 +55,20 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     ledger.book("rows", read=len(table), kept=len(table))
     ledger.book("names", read=len(bodies), kept=len(bodies))
     tables = {name: table.poses(columns, stamps) for name, columns in bodies.items()}
-    assumed = [] if "Length Units" in facts else ["lengths in m"]
-    if euler != "Quaternion":
-        assumed.append(f"Euler angles {euler} in degrees about own axes")
+    is_euler = euler != "Quaternion"
+    assumed = [f"Euler angles {euler} in degrees about own axes"] if is_euler else []
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
     frame = SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed)
+    frame = replace(frame, others=_rotation_assumptions(euler))
     return imported(tables, frame, ledger, [*notes, *table.notes])
+
+
+def _rotation_assumptions(rotation_type: str) -> tuple[Assumption, ...]:
+    """The order of quaternions, which the heads of columns name, or of angles, whose unit nothing names."""
+    if rotation_type == "Quaternion":
+        return (Assumption(Subject.QUATERNION_ORDER, "xyzw", Origin.FILE),)
+    degrees = Assumption(Subject.ANGLE_UNIT, "deg", Origin.GUESS, reason="Motive exports angles in degrees")
+    return Assumption(Subject.EULER_ORDER, rotation_type, Origin.FILE), degrees
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:

@@ -51,7 +51,7 @@ class Stream(NamedTuple):
 class SourceFrame:
     """What the numbers of a source mean, and who says so; ``clock`` is a sentence for a reader.
 
-    ``assumed``: sentences on what no file said. ``rotations``: order of quaternions or Euler angles.
+    ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
     """
 
     axes: Convention
@@ -61,7 +61,7 @@ class SourceFrame:
     axes_origin: Origin = Origin.FORMAT
     units_origin: Origin = Origin.FORMAT
     clock_origin: Origin = Origin.FORMAT
-    rotations: tuple[Assumption, ...] = ()
+    others: tuple[Assumption, ...] = ()
 
     @classmethod
     def in_axes(

@@ -74,7 +74,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     trials = _trials(folder, ledger)
     assumed = ("clock in s since the start of the program (Unity's Time.time)",)
     frame = SourceFrame.in_axes(convention, "unity", "", "Unity's Time.time, s", assumed)
-    frame = replace(frame, rotations=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
+    frame = replace(frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
     samples = imported(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 

@@ -18,6 +18,9 @@ UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
 """Of what a hand moves or stands beside: a stopper, a bench, a beaker. Beyond the first two a file is not in metres."""
 
+MUCH_UNLIKELIER: Final = 3.0
+"""A mesh of one unit is one of bench or stopper from 0.9 units on: below, a stopper of centimetres is under 9 mm."""
+
 MOST_FILES: Final = 10_000
 
 
@@ -41,10 +44,31 @@ def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     if SMALLEST_M <= size <= LARGEST_M or size == 0.0:
         return 1.0, ""
-    unit = min(UNITS, key=lambda one: max(size * UNITS[one] / USUAL_M, USUAL_M / (size * UNITS[one])))
+    unit = min(UNITS, key=lambda one: _unlikeliness(size * UNITS[one]))
     if unit == "m":
         return 1.0, f"{what} is {size:.3g} m long, taken as it is; if it is drawn in another unit, say so"
     return UNITS[unit], f"{what} is {size:.4g} units long, taken for {unit}: {size * UNITS[unit]:.3g} m"
+
+
+def likely_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
+    """Returns the units that the file of a mesh (in metres) may be in, by its size: first the one it was taken for.
+
+    Another is likely too where it makes the mesh a thing for hands, and not one of a size much less usual.
+    """
+    size = float((mesh.bounds[1] - mesh.bounds[0]).max()) / UNITS[unit]
+    if not size:
+        return (unit,)
+    most = MUCH_UNLIKELIER * _unlikeliness(size * UNITS[unit])
+    sizes = {other: size * metres for other, metres in UNITS.items() if other != unit}
+    others = (
+        other for other, there in sizes.items() if SMALLEST_M <= there <= LARGEST_M and _unlikeliness(there) <= most
+    )
+    return (unit, *others)
+
+
+def _unlikeliness(size: float) -> float:
+    """How many times as large or as small as a beaker a thing of a size in metres is."""
+    return max(size / USUAL_M, USUAL_M / size)
 
 
 def matched(place: Path, names: Sequence[str], scale: float | None = None) -> tuple[dict[str, Match], list[str]]:

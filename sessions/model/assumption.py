@@ -20,11 +20,24 @@ class Subject(StrEnum):
     LENGTH_UNIT = "unit of lengths"
     TIME_UNIT = "unit of times"
     CLOCK = "clock"
+    COLUMNS = "columns"
     QUATERNION_ORDER = "quaternion order"
     EULER_ORDER = "Euler order"
+    ANGLE_UNIT = "unit of angles"
     MESH_AXES = "axes of meshes"
     MESH_UNIT = "unit of meshes"
     COLLIDER_AXES = "axes of colliders"
+
+
+DRAFTED: Final = (
+    Subject.COLUMNS,
+    Subject.CLOCK,
+    Subject.TIME_UNIT,
+    Subject.QUATERNION_ORDER,
+    Subject.EULER_ORDER,
+    Subject.ANGLE_UNIT,
+)
+"""What the draft of a mapping guesses, and the unit of angles that is in none."""
 
 
 class Origin(StrEnum):

@@ -40,8 +40,12 @@ OPTIONS: Final = {
     Subject.LENGTH_UNIT: "units in the mapping",
     Subject.COLLIDER_AXES: "--collider-axes",
     Subject.POSE_AXES: "--convention",
+    Subject.ANGLE_UNIT: "angle_unit in the mapping",
 }
 """Subject -> the option of ``replay import`` that decides it."""
+
+CHANGEABLE: Final = frozenset({Subject.MESH_AXES, Subject.MESH_UNIT, Subject.LENGTH_UNIT, Subject.COLLIDER_AXES})
+"""Subjects that have another value in a recording without another import."""
 
 _IMPORTED_AXES: Final = re.compile(r"axes (\S+) \(")
 """How the conversions of earlier releases begin that name the convention of the poses."""

@@ -206,3 +206,24 @@ def test_colliders_that_do_not_fit_their_meshes_are_asked_for_and_those_that_fit
         assert np.array_equal(meant.colliders[name][0].vertices, said.colliders[name][0].vertices)
         assert np.allclose(meant.colliders[name][0].bounds, meant.meshes[name].bounds, atol=1e-6)
     assert not examine_assumptions(meant).questions and not examine_assumptions(said).questions
+
+
+def test_the_unit_of_a_mesh_is_asked_where_its_size_fits_two(tmp_path):
+    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
+        write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
+    session = imported()
+    asked = [one for one in examine_assumptions(session).questions if one.assumption.subject is Subject.MESH_UNIT]
+    assert [[row.value for row in one.alternatives] for one in asked] == [["m", "cm"]]
+    assert not [row for row in recording_assumptions(imported(mesh_units="cm")) if row.is_open]
+    for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
+        write_mesh(tmp_path / f"{name}.obj", vertices, faces)
+    assert not examine_assumptions(imported()).questions
+
+
+def test_a_run_names_the_guesses_of_the_draft_on_its_first_screen(tmp_path):
+    _, imported = scene(tmp_path, "openxr", "obj", exported=False)
+    text = (tmp_path / "map.toml").read_text()
+    (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
+    (line,) = doubts(replay.run(imported(), detectors="exact"))
+    assert line.startswith("Guessed by the import: unit of lengths (m); unit of times (s). Why: replay info")

@@ -18,7 +18,7 @@ def imported(tmp_path_factory):
     write_scene(folder, "ros", "glb")
     given = [f"--mesh={name}={folder / name}.glb" for name in ("tool", "plate")]
     mapping = ["--mapping", str(folder / "map.toml")]
-    assert main(["import", "csv", str(folder / "take.csv"), *mapping, *given, "-o", str(folder / "s.mcap"), "-q"]) == 0
+    assert main(["import", "csv", str(folder / "take.csv"), *mapping, *given, "-o", str(folder / "s.mcap"), "-q"]) == 3
     return (folder / "s.mcap").read_bytes()
 
 
@@ -46,6 +46,20 @@ def test_a_pipe_gets_the_question_the_pictures_exit_3_and_the_option_that_decide
         picture = np.asarray(Image.open(recording.with_name("s-look") / f"{name}.png"))
         assert picture.shape == (640, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
     assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
+
+
+def test_an_import_in_a_pipe_exits_with_3_until_its_guess_is_decided(tmp_path, capsys):
+    write_scene(tmp_path, "ros", "glb")
+    given = [f"--mesh={name}={tmp_path / name}.glb" for name in ("tool", "plate")]
+    given += ["--mapping", str(tmp_path / "map.toml"), "-o", str(tmp_path / "s.mcap"), "--force"]
+    command = ["import", "csv", str(tmp_path / "take.csv"), *given]
+    assert main(command) == 3
+    said = " ".join(capsys.readouterr().err.split())
+    assert "Not decided: axes of meshes of tool and plate." in said and "as the poses (ros): 2 contacts" in said
+    assert "--answer 1a, 1b or 1c; or --mesh-axes when you import it" in said
+    assert main([*command, "--format", "json"]) == 3 and json.loads(capsys.readouterr().out)["bodies"]
+    assert main([*command, "--mesh-axes", "body"]) == 0 and "Not decided" not in capsys.readouterr().err
+    assert main([*command, "--no-look"]) == 0 and "not sure: axes of tool.glb" in capsys.readouterr().err
 
 
 def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, capsys):

@@ -1,0 +1,107 @@
+"""Who says what the numbers of a CSV mean: its file, a convention, the draft that guessed, or the user."""
+
+import pytest
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.model.assumption import Confidence, Origin, Subject, assumptions_of
+
+QUATERNION = "qx,qy,qz,qw"
+
+
+def drafted(folder, header, row, *changes, count=20):
+    """The assumptions of a CSV by the draft of its own mapping, which was changed."""
+    source, mapping = folder / "log.csv", folder / "map.toml"
+    rows = [row.format(step=k, ms=11 * k) for k in range(count)]
+    source.write_text("\n".join([*filter(None, [header]), *rows, ""]))
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", source)
+    text = refusal.value.draft
+    for before, after in (('# convention = "unity"', 'convention = "openxr"'), *changes):
+        assert before in text
+        text = text.replace(before, after)
+    mapping.write_text(text)
+    session = import_session("csv", source, mapping=mapping)
+    return {row.subject: row for row in assumptions_of(session.facts)}
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "subject", "value", "origin"),
+    [
+        (f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.GUESS),
+        (f"t_ms,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
+        (f"t [ms],x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
+        (f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,", "{ms},1,2,3,0,0,0,1", Subject.TIME_UNIT, "ms", Origin.FILE),
+        (f"t,x,y,z,{QUATERNION}\nms,cm,cm,cm,,,,", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "cm", Origin.FILE),
+        (f"t,x_mm,y_mm,z_mm,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "mm", Origin.FILE),
+        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.LENGTH_UNIT, "m", Origin.GUESS),
+        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.QUATERNION_ORDER, "xyzw", Origin.FILE),
+        (f"t,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", Subject.CLOCK, "column t, ms", Origin.FILE),
+        (
+            f"t,x,y,z,{QUATERNION}",
+            "03/04/2026 10:00:{step:02d}.5,1,2,3,0,0,0,1",
+            Subject.TIME_UNIT,
+            "%m/%d/%Y %H:%M:%S.%f",
+            Origin.GUESS,
+        ),
+        (
+            f"t,x,y,z,{QUATERNION}",
+            "2026-03-04T10:00:{step:02d}.5,1,2,3,0,0,0,1",
+            Subject.TIME_UNIT,
+            "ISO 8601",
+            Origin.FILE,
+        ),
+    ],
+)
+def test_each_value_of_a_draft_says_who_says_it(tmp_path, header, row, subject, value, origin):
+    assumption = drafted(tmp_path, header, row)[subject]
+    assert (assumption.value, assumption.origin) == (value, origin)
+
+
+@pytest.mark.parametrize(
+    ("row", "confidence"), [("{ms}", Confidence.SURE), ("{step}", Confidence.OPEN), ("{step}00", Confidence.SURE)]
+)
+def test_a_guessed_unit_of_time_is_sure_at_rates_of_trackers(tmp_path, row, confidence):
+    assumption = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
+    assert (assumption.origin, assumption.confidence) == (Origin.GUESS, confidence)
+
+
+def test_a_guess_that_a_user_takes_out_of_the_mapping_is_the_users_word(tmp_path):
+    rows = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', ""))
+    assert rows[Subject.TIME_UNIT].origin is Origin.USER
+
+
+def test_columns_of_a_file_without_names_are_guessed(tmp_path):
+    order = ('# quaternion_wxyz = ["q1"', 'quaternion_wxyz = ["q1"')
+    rows = drafted(tmp_path, "", "{step}.5 1 2 3 1 0 0 0", order)
+    assert (rows[Subject.COLUMNS].origin, rows[Subject.COLUMNS].confidence) == (Origin.GUESS, Confidence.OPEN)
+    assert (rows[Subject.QUATERNION_ORDER].value, rows[Subject.QUATERNION_ORDER].origin) == ("wxyz", Origin.USER)
+
+
+@pytest.mark.parametrize(
+    ("angle", "change", "origin", "is_open"),
+    [
+        ("3.1", (), Origin.GUESS, True),
+        ("-0.2", (), Origin.GUESS, True),
+        ("179", (), Origin.GUESS, False),
+        ("0", (), Origin.GUESS, False),
+        ("3.1", [('# angle_unit = "deg"', 'angle_unit = "rad"')], Origin.USER, False),
+    ],
+)
+def test_an_unstated_unit_of_angles_is_open_below_two_pi(tmp_path, angle, change, origin, is_open):
+    order = ('# order = "XYZ"', 'order = "XYZ"')
+    rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
+    assert (rows[Subject.ANGLE_UNIT].origin, rows[Subject.ANGLE_UNIT].is_open) == (origin, is_open)
+    assert rows[Subject.EULER_ORDER].origin is Origin.USER
+
+
+def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
+    axes = ('convention = "openxr"', 'convention = "unity"')
+    rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0,90,0", axes)
+    assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("zxy", Origin.FORMAT)
+
+
+def test_a_guess_that_no_draft_makes_is_refused(tmp_path):
+    with pytest.raises(ImportFileError, match=r"guessed holds 'time\.unti'; did you mean 'time\.unit'"):
+        drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"'))
