@@ -15,6 +15,7 @@ from cdcore.errors import CollisionCoreError
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
+from replay.advice.shared_motion import shared_motion
 from replay.base.progress import Progress, Silent
 from replay.comparison.episodes import episodes
 from replay.detection.detector_spec import DetectorSpec
@@ -66,6 +67,8 @@ class Outcome:
     closest : metres between two bodies at most; 0 with a contact, ``None``: not measured.
     closest_frame : the frame of the closest moment, and its pair.
     touched : bodies that touch another at any time.
+    supported : bodies that touch another while both rest.
+    carried_contact : fraction with contact of the frames in which two bodies move as one.
     """
 
     contacts: int
@@ -75,6 +78,8 @@ class Outcome:
     closest_frame: int
     closest_pair: int
     touched: int
+    supported: int = 0
+    carried_contact: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +238,7 @@ def outcome_of(assembly: Assembly) -> Outcome:
     contact = counts_as_contact(detection.verdict)
     deepest, deep_frame = _depths(assembly, contact)
     closest, frame, pair = (0.0, *deep_frame) if contact.any() else _closest(assembly)
+    shared = shared_motion(motion, assembly.pairs)
     touched = {body for column in np.flatnonzero(contact.any(axis=0)) for body in assembly.pairs[column].tolist()}
     return Outcome(
         contacts=len(episodes(detection, motion.valid)),
@@ -242,6 +248,8 @@ def outcome_of(assembly: Assembly) -> Outcome:
         closest_frame=frame,
         closest_pair=pair,
         touched=len(touched),
+        supported=shared.supported(contact, assembly.pairs),
+        carried_contact=shared.carried_contact(contact),
     )
 
 
@@ -298,20 +306,23 @@ def more_plausible(alternatives: Sequence[Alternative]) -> str:
     """Returns the value of the alternative that is clearly more like a real scene, or ``""``.
 
     Bodies that touch and are not deep in each other speak for it; that nothing touches, or bodies deep in each other,
-    against it. Two that are alike in these are as plausible.
+    against it. Of two that are alike in this, contact of bodies that move as one speaks for it, then bodies that touch
+    where they rest, then bodies that touch at all. Two that are alike in all of these are as plausible.
     """
     ranked = sorted(alternatives, key=_implausibility)
     first, second = _implausibility(ranked[0]), _implausibility(ranked[1])
     return ranked[0].value if first < second else ""
 
 
-def _implausibility(alternative: Alternative) -> tuple[int, int]:
+def _implausibility(alternative: Alternative) -> tuple[int, float, int, int]:
     outcome = alternative.outcome
+    level = 0
     if outcome.deepest > VERY_DEEP_M:
-        return 2, -outcome.touched
-    if outcome.deepest > DEEP_M or not outcome.contacts:
-        return 1, -outcome.touched
-    return 0, -outcome.touched
+        level = 2
+    elif outcome.deepest > DEEP_M or not outcome.contacts:
+        level = 1
+    # By tenths: of two that differ by a few frames none is more like a real scene.
+    return level, -round(outcome.carried_contact, 1), -outcome.supported, -outcome.touched
 
 
 def sentences_of(question: Question) -> Iterator[str]:
@@ -331,10 +342,11 @@ def outcome_words(outcome: Outcome) -> str:
     return f"{contacts}, at most {max(1.0, np.ceil(1e3 * outcome.deepest)):.0f} mm deep"
 
 
-def open_question_lines(session: Session, assembly: Assembly, progress: Progress) -> list[str]:
+def open_question_lines(session: Session, assembly: Assembly | None, progress: Progress) -> list[str]:
     """Returns the open questions of a recording for the first screen of its run, one sentence each.
 
-    ``assembly``: the recording as it was replayed. No file is named, since files may be called after people.
+    ``assembly``: the recording as it was replayed; ``None``: it is made here. No file is named, since files may be
+    called after people.
     """
     untried = untried_lines(session)
     rows = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]

@@ -138,6 +138,7 @@ def _gist(summary: Mapping[str, Any], name: str) -> dict[str, Any]:
         "flagged": [{"kind": one["kind"], "dropped": one["dropped"]} for one in summary["flagged"] if one["dropped"]],
         "audit": summary["audit"],
         "request": summary.get("request", ""),
+        "open_questions": len(summary.get("open_questions", ())),
     }
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from replay.base.shown import plural
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
 from replay.cli.run_report import lost_frames, lost_poses
 from replay.words import count_range
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
 
 SESSION_ROWS: Final = 20
+MOST_NAMED: Final = 4
 
 RARE: Final = ("undecided", "frames left out", "poses left out")
 """Columns that are there only where there is something to count; *undecided* adds up over the detectors."""
@@ -50,6 +52,7 @@ def run_many(
     where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
     lines = [f"{len(batch.done)} of {len(files)} sessions {where}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
+    lines += open_guesses_line([name for name, run in batch.runs.items() if run["open_questions"]], len(batch.done))
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
     if as_markdown:
         from replay.cli.run_markdown import markdown_page
@@ -57,12 +60,25 @@ def run_many(
         print(markdown_page(f"{len(files)} sessions", broken, lines, sessions))
     elif as_json:
         plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
-        print_json({"out": None if out is None else str(out), **plain, "broken": broken})
+        undecided = {name: run["open_questions"] for name, run in batch.runs.items() if run["open_questions"]}
+        plain |= {"open_questions": undecided, "broken": broken}
+        print_json({"out": None if out is None else str(out), **plain})
     else:
         figures = [audit_table(batch.audit)] if batch.audit else []
         show(terminal(*figures, *sessions))
         show(["", *lines])
     return people.gate(broken, DATA_LOSS if lost else OK)
+
+
+def open_guesses_line(undecided: Sequence[str], count: int) -> list[str]:
+    """Returns the line on sessions whose import guessed something that changes their contacts; none of none."""
+    if not undecided:
+        return []
+    named = ", ".join(undecided[:MOST_NAMED]) + (", ..." if len(undecided) > MOST_NAMED else "")
+    return [
+        f"Not decided: in {len(undecided)} of {plural(count, 'session')} a guess of the import changes the contacts "
+        f"({named}). To decide: replay doctor FILE.mcap --look"
+    ]
 
 
 def session_table(batch: "Batch") -> "Table":

@@ -8,10 +8,11 @@ from rich.text import Text
 
 from replay.base.shown import plural
 from replay.base.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
+from replay.cli.many_sessions import open_guesses_line
 from replay.cli.terminal import line, terminal
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.class_runs import ClassRuns
+from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
@@ -25,6 +26,9 @@ OBSERVED: Final = "Associations in the students observed; no figure here says wh
 def study_tables(study: Study | None, runs: ClassRuns) -> Group:
     """Whether a conclusion changes with the detector, and what was found, in 24 lines; the page holds the rest."""
     first = [Text(), line(tables.opening(study, class_counts(runs)), STRONG)]
+    first += [
+        line(sentence, WARNING) for sentence in open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
+    ]
     if study is None:
         return terminal(*first)
     first.append(line(f"{tables.behind(study)}.", FAINT))

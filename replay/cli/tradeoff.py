@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -68,6 +69,7 @@ def _tradeoff(
     session: Path, people: People, *, out: Path | None, force: bool, scene: Path | None, time_limit: float,
     picture: bool, as_json: bool, **asked: Any,
 ) -> int:  # fmt: skip
+    from replay.advice.assumptions import open_question_lines
     from replay.api.runner import write_watched
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
@@ -76,6 +78,7 @@ def _tradeoff(
     from replay.outputs.tradeoff_table import tradeoff_list
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
+    from replay.pipeline.headline import RECORDING
     from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 
@@ -85,13 +88,17 @@ def _tradeoff(
     progress = TerminalProgress(people)
     with compiling_announced(people, alone=True), progress.stage("Trying settings", 100) as advance:
         done = tradeoff(held, time_limit=time_limit, watch=percent_of_settings(advance), **asked)
+    undecided = [line.replace(RECORDING, quote(str(session))) for line in open_question_lines(held, None, progress)]
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
         write_watched(run, out, progress, force=force, picture=picture)
     sources = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
     answer_cited(
-        as_json, done.as_json(), lambda: terminal(tradeoff_list(done, everything=people.verbose), *done.advice), sources
+        as_json,
+        {**done.as_json(), "open_questions": undecided},
+        lambda: terminal(tradeoff_list(done, everything=people.verbose), *done.advice, *undecided),
+        sources,
     )
     if done.cut:
         people.detail(f"not tried: {', '.join(done.cut)}")

@@ -1,5 +1,6 @@
 """All sessions of a folder of runs, and the rows that the tables of the class page count, each with its session."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ import pyarrow.compute as pc
 from replay.errors import StudyError
 from replay.outputs.results.data_set import ADDED, DATA_SET, FoundRuns, find_runs, joined
 from replay.outputs.results.parquet import TYPES
+from replay.outputs.results.run_folder import SUMMARY
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -27,6 +29,9 @@ NEEDED: Final[dict[str, tuple[str, ...]]] = {
     "false_contacts": ("run", "detector", "held", "kind", "cause"),
 }
 """Table -> the columns of it that the page needs: of 4,000 sessions all of them would not fit into 300 MB."""
+
+OPEN_GUESSES: Final = "open_questions"
+"""The key of a summary with the guesses of an import that change its contacts."""
 
 ABOUT: Final = ("run", "session", "student", "oracle", "vr_type", "scene")
 """What metrics say of a session, the same in every row of it."""
@@ -102,6 +107,17 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
         repeated=len(measured) - len(metrics),
         unmeasured=len(found.runs) - len(measured),
     )
+
+
+def runs_with_open_guesses(runs: ClassRuns) -> list[str]:
+    """Returns the runs in whose recording a guess of the import changes the contacts and nobody decided it."""
+    return [run for run in runs.metrics if _has_open_guesses(runs.top / run / SUMMARY)]
+
+
+def _has_open_guesses(summary: Path) -> bool:
+    """Few summaries name the key, so that few of a large class are parsed."""
+    data = summary.read_bytes() if summary.is_file() else b""
+    return OPEN_GUESSES.encode() in data and bool(json.loads(data).get(OPEN_GUESSES))
 
 
 def read_students(path: Path) -> dict[str, str]:

@@ -107,6 +107,21 @@ def test_answers_to_what_is_not_asked_are_refused(recording, capsys, options, me
     assert re.search(message, " ".join(capsys.readouterr().err.split())) and recording.read_bytes() == before
 
 
+def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, tmp_path, capsys):
+    answered = tmp_path / "answered.mcap"
+    answered.write_bytes(recording.read_bytes())
+    assert main(["doctor", str(answered), "--answer", "1b"]) == 0
+    runs = ["--detectors", "exact", "--out", str(tmp_path / "runs")]
+    line = "Not decided: in 1 of 2 sessions a guess of the import changes the contacts"
+    assert main(["run", str(recording), str(answered), *runs]) == 0
+    assert f"{line} (s). To decide" in " ".join(capsys.readouterr().out.split())
+    assert main(["study", "page", str(tmp_path / "runs" / "s"), "--out", str(tmp_path / "page")]) == 0
+    assert line.replace("2 sessions", "1 session") in " ".join(capsys.readouterr().out.split())
+    for path, count in ((recording, 1), (answered, 0)):
+        assert main(["tradeoff", str(path), "--detectors", "exact", "--format", "json"]) == 0
+        assert len(json.loads(capsys.readouterr().out)["open_questions"]) == count
+
+
 def test_only_one_session_file_is_looked_at(tmp_path, recording, capsys):
     assert main(["doctor", str(recording), str(recording), "--look"]) == 2
     assert "are for one session file" in capsys.readouterr().err

@@ -6,7 +6,7 @@ import trimesh
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_match import guessed, matched
+from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched
 
 
 def ball(size):
@@ -79,3 +79,22 @@ def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):
         matched(tmp_path / "a.glb", ["a"])
     with pytest.raises(MeshFileError, match=r"a.glb"):
         matched(tmp_path, ["a"])
+
+
+@pytest.mark.parametrize(
+    ("size", "taken", "likely"),
+    [
+        (0.25, "m", ("m",)),
+        (0.8, "m", ("m",)),
+        (1.5, "m", ("m", "cm")),
+        (4.0, "m", ("m", "cm")),
+        (12.0, "cm", ("cm",)),
+        (42.0, "cm", ("cm", "mm")),
+        (120.0, "mm", ("mm",)),
+        (0.0, "m", ("m",)),
+    ],
+)
+def test_units_are_likely_that_make_a_mesh_a_thing_for_hands(size, taken, likely):
+    factor = UNITS[taken]
+    mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
+    assert likely_units(mesh, taken) == likely
