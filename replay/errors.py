@@ -12,7 +12,8 @@
     └── CollisionCoreError   detectors: cdcore.errors
 """
 
-from typing import Final
+from pathlib import Path
+from typing import Final, Self, TypeGuard
 
 from cdcore.errors import CollisionCoreError
 from sessions.errors import SessionError, first_of
@@ -82,7 +83,20 @@ class PlaceError(ReplayError, OSError):
 
 
 class RunFolderError(ReplayError, ValueError):
-    """A folder is not a run folder, or one of another version."""
+    """A folder is not a run folder, one of another version, or a file in it is damaged."""
+
+    @classmethod
+    def unreadable(cls, file: Path, error: BaseException) -> Self:
+        """Return the error for a file of a run folder that cannot be opened, or that is damaged.
+
+        The words of the library that failed speak of its own format and stay in the traceback.
+        """
+        reason = f"cannot be opened ({error.strerror})" if _is_from_the_system(error) else "is damaged"
+        return cls(f"{file} {reason}; run its session again")
+
+
+def _is_from_the_system(error: BaseException) -> TypeGuard[OSError]:
+    return isinstance(error, OSError) and error.strerror is not None
 
 
 class StudyError(ReplayError, ValueError):

@@ -15,6 +15,8 @@ VALUES = [
 ]
 TEXTS = ["NaN", "Infinity", "-Infinity", "1e999", HUGE, "-" + HUGE, "[" * 100_000, '{"a":' * 3000 + "1" + "}" * 3000]
 MARK = "THE PLACE"
+FIRST_WITH_PICTURES = 1004
+"""From this number on the picture and the report are changed too."""
 CELLS = {
     pa.types.is_string: ["", "x", "a", "none", "../..", "sent_along:Blind", "<b>", "\x00", "é" * 3000],
     pa.types.is_floating: [float("nan"), float("inf"), -float("inf"), -1.0, 0.0, 1e9, 1e308, -1e308, 5e-324],
@@ -28,7 +30,10 @@ def mutant(good, out, number):
     """Make the folder ``out``, the mutant of this number, and say what was changed."""
     chance = random.Random(number)
     shutil.copytree(good, out)
-    return chance.choice([summary, summary, summary, column, cells, cells, damage, removal])(out, chance)
+    changes = [summary, summary, summary, column, cells, cells, damage, removal]
+    if number >= FIRST_WITH_PICTURES:
+        changes += [damage_what_is_shown, damage_what_is_shown]
+    return chance.choice(changes)(out, chance)
 
 
 def summary(out, chance):
@@ -90,8 +95,16 @@ def cells(out, chance):
 
 
 def damage(out, chance):
-    """A file is cut short, or some of its bytes are others."""
-    file = chance.choice(sorted([*out.glob("*.json"), *out.glob("*.parquet")]))
+    """A file of figures is cut short, or some of its bytes are others."""
+    return damage_bytes(chance.choice(sorted([*out.glob("*.json"), *out.glob("*.parquet")])), chance)
+
+
+def damage_what_is_shown(out, chance):
+    """The picture or the report is cut short, or some of its bytes are others."""
+    return damage_bytes(chance.choice(sorted([*out.glob("*.rrd"), *out.glob("*.html")])), chance)
+
+
+def damage_bytes(file, chance):
     data = bytearray(file.read_bytes())
     if chance.random() < 0.5:
         data = data[: chance.randrange(len(data))]

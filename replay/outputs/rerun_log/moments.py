@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, get_type_hints
 
 import numpy as np
 import rerun as rr
@@ -22,7 +22,7 @@ from replay.comparison.outcome import Episode, Miss
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.outputs.palette import FOUND, INVENTED, MISSED
-from replay.outputs.rerun_log.recording_file import RecordingWriter, entity
+from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED
 
@@ -30,6 +30,9 @@ MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
 
 COLOURS: Final = {MISS: MISSED, FALSE: INVENTED, CONTACT: FOUND}
+UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError)
+"""What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
+
 LISTS: Final = "moments/list"
 TABLE: Final = "moments/table"
 
@@ -163,6 +166,9 @@ class MomentPlace:
     leads: bool
 
 
+_PLACE_TYPES: Final = get_type_hints(MomentPlace)
+
+
 def moment_places(writer: RecordingWriter, result: RunResult, moments: Sequence[Moment]) -> list[MomentPlace]:
     """Where to find each moment: of a number that several detectors have, that of the first of them comes first."""
     lead, order = leading(result, moments), [*result.comparisons, ""]
@@ -178,14 +184,27 @@ def log_moment_table(writer: RecordingWriter, places: Iterable[MomentPlace]) -> 
 
 
 def read_moments(recording: Path) -> list[MomentPlace]:
-    """The moments, as a recording has them; none in one that compares nothing."""
+    """Return the moments that a recording holds; none if it compares nothing.
+
+    Raises ``RunFolderError``: the file is no recording, is damaged, or was written by an earlier version.
+    """
     try:
+        require_complete_file(recording)
         chunks = RrdReader(recording).stream().filter(content=f"/{TABLE}").to_chunks()
-    except (OSError, ValueError, RuntimeError) as error:
-        why = f"{recording} cannot be read as a recording ({error})"
-        raise RunFolderError(f"{why}; replay the session again") from error
-    batches = [chunk.to_record_batch() for chunk in chunks]
-    texts = [batch.column(name)[0].as_py() for batch in batches for name in batch.schema.names if "moments" in name]
+        batches = [chunk.to_record_batch() for chunk in chunks]
+        texts = [batch.column(name)[0].as_py() for batch in batches for name in batch.schema.names if "moments" in name]
+        places = [_checked_place(place) for (text,) in texts for place in json.loads(text)]
+    except UNREADABLE as error:
+        raise RunFolderError.unreadable(recording, error) from error
     if batches and not texts:
-        raise RunFolderError(f"{recording} is a picture of an earlier version; replay the session again")
-    return [MomentPlace(**place) for (text,) in texts for place in json.loads(text)]
+        raise RunFolderError(f"{recording} is a picture of an earlier version; run its session again")
+    return places
+
+
+def _checked_place(fields: Any) -> MomentPlace:
+    """Return the place with these fields; ``TypeError`` where a run writes no such fields."""
+    place = MomentPlace(**fields)
+    for field, kind in _PLACE_TYPES.items():
+        if type(getattr(place, field)) is not kind:
+            raise TypeError(f"{field} of a moment is not {kind.__name__}")
+    return place

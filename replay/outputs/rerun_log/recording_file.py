@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
@@ -227,6 +228,15 @@ def require_complete(content: bytes) -> None:
     """Raise ``OSError`` unless these are the bytes of a whole recording, from its first mark to that of its footer."""
     if content[:4] != b"RRF2" or content[-12:-4] != b"RRF2FOOT":
         raise OSError(f"the picture has no end after {len(content)} bytes: Rerun did not encode all of it")
+
+
+def require_complete_file(recording: Path) -> None:
+    """Raise ``OSError`` unless a file begins and ends as whole recordings do."""
+    with recording.open("rb") as file:
+        start = file.read(4)
+        size = file.seek(0, SEEK_END)
+        file.seek(max(0, size - 12))
+        require_complete(start + file.read())
 
 
 def read_all(encoded: rr.BinaryStream) -> bytes:

@@ -142,6 +142,8 @@ def open_viewer(
     does not load a recording.
     """
     target = _target(recordings[0], miss, false, by)
+    for recording in recordings[1:]:
+        read_moments(recording)  # a damaged one is refused before a window opens
     viewer = start_viewer(headless=headless)
     try:
         # The viewer shows what was opened last.
@@ -254,6 +256,7 @@ def notebook_viewer(picture: Path, width: int, height: int) -> Any:
         raise OutputError(
             'rerun-notebook is not installed; pip install "vrlab-replay[notebook]", or replay.view(folder) opens it'
         ) from error
+    read_moments(picture)  # refuses a damaged one
     (store,) = RrdReader(picture).recordings()
     stream = rr.RecordingStream(store.application_id, recording_id=store.recording_id)
     viewer = Viewer(width=width, height=height, recording=stream)

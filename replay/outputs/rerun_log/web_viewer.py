@@ -9,9 +9,11 @@ from __future__ import annotations
 import subprocess
 import time
 from collections.abc import Sequence
+from http.client import HTTPException, HTTPResponse
 from pathlib import Path
 from typing import Final
-from urllib.request import urlopen
+from urllib.error import HTTPError
+from urllib.request import ProxyHandler, build_opener
 
 from replay.outputs.report.markup import moment_address
 from replay.outputs.rerun_log import viewer
@@ -24,6 +26,20 @@ NOTICES: Final = "THIRD_PARTY_NOTICES.md"
 
 NO_WEB_VIEWER: Final = "this rerun-sdk ships no viewer for a browser"
 
+SERVE_SECONDS: Final = 60.0
+"""From the start of the server to the last byte of the viewer's program; a cold start takes up to 20 s."""
+
+SILENT_SECONDS: Final = 5.0
+"""A server that sends nothing for so long is asked again; on a port of another program nobody may ever answer."""
+
+TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {SERVE_SECONDS:.0f} s; try again"
+
+STARTS: Final = 3
+READ_BYTES: Final = 1 << 20
+
+NO_PROXY: Final = build_opener(ProxyHandler({}))
+"""Opens addresses of this machine: a proxy that the environment names cannot reach them."""
+
 LAYOUT: Final = b"recording.reset_blueprint_to_default"
 """Shows the layout of the recording: a browser draws its first frame, in a layout of its own, before that has come."""
 
@@ -33,31 +49,81 @@ def web_viewer() -> dict[str, bytes]:
 
     Raises ``ViewerError``: the installed rerun has none.
     """
-    binary, port, other = viewer.viewer_binary(), viewer.free_port(), viewer.free_port()
-    words = ["--serve-web", "--bind", viewer.LOOPBACK, "--port", str(other), "--web-viewer-port", str(port)]
-    quiet, env = subprocess.DEVNULL, viewer.QUIET
-    process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet, env=env)
-    try:
-        found = {name: _fetched(f"http://{viewer.LOOPBACK}:{port}/{name}", process) for name in (SCRIPT, PROGRAM)}
-    finally:
-        process.kill()
-        process.wait()
+    binary = viewer.viewer_binary()
     notices = binary.parent / NOTICES
-    return found | ({NOTICES: notices.read_bytes()} if notices.is_file() else {})
+    files = _served_files(binary)
+    return files | ({NOTICES: notices.read_bytes()} if notices.is_file() else {})
 
 
-def _fetched(url: str, process: subprocess.Popen[bytes]) -> bytes:
-    deadline = time.monotonic() + viewer.START_SECONDS
+def _served_files(binary: Path) -> dict[str, bytes]:
+    """Return what Rerun's web server hands out; it is started again on other ports while its own are taken."""
+    deadline = time.monotonic() + SERVE_SECONDS
+    for _ in range(STARTS):
+        web_port, log_port = viewer.free_port(), viewer.free_port()
+        process = _start_server(binary, web_port=web_port, log_port=log_port)
+        try:
+            address = f"http://{viewer.LOOPBACK}:{web_port}"
+            return {name: _fetched(f"{address}/{name}", process, deadline) for name in (SCRIPT, PROGRAM)}
+        except _ServerEndedError:
+            continue
+        finally:
+            process.kill()
+            process.wait()
+    raise viewer.ViewerError(f"Rerun's web server ended at once, {STARTS} times; try again")
+
+
+def _start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.Popen[bytes]:
+    ports = ["--port", str(log_port), "--web-viewer-port", str(web_port)]
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen(
+        [str(binary), "--serve-web", "--bind", viewer.LOOPBACK, *ports],
+        stdin=quiet,
+        stdout=quiet,
+        stderr=quiet,
+        env=viewer.QUIET,
+    )
+
+
+class _ServerEndedError(Exception):
+    """Rerun's server ended before it handed out a file: another program has its port."""
+
+
+def _fetched(url: str, process: subprocess.Popen[bytes], deadline: float) -> bytes:
+    """Return a file of Rerun's web server, whose process may still be starting.
+
+    Raises ``_ServerEndedError``, and ``ViewerError``: there is no such file, or not all of it before the deadline.
+    """
     while True:
         try:
-            with urlopen(url, timeout=viewer.START_SECONDS) as answer:
-                content: bytes = answer.read()
-                return content
-        except OSError as error:
+            seconds_left = max(viewer.PAUSE_SECONDS, deadline - time.monotonic())
+            with NO_PROXY.open(url, timeout=min(SILENT_SECONDS, seconds_left)) as answer:
+                content = _read_before(answer, deadline)
+        except (OSError, HTTPException) as error:
+            if process.poll() is not None:
+                raise _ServerEndedError from error
             # A server that answers has started: what it does not hand out now it never will.
-            if process.poll() is not None or hasattr(error, "code") or time.monotonic() > deadline:
-                raise viewer.ViewerError(f"{NO_WEB_VIEWER} ({error})") from error
+            if isinstance(error, HTTPError):
+                raise viewer.ViewerError(NO_WEB_VIEWER) from error
+            if time.monotonic() > deadline:
+                raise viewer.ViewerError(TOO_LATE) from error
             time.sleep(viewer.PAUSE_SECONDS)
+        else:
+            # A server that has ended left its port to another program, which answered in its place.
+            if process.poll() is not None:
+                raise _ServerEndedError
+            return content
+
+
+def _read_before(answer: HTTPResponse, deadline: float) -> bytes:
+    """Return the content of an answer; ``OSError``: it is cut short, or not all there at the deadline."""
+    parts = []
+    while part := answer.read1(READ_BYTES):
+        parts.append(part)
+        if time.monotonic() > deadline:
+            raise TimeoutError("the server sends too slowly")
+    if answer.length:
+        raise OSError(f"the last {answer.length} bytes did not come")
+    return b"".join(parts)
 
 
 def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
@@ -66,11 +132,13 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
     ``labels`` are the audited detectors in their order; an address without one means the first.
     """
     at: dict[str, int] = {}
-    for one in read_moments(recording):
-        if one.number:
-            at[moment_address(one.kind, one.number, "" if one.label == labels[0] else one.label)] = one.session_ns
-        if one.leads:
-            at[""] = one.session_ns
+    for moment in read_moments(recording):
+        # Contacts and events are no fault of a detector, and no page has a link to them.
+        if moment.label in labels:
+            label = "" if moment.label == labels[0] else moment.label
+            at[moment_address(moment.kind, moment.number, label)] = moment.session_ns
+        if moment.leads:
+            at[""] = moment.session_ns
     return {name: cursor_at(ns) for name, ns in at.items()} | {"layout": _field(11, _field(1, LAYOUT))}
 
 

@@ -45,7 +45,7 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
             found.validate(full=True)
             return found
     except UNREADABLE as error:
-        raise RunFolderError(f"{path} cannot be read as a table ({error}); run its session again") from error
+        raise RunFolderError.unreadable(path, error) from error
 
 
 def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:

@@ -1,5 +1,6 @@
 """A number leads to its moment; a wrong one, a file that is none and letters without a glyph are said plainly."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,10 @@ from replay.errors import RunFolderError
 from replay.outputs.rerun_log.moments import read_moments
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.viewer import _target
+
+PLACE = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
+
+CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(recording):
@@ -24,17 +29,31 @@ def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(recording)
         _target(recording, 1, None, "nobody")
 
 
-@pytest.mark.parametrize("content", [b"", b"not a recording"])
-def test_a_file_that_is_no_recording_is_one_sentence(tmp_path, content):
-    (tmp_path / "run.rrd").write_bytes(content)
-    with pytest.raises(RunFolderError, match=r"run\.rrd cannot be read as a recording"):
+@pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
+def test_a_damaged_recording_is_one_sentence(recording, tmp_path, content):
+    whole = recording.read_bytes()
+    (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
+    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
+        read_moments(tmp_path / "run.rrd")
+
+
+CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
+
+
+@pytest.mark.parametrize(
+    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([place]) for place in CHANGED_PLACES)]
+)
+def test_a_recording_with_other_moments_than_a_run_writes_is_damaged(tmp_path, moments):
+    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
+    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
         read_moments(tmp_path / "run.rrd")
 
 
 def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_without_moments(tmp_path):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
-    with pytest.raises(RunFolderError, match="earlier version; replay the session again"):
+    with pytest.raises(RunFolderError, match="earlier version; run its session again"):
         _target(tmp_path / "run.rrd", 1, None, "")
 
 
