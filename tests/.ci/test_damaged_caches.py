@@ -1,0 +1,37 @@
+"""A damaged cache of machine code costs time and no answer: a few of the cases of `.ci/damaged_caches.py`."""
+
+import random
+import shutil
+
+import pytest
+from support.scripts import script
+
+damaged_caches = script("damaged_caches")
+
+
+@pytest.mark.parametrize("damage", damaged_caches.DAMAGES, ids=lambda damage: damage.__name__)
+def test_each_kind_of_damage_changes_the_cache(tmp_path, damage):
+    for place in ("cache", "foreign"):
+        (tmp_path / place / "bvh").mkdir(parents=True)
+        for name in ("a.nbi", "a.1.nbc", "b.nbi", "b.1.nbc", "b.2.nbc"):
+            (tmp_path / place / "bvh" / name).write_bytes(f"{place} {name}".encode() * 999)
+    files = sorted((tmp_path / "cache").rglob("*.nb?"))
+    before = [file.read_bytes() for file in files]
+    damage(files, tmp_path / "foreign", random.Random(0))
+    assert [file.read_bytes() if file.exists() else None for file in files] != before
+
+
+@pytest.mark.slow
+def test_damaged_machine_code_gives_the_right_answer(monkeypatch, capsys):
+    count = len(damaged_caches.DAMAGES)
+    monkeypatch.setattr("sys.argv", ["damaged_caches.py", "--count", str(count), "--seed", "7", "--jobs", "2"])
+    assert damaged_caches.main() == 0, capsys.readouterr().out
+
+
+def test_a_wrong_answer_is_a_fault(monkeypatch, tmp_path):
+    (tmp_path / "whole").mkdir()
+    (tmp_path / "whole" / "a.nbi").write_bytes(b"index" * 99)
+    shutil.copytree(tmp_path / "whole", tmp_path / "foreign")
+    for ended in [(-11, "right"), (0, "wrong"), (None, "")]:
+        monkeypatch.setattr(damaged_caches, "answer", lambda _, ended=ended: damaged_caches.Ended(*ended, ""))
+        assert damaged_caches.fault_of(0, 0, tmp_path, "right").startswith("0 flip_one_bit: ended with")
