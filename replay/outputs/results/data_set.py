@@ -59,8 +59,11 @@ class FoundRuns:
         """
         file, copied = DATA_SET[name][0], set[str]()
         for batch, part, true in self.parts:
-            with _tight_memory():
-                rows = _plain(part.file(self.top / batch, name), name, columns, part=True)
+            try:
+                with _tight_memory():
+                    rows = _plain(part.file(self.top / batch, name), name, columns, part=True)
+            except RunFolderError:
+                continue  # a part is a copy: its rows are read from the run folders
             paths = pc.binary_join_element_wise(batch, rows["run"], "/") if batch else rows["run"]
             rows = rows.set_column(rows.column_names.index("run"), "run", paths)
             listed = _paths(batch, true)
@@ -138,7 +141,9 @@ def joined(found: FoundRuns, name: str) -> pa.Table:
     try:
         return pa.concat_tables(parts, promote_options="default")
     except UNREADABLE as error:
-        raise RunFolderError(f"the tables {file} below {found.top} are not of one kind ({error})") from error
+        raise RunFolderError(
+            f"the tables {file} below {found.top} are not of one kind; run their sessions again"
+        ) from error
 
 
 def _no_rows(kinds: Mapping[str, type]) -> pa.Table:

@@ -81,6 +81,16 @@ def test_a_list_of_parts_that_says_nothing_leaves_the_run_folders(batch, text):
     assert rows(read(batch)) == expected
 
 
+@pytest.mark.parametrize("length", [0, 4, 1000])
+def test_a_damaged_part_leaves_the_run_folders(batch, length):
+    expected = rows(read(batch))
+    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    file.write_bytes(file.read_bytes()[:length])
+    # Rows of folders come after those of parts.
+    by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows(read(batch)).items()}
+    assert by_run == expected
+
+
 def test_rows_of_a_part_that_name_another_folder_are_not_read(batch):
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     table = pq.read_table(file)
