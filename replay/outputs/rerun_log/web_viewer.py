@@ -26,8 +26,8 @@ NOTICES: Final = "THIRD_PARTY_NOTICES.md"
 
 NO_WEB_VIEWER: Final = "this rerun-sdk ships no viewer for a browser"
 
-SERVE_SECONDS: Final = 60.0
-"""From the start of the server to the last byte of the viewer's program; a cold start takes up to 20 s."""
+SERVE_SECONDS: Final = 120.0
+"""From the start of the server to the last byte of the viewer's program: 30 s with ten programs for each processor."""
 
 SILENT_SECONDS: Final = 5.0
 """A server that sends nothing for so long is asked again; on a port of another program nobody may ever answer."""

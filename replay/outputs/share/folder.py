@@ -43,6 +43,8 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
     Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: the recording of a run is none.
     """
     shown = [one for one in folders if (one.path / PICTURE).is_file()]
+    for run in shown:
+        _require_whole(run.picture)
     viewer, why = _viewer() if shown else ({}, f"no run holds a picture ({PICTURE})")
     pages = {"run" if len(folders) == 1 else f"run{k}": one for k, one in enumerate(folders, 1)}
     titles: dict[str, str] = {}
@@ -57,6 +59,13 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
         told = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
         write_summary(folder, SHARED, told)
     return why
+
+
+def _require_whole(picture: Path) -> None:
+    """Refuse a damaged recording before the viewer is started, which takes seconds."""
+    from replay.outputs.rerun_log.moments import read_moments
+
+    read_moments(picture)
 
 
 def _viewer() -> tuple[dict[str, bytes], str]:

