@@ -20,7 +20,7 @@ PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7], "c": [9]
 DETECTORS = "slow=discrete[rate_hz=20],late=discrete[rate_hz=12],hull=collider"
 GROWTH = 150 << 20
 HANGS_AFTER_SECONDS = 120
-FOREIGN_WORDS = re.compile(r"should not have happened|magic|arrow|thrift|codec|lz4|\bCRC|\bIPC|protobuf|brotli", re.I)
+FOREIGN_WORDS = re.compile(r"should not have happened|magic|\barrow|thrift|codec|lz4|\bCRC|\bIPC|protobuf|brotli", re.I)
 """Words of a fault of ours, or of a library about its own format."""
 
 
