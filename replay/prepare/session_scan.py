@@ -118,7 +118,8 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
     if np.isfinite(position).all():
         with np.errstate(over="ignore", invalid="ignore"):
             norm = float(np.sqrt((quaternion * quaternion).sum()))
-        what = f"quaternion {quaternion.tolist()} has norm {number_text(norm, 6)}, not 1"
+        norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
+        what = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
     number = number if session.part is None else int(session.part.numbers[number])
     where = f"frame {number} ({time:.6f} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
