@@ -12,13 +12,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from replay import words
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of
 from replay.outputs.report.still import FIRST, fault_still
 from replay.pipeline.engine import compute
-from replay.pipeline.gates import figure
-from replay.pipeline.sentences import length_words
 from replay.studies.synthetic_sessions import synthetic_session
 
 SIZE = (1800, 760)
@@ -90,13 +89,13 @@ def readme_picture(result):
     still = str(fault_still(result, answer.label, fault, FIRST))
     still = still.replace("<svg ", f"<svg width={FIRST[0]} height={FIRST[1]} ", 1).replace("/>", f"/>{FADES}", 1)
     scale = 540 / FIRST[1]
-    share = figure(100 * rank.false["share"])
-    words = [
+    share = words.share(rank.false["share"])
+    lines = [
         (770, 92, "", "The convex hull says:"), (770, 176, "big false", "contact."),
-        (770, 262, "", f"The {fault.hollow} says:"), (770, 346, "big", f"{length_words(fault.gap)} apart."),
-        (770, 436, "strong", f"<tspan class='false bold'>{share} %</tspan> of the hull's contact time is false."),
+        (770, 262, "", f"The {fault.hollow} says:"), (770, 346, "big", f"{words.length(fault.gap)} apart."),
+        (770, 436, "strong", f"<tspan class='false bold'>{share}</tspan> of the hull's contact time is false."),
     ]  # fmt: skip
-    texts = [f'<text class="{kind}" x="{x}" y="{y}">{text}</text>' for x, y, kind, text in words]
+    texts = [f'<text class="{kind}" x="{x}" y="{y}">{text}</text>' for x, y, kind, text in lines]
     legend = (("reference", REFERENCE), ("right", RIGHT), ("late", LATE), ("false", INVENTED))
     x = 770
     for word, colour in legend:

@@ -10,6 +10,7 @@ from replay.detection.recorded import RECORDED
 SHAPES: Final[Mapping[str, str]] = {
     "hull": "convex hulls", "shipped": "recorded colliders", "box": "boxes",
     "sphere": "spheres", "capsule": "capsules", "mesh": "triangle meshes",
+    "compound": "convex pieces",
 }  # fmt: skip
 """Shape of a collider -> its words."""
 

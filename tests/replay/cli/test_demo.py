@@ -49,7 +49,6 @@ def test_the_demo_can_be_repeated_where_it_stands_but_replaces_no_named_folder(t
 @pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     session, truth = make_scene_session("bench-bumps")
-    expected = predicted(truth, session.frames.stamp_ns, 50.0)
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run"), "--format", "json"]
     start = time.monotonic()
     program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -60,6 +59,8 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     # Two seconds are promised on a machine of its own; this one is shared, and a start from cold files is slower.
     assert first.startswith(b"making up") and first_line < 5.0
     report = json.loads(printed)
+    offset_s = report["detectors"]["mesh50"]["settings"]["sampling_offset_s"]
+    expected = predicted(truth, session.frames.stamp_ns, 50.0, offset_s)
     never = [miss for miss in report["misses"]["mesh50"] if miss["kind"] == "never found"]
     assert all(any(_within(miss, episode) for miss in never) for episode in expected.missed)
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)

@@ -115,8 +115,9 @@ def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name,
     assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
     asks = bool(told["plan"]["detection"])
     assert bool({"numba", "fcl", "replay.effects.contact"} & loaded) == asks
-    chemistry = {f"replay.effects.{one}" for one in ("matter", "chemistry", "models.ledger", "models.equilibrium")}
+    chemistry = {f"replay.effects.chemistry.{module}" for module in ("ledger", "mixture", "solver")}
     assert bool(chemistry & loaded) == ("mixing" in kinds)
+    assert "phreeqc" not in loaded or "mixing" in kinds
     # An audit reads hands too: it tells contacts of a hand with what it holds apart.
     assert any(topic.startswith("/hands") for topic in told["topics"]) == ("grasp" in kinds or asks)
     assert {topic for topic in told["topics"] if not topic.startswith("/hands")} <= LOGGED
