@@ -13,7 +13,6 @@ from typing import Any, Final, get_type_hints
 
 import numpy as np
 import rerun as rr
-from rerun.chunk import RrdReader
 
 from replay.base.shown import plural
 from replay.comparison.false_contacts import FalseContact
@@ -23,6 +22,7 @@ from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.outputs.palette import FOUND, INVENTED, MISSED
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
+from replay.outputs.rerun_log.recording_reader import RecordingDamagedError, read_texts
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED
 
@@ -30,7 +30,7 @@ MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
 
 COLOURS: Final = {MISS: MISSED, FALSE: INVENTED, CONTACT: FOUND}
-UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError)
+UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
 """What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
 
 LISTS: Final = "moments/list"
@@ -190,13 +190,11 @@ def read_moments(recording: Path) -> list[MomentPlace]:
     """
     try:
         require_complete_file(recording)
-        chunks = RrdReader(recording).stream().filter(content=f"/{TABLE}").to_chunks()
-        batches = [chunk.to_record_batch() for chunk in chunks]
-        texts = [batch.column(name)[0].as_py() for batch in batches for name in batch.schema.names if "moments" in name]
-        places = [_checked_place(place) for (text,) in texts for place in json.loads(text)]
+        has_rows, texts = read_texts(recording, f"/{TABLE}", "moments")
+        places = [_checked_place(place) for text in texts for place in json.loads(text)]
     except UNREADABLE as error:
         raise RunFolderError.unreadable(recording, error) from error
-    if batches and not texts:
+    if has_rows and not texts:
         raise RunFolderError(f"{recording} is a picture of an earlier version; run its session again")
     return places
 
