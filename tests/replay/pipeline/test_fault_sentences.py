@@ -283,7 +283,9 @@ def volumes_only(claim):
 def contained_and_not_asked(claim):
     """One body is inside the other in as many frames as are said, and the detector was not asked for that."""
     verdict = claim.run.detections["exact"].verdict[claim.fault.first : claim.fault.last + 1, claim.fault.pair]
-    return (verdict == Verdict.CONTAINED).sum() >= claim.fault.agreeing[0] and not claim.settings.get("containment")
+    # A search proves no surfaces disjoint, so that it never decides what is inside.
+    asks = claim.settings.get("containment", False) and claim.settings.get("decide") != "search"
+    return (verdict == Verdict.CONTAINED).sum() >= claim.fault.agreeing[0] and not asks
 
 
 def no_step_within(claim):
