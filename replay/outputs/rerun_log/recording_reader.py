@@ -1,7 +1,7 @@
 """Texts of a recording, read in a process of its own: Rerun's reader can end the process that reads a damaged file.
 
-A damaged length made it ask for more memory than there is, which ends the process without an exception (2026-11, one
-of 1,700 damaged recordings). The process is started once and reads until this one ends.
+Among changed run folders one ended it with SIGABRT, without an exception (2026-11); why was not examined. The process
+is started once and reads until this one ends.
 """
 
 from __future__ import annotations
