@@ -12,6 +12,7 @@
     └── CollisionCoreError   detectors: cdcore.errors
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Self, TypeGuard
 
@@ -82,8 +83,26 @@ class PlaceError(ReplayError, OSError):
     """A file or folder at a URL cannot be reached."""
 
 
+MOST_PROBLEMS: Final = 50
+"""Problems of a file that a message lists."""
+
+
 class RunFolderError(ReplayError, ValueError):
     """A folder is not a run folder, one of another version, or a file in it is damaged."""
+
+    problems: tuple[str, ...] = ()
+    """Every value that is not as a run writes it, with its path; the message has the first of them."""
+
+    @classmethod
+    def of_problems(cls, file: Path, problems: Sequence[str]) -> Self:
+        """Return the error for a file with values that no run writes, of which there is one at least."""
+        count = len(problems)
+        number = "1 value that no run writes" if count == 1 else f"{count:,} values that no run writes"
+        listed = "; ".join(problems[:MOST_PROBLEMS])
+        rest = f"; and {count - MOST_PROBLEMS:,} more" if count > MOST_PROBLEMS else ""
+        error = cls(f"{file} has {number}: {listed}{rest}. Run its session again")
+        error.problems = tuple(problems)
+        return error
 
     @classmethod
     def unreadable(cls, file: Path, error: BaseException) -> Self:

@@ -4,24 +4,19 @@ A file that is none, a value of another type, a number beyond any recording, a r
 ends in one ``RunFolderError``. Nothing that is read leads to an import, or to a file outside the folder.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
-from functools import cache
-from importlib.resources import files
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from replay.document.coding import document_of
+from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
 from replay.outputs.results.parquet import TYPES
-
-if TYPE_CHECKING:
-    from jsonschema import Draft202012Validator
 
 LARGEST_INT: Final = 2**63 - 1
 LARGEST_SECONDS: Final = 1e10
@@ -63,42 +58,12 @@ def _constant(text: str) -> Any:
     raise ValueError(f"{text} is no number of JSON")
 
 
-def checked_summary(path: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """A summary whose values have the types of ``summary.schema.json``; keys that it does not know stay as they are."""
-    fault = next(_schema().iter_errors(summary), None)
-    if fault is not None:
-        where = ".".join(str(key) for key in fault.absolute_path) or "the summary"
-        raise RunFolderError(f"{path}: {where} is not as a run writes it ({fault.message[:120]}); {AGAIN}")
-    labels = summary["detectors"].keys()
-    unknown = summary["audit"].keys() - labels
-    if unknown or (summary["audit"] and summary["oracle"] not in labels):
-        name = next(iter(unknown), summary["oracle"])
-        raise RunFolderError(f"{path} speaks of {name!r}, which is none of its detectors; {AGAIN}")
-    if {answer["label"] for answer in summary["answers"]} != summary["audit"].keys():
-        raise RunFolderError(f"{path}: answers are told of other detectors than those audited; {AGAIN}")
-    return dict(summary)
-
-
-@cache
-def _schema() -> Draft202012Validator:
-    from jsonschema import Draft202012Validator
-
-    references = []
-
-    def opened(part: dict[str, Any]) -> dict[str, Any]:
-        """What another version wrote besides does a reader no harm."""
-        if part.get("additionalProperties") is False:
-            del part["additionalProperties"]
-        if "$ref" in part:
-            references.append(part)
-        return part
-
-    text = files("replay.outputs.results").joinpath("summary.schema.json").read_text(encoding="utf-8")
-    schema = json.loads(text, object_hook=opened)
-    # jsonschema looks every reference up anew for every value, which took two thirds of the time.
-    for part in references:
-        part |= schema["$defs"][part.pop("$ref").rpartition("/")[2]]
-    return Draft202012Validator(schema)
+def checked_document(path: Path, plain: Any) -> RunDocument:
+    """Return the document that a file holds; ``RunFolderError`` names every value that is not as a run writes it."""
+    document, problems = document_of(plain)
+    if document is None:
+        raise RunFolderError.of_problems(path, problems)
+    return document
 
 
 def checked_table(path: Path, table: pa.Table, kinds: Mapping[str, type], needed: frozenset[str]) -> pa.Table:

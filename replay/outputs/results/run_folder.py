@@ -15,13 +15,14 @@ import pyarrow.parquet as pq
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
+from replay.document.run_document import RunDocument
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED, METRICS
 from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
-from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
+from replay.outputs.results.reading import checked_contacts, checked_document, checked_table, read_json
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.result_tables import COLUMNS
@@ -162,6 +163,7 @@ class RunFolder:
 
     path: Path
     summary: dict[str, Any]
+    document: RunDocument
 
     @property
     def oracle(self) -> str:
@@ -240,7 +242,7 @@ def read_run_folder(path: str | Path) -> RunFolder:
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
         raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")
-    return RunFolder(path, checked_summary(path / SUMMARY, summary))
+    return RunFolder(path, summary, checked_document(path / SUMMARY, summary))
 
 
 def _give_back() -> None:

@@ -1,0 +1,100 @@
+"""``RunDocument``: a run as data, all that ``summary.json`` holds."""
+
+from typing import Any
+
+from msgspec import field
+
+from replay.document.answer import Answer
+from replay.document.audit import DetectorAudit, PairAudit
+from replay.document.detector import DetectorRecord
+from replay.document.record import Count, Counts, Record, Seconds
+from replay.document.session import (
+    EffectRecord,
+    FindingRecord,
+    FlaggedPoses,
+    NoiseRecord,
+    PlanRecord,
+    SessionRecord,
+    SettingsRecord,
+    Window,
+)
+
+SCHEMA = "vrlab-replay/run/1"
+
+
+class ContactLengths(Record):
+    """Contacts of a pair: how many, their seconds together, the longest, and how many lost poses cut."""
+
+    count: Count
+    seconds: Seconds
+    longest: Seconds
+    cut: Count
+
+
+class PairRecord(Record, rename={"grasp": "held", "grasped_contacts": "held_contacts"}):
+    """A pair of bodies; mappings are by the label of a detector.
+
+    Parameters
+    ----------
+    name : ``rod - beaker``.
+    grasp : whether it is a hand and what it holds, at any time.
+    containment : whether a detector decides of the pair if one body is inside the other.
+    contacts : without those of a hand and what it holds.
+    grasped_contacts : these.
+    audit : of the audited detectors.
+    """
+
+    name: str
+    grasp: bool
+    containment: dict[str, str]
+    contacts: dict[str, ContactLengths] = field(default_factory=dict)
+    grasped_contacts: dict[str, ContactLengths] = field(default_factory=dict)
+    audit: dict[str, PairAudit] = field(default_factory=dict)
+
+
+class RunDocument(Record, kw_only=True, tag_field="schema", tag=SCHEMA):
+    """A run: settings, seeds, counts, times, digests and answers; mappings are by the label of a detector.
+
+    Parameters
+    ----------
+    caveat, intervals : sentences for whoever reads the numbers.
+    window, seed, tau : of the settings, those that decide answers.
+    oracle : label of the reference, or ``""``.
+    audit : of all detectors but the reference.
+    noise : ``None``: no noisy copies were asked for.
+    policy : kind of doubt about a pose -> what is done with it.
+    findings, flagged : what is in doubt about the recording.
+    flagged_verdicts : verdicts that rest on a pose in doubt.
+    answers : of the audited detectors, the worst first.
+    request : by it a batch knows the run folders that it need not make again.
+    open_questions : guesses of an import that change the contacts; ``guesses`` sums up the others.
+    tradeoff : what other settings miss and take, where that was measured.
+    files : all of the run folder.
+    """
+
+    caveat: str
+    intervals: str
+    session: SessionRecord
+    settings: SettingsRecord
+    window: Window
+    seed: int
+    tau: Seconds
+    pairs: tuple[PairRecord, ...]
+    oracle: str
+    detectors: dict[str, DetectorRecord]
+    audit: dict[str, DetectorAudit]
+    noise: NoiseRecord | None
+    policy: dict[str, str]
+    findings: tuple[FindingRecord, ...]
+    flagged: tuple[FlaggedPoses, ...]
+    flagged_verdicts: dict[str, Counts]
+    versions: dict[str, str]
+    machine: dict[str, str | int]
+    plan: PlanRecord
+    effects: dict[str, EffectRecord]
+    answers: tuple[Answer, ...]
+    open_questions: tuple[str, ...] = ()
+    guesses: tuple[str, ...] = ()
+    request: str = ""
+    tradeoff: dict[str, Any] | None = None
+    files: tuple[str, ...] = ()

@@ -1,0 +1,128 @@
+"""The document of a run is what is written, its schema comes from its types, and every problem is named."""
+
+import copy
+import json
+
+import pytest
+from jsonschema import Draft202012Validator
+from support.small_worlds import cubes
+
+from replay.document.coding import document_of, json_of, json_schema
+from replay.effects.output import plain_value
+from replay.pipeline.engine import compute
+from sessions.synthetic.analytic import make_analytic
+
+VALIDATOR = Draft202012Validator(json_schema())
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+TAMPERED = {
+    "audit.slow.missed.share": (1.5, "expected float <= 1.0"),
+    "audit.slow.pair_frames.MISSED": (-1, "expected int >= 0"),
+    "audit.slow.between_frames": (0.5, "expected int | str, got float"),
+    "detectors.slow.digest": ("short", "expected str matching regex '^[0-9a-f]{64}$'"),
+    "detectors.slow.seconds.detect": (None, "expected float, got null"),
+    "session.bodies.ball.faces": (0, "expected int >= 1"),
+    "window.start": ("0", "expected float | null, got str"),
+    "answers.0.moment.pair.1": (3, "expected str, got int"),
+    "machine": ([], "expected object, got array"),
+}
+
+
+def text_of(result):
+    return json.dumps(result.summary, indent=1, allow_nan=False, default=plain_value) + "\n"
+
+
+@pytest.fixture(scope="module")
+def good():
+    return json.loads(
+        text_of(compute(make_analytic("fast-ball", seconds=1.0)[0], detectors="slow=discrete[rate_hz=20]"))
+    )
+
+
+def place_of(plain, path):
+    *above, key = path.split(".")
+    for name in above:
+        plain = plain[int(name) if isinstance(plain, list) else name]
+    return plain, int(key) if isinstance(plain, list) else key
+
+
+def changed(plain, path, value):
+    inside, key = place_of(plain, path)
+    inside[key] = value
+
+
+def removed(plain, path):
+    inside, key = place_of(plain, path)
+    del inside[key]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider"},
+        {"detectors": "exact", "oracle": "continuous"},
+        {"detectors": "hybrid", "oracle": "none"},
+        {"detectors": "sphere", "noise": "vive", "noise_copies": 2},
+        {"detectors": ()},
+    ],
+)
+def test_a_document_is_written_as_it_was_read(asked):
+    text = text_of(compute(cubes(PLACES), **asked))
+    document, problems = document_of(json.loads(text))
+    assert problems == ()
+    assert json_of(document) == text
+    assert [error.message for error in VALIDATOR.iter_errors(json.loads(text))] == []
+
+
+@pytest.mark.parametrize("path", TAMPERED)
+def test_a_tampered_value_is_named_with_its_path(good, path):
+    value, reason = TAMPERED[path]
+    bad = copy.deepcopy(good)
+    changed(bad, path, value)
+    assert document_of(bad) == (None, (f"{path}: {reason}",))
+    assert not VALIDATOR.is_valid(bad)
+
+
+def test_every_tampered_value_is_named(good):
+    bad = copy.deepcopy(good)
+    for path, (value, _) in TAMPERED.items():
+        changed(bad, path, value)
+    document, problems = document_of(bad)
+    assert document is None
+    assert sorted(problems) == sorted(f"{path}: {reason}" for path, (_, reason) in TAMPERED.items())
+
+
+def test_every_missing_key_is_named(good):
+    bad = copy.deepcopy(good)
+    paths = ["session.frames", "audit.slow.pair_frames.BOTH", "tau", "detectors.slow.seconds.stages"]
+    for path in paths:
+        removed(bad, path)
+    assert sorted(document_of(bad)[1]) == sorted(f"{path}: is missing" for path in paths)
+
+
+def test_detectors_that_are_none_of_the_run_are_named(good):
+    bad = copy.deepcopy(good)
+    bad["audit"]["quick"] = bad["audit"].pop("slow")
+    bad["oracle"] = "truth"
+    assert document_of(bad)[1] == (
+        "audit.quick: no detector of the run has this name",
+        "oracle: no detector of the run is called 'truth'",
+        "answers: they are about other detectors than those audited",
+    )
+
+
+def test_unknown_keys_are_left_out(good):
+    more = copy.deepcopy(good) | {"surprise": 1}
+    more["audit"]["slow"]["surprise"] = 1
+    assert json.loads(json_of(document_of(more)[0])) == good
+
+
+@pytest.mark.parametrize("plain", [None, [], 3, "text", {}])
+def test_other_json_is_no_document(plain):
+    document, problems = document_of(plain)
+    assert document is None
+    assert problems
+
+
+def test_the_schema_is_valid():
+    Draft202012Validator.check_schema(json_schema())
