@@ -11,6 +11,7 @@ NOT_EXAMINED = "not examined"
 
 class PairFrames(
     Record,
+    frozen=True,
     rename={
         "neither": "NEITHER",
         "both": "BOTH",
@@ -36,6 +37,7 @@ class PairFrames(
 
 class ContactPairFrames(
     Record,
+    frozen=True,
     rename={
         "both": "BOTH",
         "missed": "MISSED",
@@ -53,7 +55,7 @@ class ContactPairFrames(
     grasped: Count
 
 
-class GraspedCounts(Record, rename={"late_or_cut_short": "contacts_in_part", "false_contact": "invented"}):
+class GraspedCounts(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part", "false_contact": "invented"}):
     """Counts while a hand holds the body, which stand in no other: contacts, then pair-frames."""
 
     contacts: Count
@@ -64,7 +66,7 @@ class GraspedCounts(Record, rename={"late_or_cut_short": "contacts_in_part", "fa
     false_contact: Count
 
 
-class CountRange(Record):
+class CountRange(Record, frozen=True):
     """A number of contacts over the sampling offsets."""
 
     smallest: Count
@@ -72,7 +74,7 @@ class CountRange(Record):
     mean: float
 
 
-class OffsetRanges(Record, rename={"late_or_cut_short": "contacts_in_part"}):
+class OffsetRanges(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part"}):
     """Contacts with a fault over the sampling offsets; of a detector of no rate all are the same."""
 
     contacts_missed: CountRange
@@ -80,7 +82,9 @@ class OffsetRanges(Record, rename={"late_or_cut_short": "contacts_in_part"}):
 
 
 class OffsetProportions(
-    Record, rename={"late_or_cut_short": "contacts_in_part", "time_missed": "missed", "false_contact": "invented"}
+    Record,
+    frozen=True,
+    rename={"late_or_cut_short": "contacts_in_part", "time_missed": "missed", "false_contact": "invented"},
 ):
     """Means over the sampling offsets, with intervals over contacts."""
 
@@ -90,7 +94,7 @@ class OffsetProportions(
     false_contact: Proportion
 
 
-class CauseCounts(Record):
+class CauseCounts(Record, frozen=True):
     """Causes of misses, each with its misses and pair-frames, zeros included."""
 
     misses: Counts
@@ -99,7 +103,7 @@ class CauseCounts(Record):
     missed: Count
 
 
-class TimeErrors(Record, rename={"p95_absolute": "p95_off", "largest_absolute": "most_off"}):
+class TimeErrors(Record, frozen=True, rename={"p95_absolute": "p95_off", "largest_absolute": "most_off"}):
     """Seconds by which matched contacts begin, end or last longer than the reference's."""
 
     mean: float
@@ -110,6 +114,7 @@ class TimeErrors(Record, rename={"p95_absolute": "p95_off", "largest_absolute": 
 
 class ContactMatching(
     Record,
+    frozen=True,
     rename={
         "reference_contacts": "truth",
         "reported_contacts": "found",
@@ -141,7 +146,9 @@ class ContactMatching(
 
 
 class NoiseProofAudit(
-    Record, rename={"time_missed": "missed", "counts_over_offsets": "offsets", "means_over_offsets": "phases"}
+    Record,
+    frozen=True,
+    rename={"time_missed": "missed", "counts_over_offsets": "offsets", "means_over_offsets": "phases"},
 ):
     """Counts of those contacts alone that hold in spite of tracker noise."""
 
@@ -154,6 +161,7 @@ class NoiseProofAudit(
 
 class DetectorAudit(
     Record,
+    frozen=True,
     kw_only=True,
     rename={
         "time_missed": "missed",
@@ -227,7 +235,7 @@ class DetectorAudit(
     matching: ContactMatching
 
 
-class PairAudit(Record, rename={"late_or_cut_short": "contacts_in_part", "while_grasped": "held"}):
+class PairAudit(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part", "while_grasped": "held"}):
     """One pair beside the reference; ``while_grasped``: ``None`` where no hand holds the body."""
 
     contacts_missed: Count

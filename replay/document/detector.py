@@ -5,7 +5,7 @@ from typing import Any, Literal
 from replay.document.record import Count, Counts, Digest, Fraction, Record, Seconds
 
 
-class Quantiles(Record):
+class Quantiles(Record, frozen=True):
     """Seconds of a sample."""
 
     median: Seconds
@@ -14,7 +14,7 @@ class Quantiles(Record):
     max: Seconds
 
 
-class SampleTimes(Record, rename={"samples": "looks"}):
+class SampleTimes(Record, frozen=True, rename={"samples": "looks"}):
     """Seconds over the samples: the frames on which the detector ran.
 
     Parameters
@@ -33,7 +33,7 @@ class SampleTimes(Record, rename={"samples": "looks"}):
     stages: dict[str, Quantiles]
 
 
-class LongestStage(Record, rename={"fraction": "share"}):
+class LongestStage(Record, frozen=True, rename={"fraction": "share"}):
     """The stage that takes most of the time."""
 
     stage: str
@@ -41,7 +41,7 @@ class LongestStage(Record, rename={"fraction": "share"}):
 
 
 class DetectorTimes(
-    Record, kw_only=True, rename={"sample_times": "per_frame", "processor_fraction": "processor_share"}
+    Record, frozen=True, kw_only=True, rename={"sample_times": "per_frame", "processor_fraction": "processor_share"}
 ):
     """Seconds that a detector took.
 
@@ -75,7 +75,7 @@ class DetectorTimes(
 VerdictName = Literal["CLEAR", "CONTACT", "CONTAINED", "CANDIDATE", "NOT_FOUND", "UNRESOLVED", "INVALID", "NO_POSE"]
 
 
-class DetectorRecord(Record, rename={"spec": "asked", "faces_queried": "faces_asked"}):
+class DetectorRecord(Record, frozen=True, rename={"spec": "asked", "faces_queried": "faces_asked"}):
     """A detector of a run.
 
     Parameters

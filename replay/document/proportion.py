@@ -3,7 +3,7 @@
 from replay.document.record import Count, Fraction, Record
 
 
-class Proportion(Record, rename={"value": "share", "lower": "low", "upper": "high"}):
+class Proportion(Record, frozen=True, rename={"value": "share", "lower": "low", "upper": "high"}):
     """A count of a whole, and its 95 % interval.
 
     Parameters

@@ -22,7 +22,7 @@ from replay.document.session import (
 SCHEMA = "vrlab-replay/run/1"
 
 
-class ContactLengths(Record):
+class ContactLengths(Record, frozen=True):
     """Contacts of a pair: how many, their seconds together, the longest, and how many lost poses cut."""
 
     count: Count
@@ -31,7 +31,7 @@ class ContactLengths(Record):
     cut: Count
 
 
-class PairRecord(Record, rename={"grasp": "held", "grasped_contacts": "held_contacts"}):
+class PairRecord(Record, frozen=True, rename={"grasp": "held", "grasped_contacts": "held_contacts"}):
     """A pair of bodies; mappings are by the label of a detector.
 
     Parameters
@@ -52,7 +52,7 @@ class PairRecord(Record, rename={"grasp": "held", "grasped_contacts": "held_cont
     audit: dict[str, PairAudit] = field(default_factory=dict)
 
 
-class RunDocument(Record, kw_only=True, tag_field="schema", tag=SCHEMA):
+class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCHEMA):
     """A run: settings, seeds, counts, times, digests and answers; mappings are by the label of a detector.
 
     Parameters

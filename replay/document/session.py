@@ -7,14 +7,14 @@ from msgspec import Meta
 from replay.document.record import Count, Digest, Record, Seconds
 
 
-class RecordingMark(Record):
+class RecordingMark(Record, frozen=True):
     """By what a recording is known again, whatever its file is called."""
 
     bytes: Count
     sha256: Digest
 
 
-class DroppedFrames(Record):
+class DroppedFrames(Record, frozen=True):
     """Frames of the recording that were left out, by what is wrong with their stamps."""
 
     repeated: Count
@@ -26,7 +26,7 @@ class DroppedFrames(Record):
         return self.repeated + self.backwards
 
 
-class AssumptionRecord(Record, rename={"subject": "what", "sentence": "said"}):
+class AssumptionRecord(Record, frozen=True, rename={"subject": "what", "sentence": "said"}):
     """One thing that an import assumed of its source."""
 
     subject: str
@@ -34,14 +34,14 @@ class AssumptionRecord(Record, rename={"subject": "what", "sentence": "said"}):
     sentence: str
 
 
-class BodyRecord(Record):
+class BodyRecord(Record, frozen=True):
     """A body of the session; ``proxy``: a mesh stands in for its own."""
 
     faces: Annotated[int, Meta(ge=1)]
     proxy: bool
 
 
-class SessionRecord(Record):
+class SessionRecord(Record, frozen=True):
     """The session, without anything that leads to a person.
 
     Parameters
@@ -76,7 +76,7 @@ class SessionRecord(Record):
     bodies: dict[str, BodyRecord]
 
 
-class FindingRecord(Record):
+class FindingRecord(Record, frozen=True):
     """One finding of the doctor about the recording."""
 
     code: str
@@ -92,7 +92,7 @@ class FindingRecord(Record):
     fix: str
 
 
-class FlaggedPoses(Record):
+class FlaggedPoses(Record, frozen=True):
     """Consecutive frames of one body with poses in doubt, and what the policy did with them.
 
     ``body`` is ``""`` for all of them; ``dropped``, ``held`` and ``interpolated`` are samples that became this.
@@ -111,7 +111,7 @@ class FlaggedPoses(Record):
     interpolated: Count
 
 
-class SettingsRecord(Record):
+class SettingsRecord(Record, frozen=True):
     """Every setting of a run, with the detectors and the reference that they came to."""
 
     detectors: tuple[str, ...]
@@ -128,21 +128,21 @@ class SettingsRecord(Record):
     offline: bool
 
 
-class Window(Record):
+class Window(Record, frozen=True):
     """Seconds after the first frame between which was replayed; ``None``: from its start, to its end."""
 
     start: float | None
     end: float | None
 
 
-class NoiseRecord(Record):
+class NoiseRecord(Record, frozen=True):
     """Tracker noise that copies of the recording got; ``sizes``: body -> metres, radians, seconds."""
 
     copies: Annotated[int, Meta(ge=1)]
     sizes: dict[str, tuple[Seconds, Seconds, Seconds]]
 
 
-class PlanRecord(Record):
+class PlanRecord(Record, frozen=True):
     """What the scene calls for: effects, pairs, bodies, topics and detectors, each with the reasons for it."""
 
     effects: dict[str, tuple[str, ...]]
@@ -154,7 +154,7 @@ class PlanRecord(Record):
     not_run: tuple[str, ...]
 
 
-class EffectRecord(Record, rename={"fraction": "share"}):
+class EffectRecord(Record, frozen=True, rename={"fraction": "share"}):
     """An effect of a run: why it ran, what it took, and what it found.
 
     Parameters
