@@ -23,6 +23,9 @@ CATALOGUE: Final[dict[str, dict[str, Any]]] = tomllib.loads(
 )
 """Kind -> all that is declared of an effect; the kinds are the words of ``kind = `` in a scene."""
 
+RETIRED_KINDS: Final[Mapping[str, str]] = CATALOGUE.pop("retired")
+"""Kind that older scenes declare -> what to write instead."""
+
 EFFECTS: Final[dict[str, str]] = {kind: f"replay.effects.{kind.replace('-', '_')}:SPEC" for kind in CATALOGUE}
 """Kind -> ``module:SPEC``."""
 

@@ -4,6 +4,7 @@ import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from types import MappingProxyType
 from typing import Any, Final
 
 from replay.effects.output import COLOURS
@@ -40,16 +41,6 @@ def field_of(row: Mapping[str, Any]) -> Field:
     return Field(kind, about, **rest)
 
 
-_OF_PHREEQC: Final = "PHREEQC has the constants; leave it out (what PHREEQC's data lack: phreeqc of a reaction)"
-_OF_LIQUIDS: Final = 'heat of dilution is part of of = "liquids"; leave it out'
-RETIRED: Final[Mapping[tuple[str, str], str]] = {
-    ("reaction", "acids"): _OF_PHREEQC, ("reaction", "bases"): _OF_PHREEQC, ("precipitation", "ksp"): _OF_PHREEQC,
-    ("pour", "solids_along"): "it is called solid_fraction", ("heat", "solute"): _OF_LIQUIDS,
-    ("heat", "heat_j_mol"): _OF_LIQUIDS, ("heat", "half_water"): _OF_LIQUIDS,
-}  # fmt: skip
-"""Kind and key that older scenes hold -> what to do instead."""
-
-
 @dataclass(frozen=True, eq=False)
 class Declaration:
     """One ``[[effect]]`` table, checked."""
@@ -70,14 +61,23 @@ class Declaration:
         return PlanError(f"{self.file}: {self.place}: {message}")
 
 
-def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: Scene, file: str) -> Declaration:
+def declare(
+    effect: SceneEffect,
+    row: int,
+    fields: Mapping[str, Field],
+    scene: Scene,
+    file: str,
+    retired: Mapping[str, str] = MappingProxyType({}),
+) -> Declaration:
     """Check one declared effect against the fields of its spec.
+
+    ``retired`` : keys, and words of a text, that older scenes hold -> what to write instead.
 
     Raises PlanError: keys that are missing, unknown or wrong, a body or tag there is not; its ``faults`` are all.
     """
     values: dict[str, Any] = {}
     declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", values)
-    faults = [_unknown(effect.kind, key, fields) for key in effect.settings if key not in fields]
+    faults = [_unknown(key, fields, retired) for key in effect.settings if key not in fields]
     names: dict[str, str] = {}
     for key, field in fields.items():
         if key not in effect.settings:
@@ -88,7 +88,8 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
         try:
             values[key] = READERS[field.kind](effect.settings[key], field, scene)
         except ValueError as error:
-            faults.append(f"{key}{error}")
+            advice = retired.get(str(effect.settings[key])) if field.among else None
+            faults.append(f"{key}{error}" if advice is None else f"{key} is {effect.settings[key]!r}: {advice}")
             continue
         if field.kind == "body" and names.setdefault(values[key], key) != key:
             faults.append(f"{key} is {values[key]!r} and so is {names[values[key]]}; name two bodies")
@@ -97,10 +98,10 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
     return declaration
 
 
-def _unknown(kind: str, key: str, fields: Mapping[str, Field]) -> str:
-    """What is wrong with a key that an effect does not have."""
-    known = RETIRED.get((kind, key))
-    return f"unknown key {key!r}{nearest(key, fields)}" if known is None else f"{key}: {known}"
+def _unknown(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) -> str:
+    """Says what to write instead of a key that an effect does not have."""
+    advice = retired.get(key)
+    return f"unknown key {key!r}{nearest(key, fields)}" if advice is None else f"{key}: {advice}"
 
 
 def _selected(word: object, scene: Scene) -> tuple[str, ...]:

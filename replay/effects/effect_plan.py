@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 from typing import Any, Final, TypeVar
 
-from replay.effects import effect_kinds, load_effect
+from replay.effects import RETIRED_KINDS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
 from replay.effects.protocol import POSES, EffectSpec
 from replay.errors import EffectError, PlanError, WrongInputError
@@ -123,11 +123,13 @@ def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Dec
     known = effect_kinds()
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind not in known:
-            faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
+            advice = RETIRED_KINDS.get(effect.kind)
+            meant = f": {advice}" if advice else nearest(effect.kind, known)
+            faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{meant}")
             continue
         spec = load_effect(effect.kind)
         try:
-            declaration = declare(effect, row, spec.fields, scene, file)
+            declaration = declare(effect, row, spec.fields, scene, file, spec.retired)
             if spec.check is not None:
                 spec.check(declaration, scene)
         except PlanError as error:

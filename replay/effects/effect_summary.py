@@ -11,7 +11,7 @@ from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, FloatArray
 
 RESULTS: Final = (
-    "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "dissolved", "collect", "turned",
+    "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "dissolved", "turned",
     "gas", "colour-change", "ph", "no-reaction",
 )  # fmt: skip
 """Names of events that an experiment is done for, or ends by, the weightiest first."""

@@ -176,8 +176,20 @@ def _of_electrons(matter: Matter, vessel: str) -> Found:
         apart = any(column.endswith((SOLID, GAS)) for column in used)
         if process.rate is None and len(used) == 2 and not apart and matter.histories[vessel].extents[-1, row] > 0.0:
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
+            oxidant, reductant = (_reagent(matter, row, column) for column in used)
             for crossing in _crossings(left - right):
-                yield crossing, used[0], used[1]
+                yield crossing, oxidant, reductant
+
+
+def _reagent(matter: Matter, process: int, column: str) -> str:
+    """The reagent, as its equation writes it, that a column stands for: Cr2O7^2- is counted as CrO4^2-."""
+    reagents = (
+        formula
+        for reaction in matter.recipe.reactions
+        if reaction.process == process
+        for formula in reaction.equation.reagents
+    )
+    return next((formula for formula in reagents if column in dissolved_parts(formula)), column)
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:

@@ -200,8 +200,7 @@ def _sliced(cavity: "Cavity") -> SlicedCavity:
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
     """Raises PlanError: a vessel that the tables of liquids name lacks something."""
     faults, poured = [], {name for one in tables.get("pour", ()) for name in one["from"]}
-    others = [one["jar"] for one in tables.get("gas", ())]
-    others += [name for one in tables.get("flame-test", ()) for name in one["vessels"]]
+    others = [name for one in tables.get("flame-test", ()) for name in one["vessels"]]
     for name in dict.fromkeys((*vessel_names(tables), *others)):
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))

@@ -20,7 +20,7 @@ from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
 from replay.effects.chemistry.solver import Solver, answered
-from replay.effects.chemistry.warming import heat_given_off
+from replay.effects.chemistry.warming import cooled, heat_given_off
 
 ADDED: Final = " added"
 SPENT: Final = 1e-12
@@ -268,7 +268,7 @@ class Ledger:
             return
         capacity = float(self.capacity(place, self.volume_ml[place]))
         excess = float(self.amounts[place, self.column[HEAT]]) / capacity
-        change = abs(excess * np.expm1(-self.warmth.loss * seconds / capacity))
+        change = abs(excess - float(cooled(excess, seconds, capacity=capacity, loss=self.warmth.loss)))
         steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
         for step in range(steps):
             self._cool(place, seconds / steps)
@@ -550,7 +550,9 @@ class Ledger:
     def _cool(self, place: int, seconds: float) -> None:
         capacity = float(self.capacity(place, self.volume_ml[place]))
         if capacity > 0.0:
-            self.amounts[place, self.column[HEAT]] *= np.exp(-self.warmth.loss * seconds / capacity)
+            heat = self.column[HEAT]
+            joule = float(self.amounts[place, heat])
+            self.amounts[place, heat] = cooled(joule, seconds, capacity=capacity, loss=self.warmth.loss)
 
     def _reacts_slowly(self, place: int, ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""

@@ -20,7 +20,7 @@ from replay.effects.chemistry.ledger import (
 )  # fmt: skip
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C
+from replay.effects.chemistry.warming import WATER_BOILS_C, cooled
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
@@ -69,7 +69,8 @@ class Matter:
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows])
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
-        return self.amount(vessel, HEAT)[rows] / filled * np.exp(-ledger.warmth.loss * since / filled)
+        excess = self.amount(vessel, HEAT)[rows] / filled
+        return cooled(excess, since, capacity=filled, loss=ledger.warmth.loss)
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there.

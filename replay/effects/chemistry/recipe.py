@@ -168,8 +168,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     bodies = {solid for one in contents.values() for solid in one.solids}
     solubility = {solid: table for one in contents.values() for solid, table in one.solubility.items()}
     phases = _Phases(database, solubility, _separate(declared, equations, named))
-    gases = GASES | {one["gas"] for one in tables.get("gas", ())}
-    usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(gases, "g")}
+    usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(GASES, "g")}
     read: list[Mapping[str, str]] = []
     brought = {formula for one in contents.values() for formula in one.amounts}
     for equation in equations:
@@ -378,12 +377,11 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     _check_known(tables, recipe)
     _check_decided(recipe)
     followed = vessel_names(tables)
-    for declared, key in (
-        *((one, "in") for one in tables.get("colour", ())), *((one, "from") for one in tables.get("gas", ())),
-    ):  # fmt: skip
-        if declared[key] not in followed:
-            words = f"{key}: nothing is mixed in {declared[key]!r}; name it in an effect mixing, pour or burette"
-            raise declared.fail(words + nearest(declared[key], followed))
+    for declared in tables.get("colour", ()):
+        vessel = declared["in"]
+        if vessel not in followed:
+            problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
+            raise declared.fail(problem + nearest(vessel, followed))
     if any(one["of"] != "flame" for one in tables.get("heat", ())):
         _check_heat(recipe)
 
@@ -452,10 +450,9 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
                 f"solid: PHREEQC's data do not know {one['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
                 "or solid.solubility_g_100g to a body that holds it"
             )
-    for kind, key in (("precipitation", "solid"), ("gas", "gas")):
-        for one in tables.get(kind, ()):
-            if one[key] not in made:
-                raise one.fail(f"{key}: no reaction makes {one[key]!r}{nearest(one[key], made)}")
+    for one in tables.get("precipitation", ()):
+        if one["solid"] not in made:
+            raise one.fail(f"solid: no reaction makes {one['solid']!r}{nearest(one['solid'], made)}")
 
 
 def _check_decided(recipe: Recipe) -> None:

@@ -11,22 +11,25 @@ WATER_BOILS_C: Final = 100.0
 
 
 def cooled(
-    celsius: FloatArray,
-    seconds: FloatArray,
+    celsius: FloatArray | float,
+    seconds: FloatArray | float,
     *,
-    power_w: float,
+    power_w: float = 0.0,
     capacity: FloatArray | float,
     loss: float,
-    ambient: float,
+    ambient: float = 0.0,
 ) -> FloatArray:
     """Temperature after some seconds of m c dT/dt = P - k (T - Ta); all may be arrays.
 
+    Without power it is Newton's law of cooling, which holds for an excess in J as for one in K.
+
     ``capacity``: m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
     """
-    exponent = np.asarray(loss * seconds / capacity, dtype=np.float64)
+    exponent = np.asarray(loss * np.asarray(seconds) / capacity, dtype=np.float64)
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.
     share = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
-    return celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share
+    rate = (power_w - loss * (np.asarray(celsius) - ambient)) / capacity
+    return np.asarray(celsius + rate * seconds * share)
 
 
 def warmed(

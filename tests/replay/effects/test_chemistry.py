@@ -1,23 +1,19 @@
 """Concentrations, colour, solids, extents and gas are what amounts and volumes say.
 
-Of `replay.effects.mixing`, `replay.effects.colour`, `replay.effects.precipitation`, `replay.effects.reaction` and
-`replay.effects.gas`, views of what `replay.effects.chemistry` reads in a scene.
+Of `replay.effects.mixing`, `replay.effects.colour`, `replay.effects.precipitation` and `replay.effects.reaction`, views
+of what `replay.effects.chemistry` reads in a scene.
 """
-
-import math
 
 import numpy as np
 import pytest
 from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, still, tilted, world
 
 from replay.effects.chemistry.contents import WATER_MOLAR, contents_of
-from replay.effects.chemistry.gas_laws import gas_ml_per_mol
 from replay.effects.effect_summary import leading
 from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
 from replay.outputs.rerun_log.effects import effect_plots
 from replay.pipeline.engine import compute
-from sessions.model.scene import SceneBody
 
 MIXED = ("mixing", {"in": ["b"]})
 
@@ -157,49 +153,6 @@ def test_a_ph_without_an_end_point_is_told_when_it_changes_no_more():
     effects = poured([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRAL)
     (event,), volume = effects["reaction"].events, effects["mixing"].series["b/volume"]
     assert event.time == volume.times[np.argmax(volume.values)] and event.values["from_ph"] == pytest.approx(3.0, 0.02)
-
-
-COUNT = 200
-
-
-def collected(heights, grams, turn=(1.0, 0.0, 0.0, 0.0)):
-    """Acid is poured on zinc at 0.11 s; the tube ends 0.5 m above the flask's floor, the jar's mouth at heights."""
-    jar = np.zeros((COUNT, 3))
-    jar[:, 1] = np.asarray(heights) + 0.06
-    bodies = glass("a", 60.0, solute="HCl", molar=5.0), on_zinc(grams, cavity={"radius": 0.05}), SceneBody("tube")
-    poses = {"a": tilted([*([0.0] * 10), *([80.0] * (COUNT - 10))]), "b": still(COUNT), "tube": still(COUNT)}
-    poses["jar"] = jar, np.tile(turn, (COUNT, 1))
-    gas = {"gas": "H2", "from": "b", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar", "temperature_c": 20.0,
-           "pressure_pa": 101325.0}  # fmt: skip
-    told = (("pour", {"from": ["a"], "into": ["b"]}), MIXED, reaction(ZINC, rate_per_s=2.0), ("gas", gas))
-    return compute(world(poses, (*bodies, glass("jar")), *told)).effects["gas"]
-
-
-def test_under_the_jar_all_of_it_is_collected_up_to_what_the_jar_holds():
-    run = collected([0.45] * COUNT, 0.5)
-    (event,) = run.events
-    brim, series = math.pi * 0.02**2 * 0.06 * 1e6, run.series["jar/H2 collected"].values
-    assert series[0] == 0.0 < series[1]
-    assert event.values["volume_ml"] == pytest.approx(brim) and series[-1] == pytest.approx(brim)
-    moles = 0.5 / 65.38 * -math.expm1(-2.0 * 1.88)
-    whole = series[-1] + run.series["jar/H2 leaked"].values[-1]
-    assert whole == pytest.approx(moles * gas_ml_per_mol(20.0, 101325.0), rel=1e-9)
-
-
-def test_only_while_the_outlet_is_inside_is_anything_collected():
-    run = collected([0.6] * 50 + [0.48] * 50 + [0.6] * 100, 0.05)
-    (event,) = run.events
-    moles = 0.05 / 65.38 * (math.exp(-2.0 * 0.38) - math.exp(-2.0 * 0.88))
-    assert event.values["moles"] == pytest.approx(moles, rel=1e-9) and event.end == pytest.approx(1.0)
-    assert event.values["leaked_before_mol"] == pytest.approx(0.05 / 65.38 * -math.expm1(-2.0 * 0.38), rel=1e-6)
-    assert [span.word for span in run.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
-    events = collected([0.48] * 50 + [0.6] * 50 + [0.48] * 100, 0.05).events
-    moles = 0.05 / 65.38 * (math.exp(-2.0 * 0.88) - math.exp(-2.0 * 1.88))
-    assert events[1].values["moles"] == pytest.approx(moles, rel=1e-9) and len(events) == 2
-
-
-def test_a_jar_that_stands_upright_collects_nothing():
-    assert not collected([0.42] * COUNT, 0.05, turn=(0.0, 0.0, 0.0, 1.0)).events
 
 
 def test_a_solid_that_no_precipitation_follows_is_a_series_of_the_reaction():

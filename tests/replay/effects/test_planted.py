@@ -4,6 +4,7 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from replay.effects.effect_plan import plan
@@ -82,6 +83,17 @@ def test_all_marble_dissolves_in_acid_that_is_in_excess():
     (event,), (fact,) = result.effects["precipitation"].output.named("dissolved"), planted(truth, "dissolve")
     assert event.values["left_g"] == 0.0
     assert result.effects["reaction"].series["marble/pH"].values[-1] == pytest.approx(fact.values["ph"], abs=0.02)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_gas_that_leaves_while_the_jar_stands_is_as_planted(seed):
+    result, truth = replayed("gas-collection", seed)
+    (fact,), gone = planted(truth, "collect"), result.effects["reaction"].series["flask/H2 gone"]
+    entered, left = np.interp([fact.start, fact.end], gone.times, gone.values)
+    assert entered == pytest.approx(fact.values["leaked_before_mol"], rel=0.02)
+    assert left - entered == pytest.approx(fact.values["collected_mol"], rel=0.02)
+    (event,) = result.effects["reaction"].output.named("gas")
+    assert event.values["moles"] == gone.values[-1] > left
 
 
 def test_the_warmth_of_the_calorimeter_is_the_result():

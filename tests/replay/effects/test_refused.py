@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from support.effect_proofs import scene
 
+from replay.effects import CATALOGUE, RETIRED_KINDS
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
+from sessions.model.scene import Scene, SceneEffect
 
 SLIPS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))["slip"]
 
@@ -26,3 +28,34 @@ def test_the_scene_without_a_slip_is_planned_with_a_solute_that_keeps_its_proton
     assert plan(scene({})).effects
     assert plan(scene({"burn.between": ["hand", "flask"]})).effects  # warm tells how hot each vessel is
     assert plan(scene({"flask.properties.liquid.solutes.C2H5OH": 0.1})).effects
+
+
+RETIRED = [(kind, word) for kind, row in CATALOGUE.items() for word in row.get("retired", {})]
+
+
+@pytest.mark.parametrize(("kind", "word"), RETIRED)
+def test_a_retired_key_or_word_is_refused_with_its_successor(kind, word):
+    row = CATALOGUE[kind]
+    assert word not in row["fields"]
+    texts = [key for key, field in row["fields"].items() if "among" in field]
+    for settings in ({word: 1.0}, *({key: word} for key in texts)):
+        with pytest.raises(PlanError) as refused:
+            plan(Scene(effects=(SceneEffect(kind, settings),)))
+        assert any(fault.endswith(f": {row['retired'][word]}") for fault in refused.value.faults)
+    assert re.search("leave it out|it is called|write ", row["retired"][word])
+
+
+@pytest.mark.parametrize("kind", RETIRED_KINDS)
+def test_a_retired_kind_is_refused_with_its_successor(kind):
+    with pytest.raises(PlanError, match=f"no effect of kind '{kind}': .*; leave this table out"):
+        plan(Scene(effects=(SceneEffect(kind, {"jar": "jar"}),)))
+
+
+def test_retired_keys_are_those_of_the_solver_that_left():
+    """All keys and words that the catalogue before PHREEQC had and this one has not."""
+    assert set(RETIRED) == {
+        ("pour", "solids_along"), ("reaction", "acids"), ("reaction", "bases"), ("precipitation", "ksp"),
+        ("heat", "solute"), ("heat", "heat_j_mol"), ("heat", "half_water"), ("heat", "dilution"),
+        ("heat", "neutralisation"),
+    }  # fmt: skip
+    assert set(RETIRED_KINDS) == {"gas"}

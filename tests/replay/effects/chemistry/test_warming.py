@@ -1,9 +1,9 @@
-"""Warming and gases against closed forms."""
+"""Warming and cooling against closed forms."""
 
+import numpy as np
 import pytest
 
-from replay.effects.chemistry.gas_laws import gas_ml_per_mol
-from replay.effects.chemistry.warming import heat_given_off
+from replay.effects.chemistry.warming import cooled, heat_given_off
 
 
 def test_an_acid_in_much_water_gives_all_and_in_none_nothing():
@@ -13,19 +13,13 @@ def test_an_acid_in_much_water_gives_all_and_in_none_nothing():
     assert [heat_given_off(*two, heat, 1.798) for two in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))] == [0.0, 0.0, 0.0]
 
 
-WATER = (8.07131, 1730.63, 233.426)
-"""Of water from 1 to 100 degC, as handbooks print it; here only a test's input."""
+@pytest.mark.parametrize("loss", [0.0, 1e-9, 0.4, 40.0])
+def test_an_excess_falls_by_newtons_law(loss):
+    seconds, capacity = np.array([0.0, 0.01, 1.0, 60.0]), 418.0
+    expected = 30.0 * np.exp(-loss * seconds / capacity)
+    assert cooled(30.0, seconds, capacity=capacity, loss=loss) == pytest.approx(expected, rel=1e-12, abs=1e-13)
 
 
-def test_the_molar_volume_at_standard_conditions_is_that_of_codata():
-    assert gas_ml_per_mol(0.0, 101325.0) == pytest.approx(22413.97, abs=0.01)
-    assert gas_ml_per_mol(0.0, 100000.0) == pytest.approx(22710.95, abs=0.01)
-
-
-def test_over_water_a_gas_takes_more_room_up_to_the_boiling_point():
-    wet = gas_ml_per_mol(20.0, 101325.0, WATER)
-    assert wet / gas_ml_per_mol(20.0, 101325.0) == pytest.approx(1.0236, abs=2e-4)
-    with pytest.raises(ValueError, match="no gas is collected"):
-        gas_ml_per_mol(100.1, 101325.0, WATER)
-    with pytest.raises(ValueError, match="has no value"):
-        gas_ml_per_mol(-234.0, 101325.0, WATER)
+def test_a_steady_power_leads_to_its_balance():
+    assert cooled(20.0, 1e6, power_w=8.0, capacity=100.0, loss=0.4, ambient=20.0) == pytest.approx(40.0, rel=1e-12)
+    assert cooled(20.0, 10.0, power_w=8.0, capacity=100.0, loss=0.0, ambient=20.0) == pytest.approx(20.8, rel=1e-12)

@@ -1,0 +1,86 @@
+"""Which mixtures have an end point, and between what."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.liquid_worlds import glass
+
+from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.ledger import UNFOLLOWED
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.recipe import recipe_of
+from replay.effects.effect_plan import plan
+from replay.effects.end_points import end_points
+from sessions.model.scene import Scene, SceneEffect
+
+MIXTURES = tomllib.loads(Path(__file__).with_name("chemistry").joinpath("mixtures.toml").read_text("utf-8"))["mixture"]
+WITHOUT = ("hydrolysis", "metals", "solids", "copper", "complexes")
+"""Families in which nothing is titrated."""
+
+STEPS = 60
+
+
+def poured(a, b, equation):
+    """Texts of the end points while a is poured into b."""
+    scene = Scene(
+        bodies=(glass("a", cavity={"radius": 0.05, "height": 0.08}, **a), glass("b", cavity={"radius": 0.05}, **b)),
+        effects=(
+            SceneEffect("pour", {"from": ["a"], "into": ["b"]}), SceneEffect("mixing", {"in": ["b"]}),
+            SceneEffect("reaction", {"equation": equation}),
+        ),
+    )  # fmt: skip
+    contents = contents_of_scene(scene, "scene.toml")
+    recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
+    book = recipe.ledger(0.0, UNFOLLOWED)
+    book.begin(0.0)
+    frames = np.arange(1, 1 + STEPS)
+    volumes = np.full((STEPS, 1), contents["a"].volume_ml / STEPS)
+    book.flow(frames, 0.1 * frames, [("a", "b")], volumes, np.zeros(1, dtype=bool))
+    book.end(STEPS + 100, 0.1 * (STEPS + 100))
+    matter = Matter(recipe, book, {}, {name: book.history(name) for name in book.vessels})
+    return [event.text for event in end_points(matter, "b")]
+
+
+def vessel(row, name):
+    """Arguments of a glass that holds what a row of the table says."""
+    held = row.get(name, {})
+    liquid = {"volume_ml": held.get("ml", 0.0), **({"solutes": held["solutes"]} if "solutes" in held else {})}
+    if "solid" in held:
+        grams = held["moles"] * molar_mass(held["solid"])
+        liquid["properties"] = {"solid": {"formula": held["solid"], "mass_g": grams}}
+    return liquid
+
+
+@pytest.mark.parametrize(
+    "row",
+    [row for row in MIXTURES if row["family"] in WITHOUT and len(row["equations"]) == 1 and "rate_per_s" not in row],
+    ids=lambda row: row["name"],
+)
+def test_nothing_is_equivalent_where_nothing_is_titrated(row):
+    assert poured(vessel(row, "a"), vessel(row, "b"), row["equations"][0]) == []
+
+
+def test_aluminium_in_alkali_has_no_end_point():
+    """It once said that Al(s) and Na+ are equivalent."""
+    metal = {"volume_ml": 0.0, "properties": {"solid": {"formula": "Al", "mass_g": 0.054}}}
+    alkali = {"volume_ml": 50.0, "solutes": {"NaOH": 0.2}}
+    assert poured(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "equation", "names", "millilitres"),
+    [
+        ({"NaOH": 0.1}, {"CH3COOH": 0.05}, "CH3COOH + NaOH -> CH3COONa + H2O", "CH3COOH and NaOH", 25.0),
+        ({"KMnO4": 0.02}, {"FeSO4": 0.05, "H2SO4": 1.0}, "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O",
+         "Fe^2+ and MnO4-", 25.0),
+        ({"K2Cr2O7": 0.01}, {"FeSO4": 0.03, "H2SO4": 1.0},
+         "Cr2O7^2- + 6 Fe^2+ + 14 H+ -> 2 Cr^3+ + 6 Fe^3+ + 7 H2O", "Cr2O7^2- and Fe^2+", 25.0),
+        ({"Na2S2O3": 0.1}, {"KI": 0.1, "I2": 0.025}, "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-", "I2 and S2O3^2-", 25.0),
+    ],
+)  # fmt: skip
+def test_an_end_point_names_acid_and_base_or_oxidant_and_reductant(a, b, equation, names, millilitres):
+    (text,) = poured({"volume_ml": 50.0, "solutes": a}, {"volume_ml": 50.0, "solutes": b}, equation)
+    assert text.startswith(f"{names} are equivalent in b after {millilitres:.2f} mL")
