@@ -1,4 +1,4 @@
-"""Numbers the misses of a run and says why each contact was missed: the first stage that lost it.
+"""Number the misses of a run and find the cause of each: the first stage that lost the contact.
 
 To find the stage, the missed frames are decided again.
 """
@@ -6,7 +6,6 @@ To find the stage, the missed frames are decided again.
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from functools import cache, cached_property
 from typing import Any, Final
 
@@ -17,9 +16,10 @@ from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Explains, Explanation, HeldLooks, counts_as_contact
 from cdcore.protocol.settings import RateSettings
 from replay.comparison.delay import at_frame, constant_delay, reported
-from replay.comparison.evidence import grouped, longest_cuts, looks
-from replay.comparison.misses import FOUND_LATE, LOST_EARLY, MissedStretch, misses, stretches
-from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
+from replay.comparison.evidence import grouped, measure_misses, spread_frames
+from replay.comparison.fault import MISS_CAUSES, Cause, Fault, FaultKind
+from replay.comparison.misses import missed_faults
+from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.detection.recorded import RecordedDetector
 from replay.detection.run_detector import Run, holds_answers
 from replay.prepare.assembly import Assembly
@@ -34,63 +34,31 @@ LOOKS_AT_ONCE: Final = 1024
 """Looks whose faces are held together."""
 
 
-class Cause(StrEnum):
-    """The stage that lost a contact."""
-
-    TOLERANCE = "within tolerance"
-    """Contact by less than tau: too small to decide, and no miss."""
-    BETWEEN_FRAMES = "between frames"
-    """No instant shows it; only an oracle of intervals does."""
-    BETWEEN_LOOKS = "between samples"
-    """The detector did not examine that frame."""
-    BETWEEN_STEPS = "between physics steps"
-    """No step of the engine falls into what its reports miss."""
-    CLOCK = "clock"
-    """Within what is not known of the detector's clock."""
-    COLLIDER_SHAPE = "collider shape"
-    """The colliders that replace the meshes do not meet."""
-    LATE = "late"
-    """The detector says the same a constant number of frames later, or an engine began to report the contact late."""
-    EARLY = "early"
-    """The same earlier, or an engine's report of the contact ended early."""
-    CONTAINMENT = "inside, not asked"
-    """One body is inside the other, and the detector does not ask that."""
-    SPHERE_STAGE = "sphere stage"
-    """Volumes dismissed it before any triangle was asked."""
-    SAMPLING = "sampling"
-    """No pair of faces that meets is in the sample."""
-    BUDGET = "budget ran out"
-    """Ten times the budget finds it, spent from some frames before."""
-    SEARCH = "search"
-    """In the sample, not found; nor with ten times the budget, where that can be asked."""
-    UNEXPLAINED = "unexplained"
-    """No stage explains it."""
-    NOT_EXAMINED = "not examined"
-    """There were too many misses to examine this one."""
-
-
-REPORTED: Final = {FOUND_LATE: Cause.LATE, LOST_EARLY: Cause.EARLY}
+REPORTED: Final = {FaultKind.FOUND_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
 """When an engine reported the rest of a contact that it missed in part."""
 
 
 @dataclass(frozen=True)
 class Causes:
-    """The causes of one detector's misses."""
+    """Counts of the causes of one detector's misses.
 
-    of_misses: tuple[Cause, ...] = ()  # one word per miss, that of most of its looks
-    agreeing: tuple[tuple[int, int], ...] = ()  # of each miss the frames that have this cause, of those examined
-    # cause -> pair-frames decided again that have it; *within tolerance* counts all there are
-    pair_frames: Mapping[Cause, int] | None = None
-    # examined, missed: pair-frames decided again, and pair-frames missed
+    Parameters
+    ----------
+    misses : cause -> misses that have it.
+    pair_frames : cause -> pair-frames decided again that have it; *within tolerance* counts all pair-frames.
+    examined, missed : pair-frames decided again, and pair-frames missed.
+    """
+
+    misses: Mapping[Cause, int] = field(default_factory=dict)
+    pair_frames: Mapping[Cause, int] = field(default_factory=dict)
     examined: int = 0
     missed: int = 0
 
     def table(self) -> dict[str, Any]:
         """As plain data: every cause with its misses and pair-frames, zeros included."""
-        misses, frames = Counter(self.of_misses), self.pair_frames or {}
         return {
-            "misses": {cause.value: misses[cause] for cause in Cause},
-            "pair_frames": {cause.value: frames.get(cause, 0) for cause in Cause},
+            "misses": {cause.value: self.misses.get(cause, 0) for cause in MISS_CAUSES},
+            "pair_frames": {cause.value: self.pair_frames.get(cause, 0) for cause in MISS_CAUSES},
             "examined": self.examined,
             "missed": self.missed,
         }
@@ -141,22 +109,30 @@ Faces = Callable[[Motion], Detection]
 """An exact answer with faces for some frames."""
 
 
-def find_causes(places: Sequence[MissedStretch], comparison: Comparison, by: Audited, faces_of: Faces) -> Causes:
-    """Decide the frames of the misses (``places``, in order of time) again and give each miss its cause."""
-    found: list[list[Cause]] = [[] for _ in places]
-    for number, cause in _causes(places, by, faces_of):
-        found[number].append(cause)
-    frames = Counter(cause for causes in found for cause in causes)
+def find_causes(
+    misses: Sequence[Fault], comparison: Comparison, by: Audited, faces_of: Faces
+) -> tuple[tuple[Fault, ...], Causes]:
+    """Return the misses, in order of time, each with the cause of most of its examined frames, and all counts."""
+    examined: list[list[Cause]] = [[] for _ in misses]
+    for index, cause in _causes(misses, by, faces_of):
+        examined[index].append(cause)
+    frames = Counter(cause for causes in examined for cause in causes)
     for outcome, verdict in zip(comparison.outcome.T, by.oracle.verdict.T, strict=True):
         frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
-    words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
-    return Causes(
-        of_misses=words,
-        agreeing=tuple((causes.count(cause), len(causes)) for cause, causes in zip(words, found, strict=True)),
+    explained = tuple(_with_cause(miss, causes) for miss, causes in zip(misses, examined, strict=True))
+    return explained, Causes(
+        misses=dict(Counter(miss.cause for miss in explained)),
         pair_frames=dict(frames),
-        examined=sum(map(len, found)),
+        examined=sum(map(len, examined)),
         missed=comparison.count(Outcome.MISSED),
     )
+
+
+def _with_cause(miss: Fault, causes: Sequence[Cause]) -> Fault:
+    if not causes:
+        return miss
+    cause, count = Counter(causes).most_common(1)[0]
+    return replace(miss, cause=cause, agreeing=(count, len(causes)))
 
 
 def first_failed(
@@ -202,28 +178,28 @@ def first_failed(
     return Cause.SEARCH if found_none else Cause.UNEXPLAINED
 
 
-def _causes(places: Sequence[MissedStretch], by: Audited, faces_of: Faces) -> Iterator[tuple[int, Cause]]:
-    """Number of a miss and the cause at one of its frames, for every frame examined."""
+def _causes(misses: Sequence[Fault], by: Audited, faces_of: Faces) -> Iterator[tuple[int, Cause]]:
+    """Yield the index of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = by.oracle.covers == "instants", by.subject
     reported_of = cache(lambda pair: reported(subject, by.oracle, pair))
-    for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
-        frames = np.unique([frame for _, _, looked in group for frame in looked])
+    for group in grouped(_samples(misses), lambda sample: len(sample[2]), LOOKS_AT_ONCE):
+        frames = np.unique([frame for _, _, sampled in group for frame in sampled])
         if not instants:
             # An interval is also decided at the frame where it begins.
             frames = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
         truth = faces_of(by.motion.take(frames))
         row = {frame: k for k, frame in enumerate(frames.tolist())}
         contact = counts_as_contact(truth.verdict)
-        for number, pair, looked in group:
-            place = places[number]
+        for index, pair, sampled in group:
+            miss = misses[index]
             of_engine: tuple[Cause | None, ...] = ()
             if isinstance(by.detector, RecordedDetector):
-                first, last = by.motion.times[[place.first, place.last]].tolist()
+                first, last = by.motion.times[[miss.first, miss.last]].tolist()
                 stepless = by.detector.stepped(first, last) is False
-                of_engine = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(place.kind)
-            for frame in looked:
-                asked = (frame,) if instants else (frame, frame - 1)
-                ends = [end for end in asked if end in row and contact[row[end], pair]]
+                of_engine = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(miss.kind)
+            for frame in sampled:
+                candidates = (frame,) if instants else (frame, frame - 1)
+                ends = [end for end in candidates if end in row and contact[row[end], pair]]
                 # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
                 at = ends[0] if ends else frame
                 refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
@@ -233,7 +209,7 @@ def _causes(places: Sequence[MissedStretch], by: Audited, faces_of: Faces) -> It
                 shifted = delay != 0 and at_frame(reported_of(pair), at + delay)
                 timing = (delay_cause(delay) if shifted else None, *of_engine)
                 stages = by.stages(at, pair, truth.faces(row[at], pair))
-                yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
+                yield index, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
 
 
 def delay_cause(delay: int) -> Cause:
@@ -241,23 +217,23 @@ def delay_cause(delay: int) -> Cause:
     return Cause.LATE if delay > 0 else Cause.EARLY
 
 
-Look = tuple[int, int, list[int]]
-"""Number of a miss, its pair, and frames."""
+Sample = tuple[int, int, list[int]]
+"""Index of a miss, its pair, and the frames of it that are examined."""
 
 
-def _looks(places: Sequence[MissedStretch]) -> Iterator[Look]:
-    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(places))))
-    every = max(1, -(-len(places) // LOOKS_IN_ALL))
-    for number, place in enumerate(places):
-        if number % every == 0:
-            yield number, place.pair, looks(place.first, place.last, most).tolist()
+def _samples(misses: Sequence[Fault]) -> Iterator[Sample]:
+    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(misses))))
+    every = max(1, -(-len(misses) // LOOKS_IN_ALL))
+    for index, miss in enumerate(misses):
+        if index % every == 0:
+            yield index, miss.pair, spread_frames(miss.first, miss.last, most).tolist()
 
 
 def examine(
     comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], subjects: Mapping[str, Audited], trusted: Run,
     assembly: Assembly, faces_of: Faces,
-) -> tuple[dict[str, tuple[Miss, ...]], dict[str, Causes]]:  # fmt: skip
-    """Misses and causes per label.
+) -> tuple[dict[str, tuple[Fault, ...]], dict[str, Causes]]:  # fmt: skip
+    """Return the misses, measured and with their causes, and the counts of causes, per label.
 
     Parameters
     ----------
@@ -267,21 +243,20 @@ def examine(
     trusted : the oracle.
     faces_of : the most trusted answer, with faces, for some frames.
     """
-    places = {label: stretches(comparison, contacts) for label, comparison in comparisons.items()}
-    asked = [(place.pair, place.first, place.last) for found in places.values() for place in found]
-    if not asked:
-        return dict.fromkeys(places, ()), {label: Causes() for label in places}
+    names = [assembly.bodies_of(pair) for pair in range(len(assembly.pairs))]
+    misses = {
+        label: missed_faults(comparison, contacts, names, assembly.motion.times)
+        for label, comparison in comparisons.items()
+    }
+    every = [miss for of_detector in misses.values() for miss in of_detector]
+    if not every:
+        return misses, {label: Causes() for label in misses}
     own = trusted.detection
     has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
-    cuts = longest_cuts(assembly, own if has_faces else faces_of, asked, between=own.covers == "intervals")
-    names = [assembly.bodies_of(pair) for pair in range(len(assembly.pairs))]
-    times = assembly.motion.times
-    numbered = {label: misses(found, names, times, cuts) for label, found in places.items()}
+    source = own if has_faces else faces_of
+    measured = iter(measure_misses(assembly, source, every, between=own.covers == "intervals"))
     causes = {}
-    for label, found in places.items():
-        causes[label] = find_causes(found, comparisons[label], subjects[label], faces_of)
-        with_cause = zip(numbered[label], causes[label].of_misses, causes[label].agreeing, strict=True)
-        numbered[label] = tuple(
-            replace(miss, cause=cause.value, agreeing=agreeing) for miss, cause, agreeing in with_cause
-        )
-    return numbered, causes
+    for label, of_detector in misses.items():
+        own_misses = [next(measured) for _ in of_detector]
+        misses[label], causes[label] = find_causes(own_misses, comparisons[label], subjects[label], faces_of)
+    return misses, causes

@@ -1,16 +1,16 @@
-"""The geometry behind misses: faces, curve, point and normal, computed only in frames with a miss."""
+"""Geometry of misses: faces, curve, point and normal, computed only in frames with a miss."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final, TypeVar
 
 import numpy as np
 
 from cdcore import Detection, Motion
 from cdcore.numerics import FloatArray, IntArray
+from replay.comparison.fault import Evidence, Fault
 from replay.comparison.first_touch import direction, first_touch
-from replay.comparison.outcome import FirstTouch
-from replay.effects.output import Vector, vector_of
+from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 
 Place = tuple[int, int, int]
@@ -30,76 +30,76 @@ TOUCHES_IN_ALL: Final = 500
 recording, get no faces."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cut:
-    """How two surfaces meet in one frame."""
-
-    frame: int
-    point: Vector  # on the curve of intersection, nearest to its middle; world metres
-    normal: Vector  # unit, from the first body to the second, across the curve
-    face_pairs: int  # how many meet
-    length: float  # of the curve, metres
-    touch: FirstTouch | None = None  # where no frame shows it; point and normal are then taken at that moment
-    # (k, 2) face pairs that meet, where no detection of the whole assembly holds them
-    faces: IntArray | None = field(default=None, compare=False, repr=False)
-
-
-def longest_cuts(
-    assembly: Assembly, faces: Detection | Callable[[Motion], Detection], places: Sequence[Place], *,
+def measure_misses(
+    assembly: Assembly, faces: Detection | Callable[[Motion], Detection], misses: Sequence[Fault], *,
     between: bool = False,
-) -> dict[Place, Cut]:  # fmt: skip
-    """Of every stretch the frame in which the surfaces of its two bodies intersect in the longest curve.
+) -> tuple[Fault, ...]:  # fmt: skip
+    """Return the misses with evidence of the frame in which the surfaces intersect in the longest curve.
 
     Of equals it is the one with most faces, then the earliest. Every frame is asked for once; memory holds the faces of
-    one group of frames.
+    one group of frames. The same frames of a pair are measured once for all detectors.
 
     Parameters
     ----------
     assembly : bodies, motion, pairs.
     faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
-    places : (pair, first, last) of every stretch.
+    misses : to be measured.
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
-    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // len(places)))
-    frames = {place: looks(place[1], place[2], most) for place in places}
+    places = dict.fromkeys(_place(miss) for miss in misses)
+    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // len(misses)))
+    frames = {(pair, first, last): spread_frames(first, last, most) for pair, first, last in places}
     middles = [body.mesh.referenced_vertices for body in assembly.bodies]
     middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
     touches = TOUCHES_IN_ALL if between else 0
-    cuts: dict[Place, Cut] = {}
+    measured: dict[Place, Evidence] = {}
     for group in grouped(frames, lambda place: len(frames[place]), LOOKS_AT_ONCE):
         if isinstance(faces, Detection):
-            asked, detection = np.arange(len(assembly.motion)), faces
+            queried, detection = np.arange(len(assembly.motion)), faces
         else:
-            asked = np.unique(np.concatenate([frames[place] for place in group]))
-            detection = faces(assembly.motion.take(asked))
+            queried = np.unique(np.concatenate([frames[place] for place in group]))
+            detection = faces(assembly.motion.take(queried))
         for place in group:
             pair, first, _ = place
-            rows = zip(np.searchsorted(asked, frames[place]).tolist(), frames[place].tolist(), strict=True)
-            looked = [_cut(assembly, detection, row, middles, pair, frame) for row, frame in rows]
-            cut = max(looked, key=lambda cut: (cut.length, cut.face_pairs, -cut.frame))
-            if touches and not cut.face_pairs:
+            rows = zip(np.searchsorted(queried, frames[place]).tolist(), frames[place].tolist(), strict=True)
+            samples = [_evidence(assembly, detection, row, middles, pair, frame) for row, frame in rows]
+            best = max(samples, key=lambda sample: (sample.metres, sample.face_pairs, -sample.frame))
+            if touches and not best.face_pairs:
                 touches -= 1
-                cut = _before(assembly, pair, first) or cut
-            cuts[place] = replace(cut, faces=None) if isinstance(faces, Detection) and cut.touch is None else cut
-    return cuts
+                best = _before(assembly, pair, first) or best
+            in_detection = isinstance(faces, Detection) and best.touch is None
+            measured[place] = replace(best, faces=None) if in_detection else best
+    return tuple(replace(miss, evidence=measured[_place(miss)]) for miss in misses)
 
 
-def _before(assembly: Assembly, pair: int, first: int) -> Cut | None:
+def _place(miss: Fault) -> Place:
+    return miss.pair, miss.first, miss.last
+
+
+def _before(assembly: Assembly, pair: int, first: int) -> Evidence | None:
     """Where a pair first touches on the way to a frame, if that is known."""
     touch = first_touch(assembly, pair, first - 1)
     if touch is None:
         return None
-    return Cut(first, touch.point, touch.normal, 1, 0.0, touch, np.array([touch.faces], dtype=np.int64))
+    return Evidence(
+        frame=first,
+        point=touch.point,
+        metres=0.0,
+        normal=touch.normal,
+        face_pairs=1,
+        touch=touch,
+        faces=np.array([touch.faces], dtype=np.int64),
+    )
 
 
-def _cut(
+def _evidence(
     assembly: Assembly, detection: Detection, row: int, middles: Sequence[FloatArray], pair: int, frame: int
-) -> Cut:
+) -> Evidence:
     """How the surfaces of a pair meet in a frame, which is a ``row`` of the detection; ``middles`` of all bodies."""
     motion, faces = assembly.motion, detection.faces(row, pair)
     segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
-    way = segments[:, 1] - segments[:, 0]
-    length = np.sqrt((way * way).sum(axis=-1))
+    edges = segments[:, 1] - segments[:, 0]
+    length = np.sqrt((edges * edges).sum(axis=-1))
     a, b = (
         motion.rotations[frame, body] @ middles[body] + motion.translations[frame, body]
         for body in assembly.pairs[pair].tolist()
@@ -108,8 +108,13 @@ def _cut(
     point, normal = (a + b) / 2, toward
     if len(segments):
         point, normal = _point(segments, length), _normal(segments, toward)
-    return Cut(
-        frame, vector_of(point), vector_of(normal), len(faces), float(length.sum()), faces=np.array(faces, np.int64)
+    return Evidence(
+        frame=frame,
+        point=vector_of(point),
+        metres=float(length.sum()),
+        normal=vector_of(normal),
+        face_pairs=len(faces),
+        faces=np.array(faces, np.int64),
     )
 
 
@@ -127,8 +132,8 @@ def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> It
         yield group
 
 
-def looks(first: int, last: int, most: int) -> IntArray:
-    """At most ``most`` frames of a stretch, evenly spread with both ends; a single one lies in the middle."""
+def spread_frames(first: int, last: int, most: int) -> IntArray:
+    """At most ``most`` frames of a segment, evenly spread with both ends; a single one lies in the middle."""
     if most == 1:
         return np.array([(first + last) // 2])
     return np.unique(np.round(np.linspace(first, last, most)).astype(np.int64))

@@ -1,7 +1,7 @@
-"""Every stretch of contact that a detector reports and the oracle does not gets one number, in order of time."""
+"""False contacts of a detector as faults, numbered in order of time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Final
 
@@ -10,39 +10,23 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
-from replay.comparison.causes import Audited, Cause, delay_cause
+from replay.comparison.causes import Audited, delay_cause
 from replay.comparison.contact_counts import REPORTED
 from replay.comparison.contact_reach import contact_reach, offset_setting
 from replay.comparison.delay import at_frame
 from replay.comparison.episodes import column_runs
-from replay.comparison.evidence import looks
-from replay.comparison.misses import kind_within
-from replay.comparison.outcome import Comparison, Outcome, Stretch
+from replay.comparison.evidence import spread_frames
+from replay.comparison.fault import Cause, Evidence, Fault, FaultKind
+from replay.comparison.misses import found_around
+from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
-from replay.effects.output import Vector, vector_of
+from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_ends
 from sessions.doctor.runs import runs
 
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
-
-FALSE_KINDS: Final = ("nothing there", "starts early", "ends late", "joins two contacts")
-_, STARTS_EARLY, ENDS_LATE, JOINS_TWO = FALSE_KINDS
-"""By whether the report holds true contact after the stretch, and (two places on) before it."""
-
-VOLUMES: Final = "only bounding volumes overlap"
-"""Cause of what is *unconfirmed*: a candidate, whose triangles nobody asked."""
-
-OFFSET: Final = "contact offset"
-"""The colliders do not meet, and are nearer to each other than the detector's contact offset reaches."""
-
-SOLIDS: Final = "colliders meet, surfaces do not"
-HOLLOW: Final = "hull fills a hollow"
-"""A part of the other body is in a hull, and outside the mesh that it stands for."""
-
-HELD: Final = "held since its last sample"
-UNEXPLAINED: Final = "unexplained"
 
 LOOKS: Final = 9
 LOOKS_IN_ALL: Final = 1000
@@ -52,30 +36,6 @@ With more stretches than that the longest ones are measured."""
 
 MOST_VERTICES: Final = 500
 """Vertices of a body that are asked whether a hull holds them."""
-
-
-@dataclass(frozen=True, slots=True)
-class FalseContact(Stretch):
-    """One numbered false positive: a stretch of reported contact in which the oracle sees none.
-
-    Parameters
-    ----------
-    kind : one of ``FALSE_KINDS``.
-    widest : of the frames looked at, the one in which the meshes are farthest apart.
-    gap : metres between the meshes there; nan: not measured.
-    point : the middle between their nearest points there, or between the bodies' origins; world metres.
-    ends : those nearest points; ``None``: not measured.
-    cause : why it was reported, in a word or two; ``why``: the sentence about it.
-    hollow : name of the body whose convex hull fills a hollow, where that is the cause; else ``""``.
-    """
-
-    widest: int
-    gap: float
-    point: Vector
-    cause: str = ""
-    hollow: str = ""
-    ends: tuple[Vector, Vector] | None = None
-    why: str = ""
 
 
 class _Shapes:
@@ -141,43 +101,53 @@ class _Hulls:
         return self._planes[body]
 
 
-def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> tuple[FalseContact, ...]:
-    """Number the false stretches of a comparison, in order of time, then pair; what a hand holds is none.
+def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> tuple[Fault, ...]:
+    """Return the false contacts of a comparison, in order of time, then pair; what a hand holds is none.
 
     ``by``: who reports them.
     """
     outcome, times = comparison.outcome, assembly.motion.times
     ends = frame_ends(times)
-    found = column_runs(column == Outcome.INVENTED for column in outcome.T)
-    if not len(found):
+    segments = column_runs(column == Outcome.INVENTED for column in outcome.T)
+    if not len(segments):
         return ()
     # Here, since a run without a detection loads no collision engine.
     from cdcore.narrow.mesh_stage import MeshStage
 
-    longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
+    longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // len(longest))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
-    measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[FalseContact]()
+    measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
     shapes = _Shapes(by.detector)
     hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None
-    for number, (pair, first, last) in enumerate(found.tolist(), 1):
+    for number, (pair, first, last) in enumerate(segments.tolist(), 1):
         # Not its ends: there the pair is about to part, and the next moment is near.
         inner = (last - first) // 4
-        frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
-        gap, frame, point, between = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
-        begin, end = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1].tolist()
-        one = FalseContact(
-            number, pair, *assembly.bodies_of(pair), first, last, float(times[first]), float(ends[last]),
-            kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, ends=between,
-        )  # fmt: skip
-        cause = _cause(by, one)
-        if cause == SOLIDS and not shapes.meet(by.motion, frame, pair):
-            cause = OFFSET if contact_reach(by.detector, pair) > 0.0 else UNEXPLAINED
-        hollow = ""
-        if cause == SOLIDS and hulls is not None and _side_is_known(by.oracle, pair):
-            hollow = hulls.hollow_at(pair, frame)
-        made.append(replace(one, cause=HOLLOW if hollow else cause, hollow=hollow))
-    return tuple(made)
+        frames = spread_frames(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
+        report = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1]
+        before, after = found_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
+        fault = Fault(
+            number=number,
+            detector=comparison.subject,
+            pair=pair,
+            bodies=assembly.bodies_of(pair),
+            kind=_false_kind(before=before, after=after),
+            first=first,
+            last=last,
+            start=float(times[first]),
+            end=float(ends[last]),
+            evidence=_widest(meshes if number - 1 in measured else None, assembly, pair, frames),
+        )
+        faults.append(_explained(fault, by, shapes, hulls))
+    return tuple(faults)
+
+
+def _false_kind(*, before: bool, after: bool) -> FaultKind:
+    if before and after:
+        return FaultKind.JOINS_TWO
+    if before:
+        return FaultKind.ENDS_LATE
+    return FaultKind.STARTS_EARLY if after else FaultKind.NOTHING_THERE
 
 
 def _side_is_known(oracle: Detection, pair: int) -> bool:
@@ -186,43 +156,61 @@ def _side_is_known(oracle: Detection, pair: int) -> bool:
     return not words.startswith(REFUSED)
 
 
-def _widest(
-    meshes: "MeshStage | None", assembly: Assembly, pair: int, frames: Sequence[int]
-) -> tuple[float, int, Vector, tuple[Vector, Vector] | None]:
-    """The largest gap, the frame that shows it, and the middle and the ends of the gap."""
+def _widest(meshes: "MeshStage | None", assembly: Assembly, pair: int, frames: Sequence[int]) -> Evidence:
+    """Return the largest gap, its frame, its middle and its ends."""
     if meshes is None:
-        ends = assembly.motion.translations[frames[0], assembly.pairs[pair]]
-        return float("nan"), frames[0], vector_of(ends.mean(axis=0)), None
+        origins = assembly.motion.translations[frames[0], assembly.pairs[pair]]
+        return Evidence(frame=frames[0], point=vector_of(origins.mean(axis=0)), metres=float("nan"))
     gaps = [(meshes.gap(assembly.motion, frame, pair), frame) for frame in frames]
-    (gap, ends), frame = max(gaps, key=lambda one: one[0][0])
-    return gap, frame, vector_of(ends.mean(axis=0)), (vector_of(ends[0]), vector_of(ends[1]))
+    (gap, ends), frame = max(gaps, key=lambda measured: measured[0][0])
+    nearest = vector_of(ends[0]), vector_of(ends[1])
+    return Evidence(frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, nearest=nearest)
 
 
-def _cause(by: Audited, one: FalseContact) -> str:
-    if by.subject.verdict[one.widest, one.pair] == Verdict.CANDIDATE:
-        return VOLUMES
-    stages = by.stages(one.widest, one.pair, NO_FACES.astype(np.int64))
+def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
+    """Return a false contact with its cause."""
+    cause = _cause(by, fault)
+    if cause is not Cause.COLLIDERS_MEET:
+        return replace(fault, cause=cause)
+    if not shapes.meet(by.motion, fault.frame, fault.pair):
+        in_reach = contact_reach(by.detector, fault.pair) > 0.0
+        return replace(fault, cause=Cause.CONTACT_OFFSET if in_reach else Cause.UNEXPLAINED)
+    if hulls is not None and _side_is_known(by.oracle, fault.pair):
+        hollow = hulls.hollow_at(fault.pair, fault.frame)
+        if hollow:
+            evidence = replace(fault.evidence, hollow=hollow)
+            return replace(fault, cause=Cause.HULL_FILLS_HOLLOW, evidence=evidence)
+    return replace(fault, cause=cause)
+
+
+def _cause(by: Audited, fault: Fault) -> Cause:
+    if by.subject.verdict[fault.frame, fault.pair] == Verdict.CANDIDATE:
+        return Cause.BOUNDING_VOLUMES
+    stages = by.stages(fault.frame, fault.pair, NO_FACES.astype(np.int64))
     if stages.within_clock:
-        return Cause.CLOCK.value
-    # Shape before rate: a look at solids that meet there would have said the same.
+        return Cause.CLOCK
+    # Shape before rate: a sample of solids that meet there would have said the same.
     if stages.shapes_meet:
-        return SOLIDS
+        return Cause.COLLIDERS_MEET
     if isinstance(by.detector, RecordedDetector):
-        return _reported(by.detector, one, float(by.motion.times[one.last]))
+        return _engine_cause(by.detector, fault, float(by.motion.times[fault.last]))
     if stages.looked is False:
-        return HELD
-    # Late or early where all that is said of the pair is so by a constant number of frames, as here.
-    delay = by.delay(one.pair)
-    moved = delay != 0 and at_frame(counts_as_contact(by.oracle.verdict[:, one.pair]), one.widest - delay)
-    return delay_cause(delay).value if moved else UNEXPLAINED
+        return Cause.LAST_ANSWER
+    # Late or early where all answers about the pair are so by a constant number of frames, as here.
+    delay = by.delay(fault.pair)
+    moved = delay != 0 and at_frame(counts_as_contact(by.oracle.verdict[:, fault.pair]), fault.frame - delay)
+    return delay_cause(delay) if moved else Cause.UNEXPLAINED
 
 
-def _reported(detector: RecordedDetector, one: FalseContact, last: float) -> str:
-    """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early.
+def _engine_cause(detector: RecordedDetector, fault: Fault, last: float) -> Cause:
+    """Return why an engine reported a false contact: no step came at its end, or the report is late or early.
 
     ``last``: second of its last frame.
     """
-    joins = one.kind == JOINS_TWO and detector.stepped(one.start, last) is False
-    if joins or (one.kind == ENDS_LATE and detector.ended_at_next_step(one.pair, one.start)):
-        return Cause.BETWEEN_STEPS.value
-    return {ENDS_LATE: Cause.LATE.value, STARTS_EARLY: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)
+    joins = fault.kind is FaultKind.JOINS_TWO and detector.stepped(fault.start, last) is False
+    ends_late = fault.kind is FaultKind.ENDS_LATE
+    if joins or (ends_late and detector.ended_at_next_step(fault.pair, fault.start)):
+        return Cause.BETWEEN_STEPS
+    if ends_late:
+        return Cause.LATE
+    return Cause.EARLY if fault.kind is FaultKind.STARTS_EARLY else Cause.UNEXPLAINED

@@ -2,7 +2,7 @@
 INVENTED a false positive, NEITHER a true negative.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 
@@ -118,75 +118,3 @@ class FirstTouch:
     faces: tuple[int, int]
     point: Vector
     normal: Vector
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Frames of one pair in which a detector and the oracle differ, numbered in order of time.
-
-    Parameters
-    ----------
-    number : 1, 2, ... in order of time, of one detector.
-    pair : column of the pair; ``body_a`` and ``body_b`` are its names.
-    first, last : first and last frame (both included).
-    start, end : seconds of its first frame, and when its last one is over.
-    kind : how it lies to what the oracle sees.
-    """
-
-    number: int
-    pair: int
-    body_a: str
-    body_b: str
-    first: int
-    last: int
-    start: float
-    end: float
-    kind: str
-
-    @property
-    def frames(self) -> int:
-        """How many frames it has."""
-        return self.last - self.first + 1
-
-
-@dataclass(frozen=True, slots=True)
-class Miss(Stretch):
-    """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
-
-    The number is the same in the lane, the list, the flag in 3D, the tables and the report.
-
-    Parameters
-    ----------
-    kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
-    episode : number of the oracle's episode it belongs to, from 1 in order of time.
-    deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.
-    face_pairs : number of face pairs there.
-    cut_length : length of the intersection curve there, metres.
-    cause : the stage that lost it, in the words of ``replay.comparison.causes``; ``why``: the sentence about it.
-    agreeing : frames of it that have this cause, of those examined.
-    touch : when and where the bodies first touch, if no frame shows the contact but the way to ``first`` does. Then
-        ``point`` and ``normal`` are taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
-    faces : (k, 2) face pairs at its deepest frame, or the pair that touches first, where the oracle lists none.
-    """
-
-    episode: int
-    deepest: int
-    point: Vector
-    normal: Vector
-    face_pairs: int
-    cut_length: float
-    cause: str = "not examined"
-    why: str = ""
-    agreeing: tuple[int, int] = (0, 0)
-    touch: FirstTouch | None = None
-    faces: IntArray | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def shown(self) -> tuple[int, int]:
-        """Where there is most to see: a frame, and nanoseconds after it."""
-        return (self.deepest, 0) if self.touch is None else (self.touch.frame, self.touch.later_ns)
-
-    @property
-    def seconds(self) -> float:
-        """When it begins: at its first frame, or between frames where it touches first."""
-        return self.start if self.touch is None else self.touch.moment

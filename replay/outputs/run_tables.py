@@ -11,10 +11,9 @@ from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.false_contacts import VOLUMES
+from replay.comparison.fault import Cause, FaultKind
 from replay.comparison.look_phases import PHASES
 from replay.comparison.loss import Share
-from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effects_runner import CURVES
 from replay.outputs.words import (
     FRAME_ROWS,
@@ -220,7 +219,7 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
 def miss_table(misses: Table, label: str) -> Table:
     """The misses of a detector, those that were never found first."""
-    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != NEVER_FOUND)
+    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != FaultKind.NEVER_FOUND)
     noisy = any(row["noise"] for row in rows)
     columns = COLUMNS["misses"]
     return Table.of(columns if noisy else columns[:-1], rows, f"missed by {label}")
@@ -229,7 +228,7 @@ def miss_table(misses: Table, label: str) -> Table:
 def false_table(false: Table, label: str) -> Table:
     """The false contacts of a detector, the longest first."""
     rows = sorted(false.where(detector=label).plain(), key=lambda row: -row["frames"])
-    thing = "unconfirmed contact" if all(row["cause"] == VOLUMES for row in rows) else "false contact"
+    thing = "unconfirmed contact" if all(row["cause"] == Cause.BOUNDING_VOLUMES for row in rows) else "false contact"
     return Table.of(COLUMNS["false"], rows, f"{thing}s of {label}")
 
 

@@ -3,18 +3,17 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import Any, Final, TypeAlias
+from math import isnan
+from typing import Any, Final
 
 from cdcore.detectors import settings_of
 from replay.base.shown import plural
 from replay.base.wilson import share as share_of
-from replay.comparison.causes import Cause
 from replay.comparison.contact_reach import offset_setting
-from replay.comparison.false_contacts import HELD, HOLLOW, OFFSET, SOLIDS, VOLUMES, FalseContact
+from replay.comparison.fault import Cause, Fault, FaultKind, longest_curve_first
 from replay.comparison.look_phases import OFFSET_SETTING
 from replay.comparison.loss import Share, fraction_of, loss
-from replay.comparison.misses import NEVER_FOUND, by_depth
-from replay.comparison.outcome import Miss, Outcome
+from replay.comparison.outcome import Outcome
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.recorded import RECORDED
 from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment
@@ -77,9 +76,6 @@ def _nothing_happened(result: RunResult, summary: Mapping[str, Any], label: str)
     return f"No contact happened, so none for {label} to miss, and it reported none."
 
 
-Fault: TypeAlias = Miss | FalseContact
-
-
 def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
     """Of the larger fault of a detector, of its most frequent cause, the longest: the most to look at."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
@@ -87,26 +83,30 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
         cause = _main_cause(false)
         alike = [fault for fault in false if fault.cause == cause]
         return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
-    never = [miss for miss in misses if miss.kind == NEVER_FOUND] or list(misses)
+    never = [miss for miss in misses if miss.kind is FaultKind.NEVER_FOUND] or list(misses)
     cause = _main_cause(never)
-    return by_depth(miss for miss in never if miss.cause == cause)[0]
+    return longest_curve_first(miss for miss in never if miss.cause == cause)[0]
 
 
-def _main_cause(faults: Sequence[Miss | FalseContact]) -> str:
+def _main_cause(faults: Sequence[Fault]) -> Cause | None:
     """The cause of most frames."""
-    frames: Counter[str] = Counter()
+    frames: Counter[Cause] = Counter()
     for fault in faults:
         frames[fault.cause] += fault.frames
-    return frames.most_common(1)[0][0] if frames else ""
+    return frames.most_common(1)[0][0] if frames else None
 
 
-def _moment(result: RunResult, fault: Miss | FalseContact) -> KeyMoment:
-    pair, times = (fault.body_a, fault.body_b), result.assembly.motion.times
-    if isinstance(fault, FalseContact):
-        gap = fault.gap if fault.gap == fault.gap else None
-        return KeyMoment("false", fault.number, fault.widest, 0, float(times[fault.widest]), pair, gap)
-    frame, later = fault.shown
-    return KeyMoment("miss", fault.number, frame, later, float(times[frame]) + later / 1e9, pair, fault.cut_length)
+def _moment(result: RunResult, fault: Fault) -> KeyMoment:
+    frame, later_ns = fault.moment
+    return KeyMoment(
+        kind=fault.category.value,
+        number=fault.number,
+        frame=frame,
+        later_ns=later_ns,
+        seconds=float(result.assembly.motion.times[frame]) + later_ns / 1e9,
+        pair=fault.bodies,
+        metres=None if isnan(fault.metres) else fault.metres,
+    )
 
 
 def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
@@ -116,8 +116,8 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
     if spec.name == RECORDED:
         command = f"replay tradeoff {SESSION} --engine unity"
         return Fix("Other settings of the engine: not measured. To measure them:", False, command)
-    cause = str(fault.cause)
-    if cause in (Cause.BETWEEN_LOOKS, HELD):
+    cause = fault.cause
+    if cause in (Cause.BETWEEN_LOOKS, Cause.LAST_ANSWER):
         every_frame = _at_every_frame(result, rank, spec)
         if every_frame is not None:
             return every_frame
@@ -131,10 +131,9 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
             return _unmeasured(f"{sentence_of(words)}: not measured. To measure it{needs}:", mended)
         if runs.loss_of(label) < rank.loss:
             return _measured(sentence_of(words), label, summary)
-    kind = "miss" if isinstance(fault, Miss) else "false"
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
-    command = f"replay shrink {RUN} --{kind} {fault.number} --detector {detector}"
+    command = f"replay shrink {RUN} --{fault.category} {fault.number} --detector {detector}"
     return Fix("Not known. A small test of this fault is made by", False, command)
 
 
@@ -174,16 +173,17 @@ def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
     return Fix(words, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
 
 
-def _mended(spec: DetectorSpec, cause: str) -> Iterator[tuple[DetectorSpec, str]]:
+def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
     """Detectors without a cause, the nearest to the one that has it first, each in words; none where nobody knows."""
-    if cause == OFFSET and offset_setting(spec.name) and spec.name != "physx":  # PhysX allows no offset of 0
+    # PhysX allows no offset of 0.
+    if cause == Cause.CONTACT_OFFSET and offset_setting(spec.name) and spec.name != "physx":
         setting = offset_setting(spec.name)
         mended = DetectorSpec("fix", spec.name, {**spec.settings, setting: 0.0})
         yield mended, f"no contact offset ({setting}=0)"
     if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:
         mended = DetectorSpec("fix", spec.name, {**spec.settings, "containment": True})
         yield mended, "ask whether one body is inside the other (containment=true)"
-    if cause in (SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE) and spec.name == "collider":
+    if cause in COLLIDER_CAUSES and spec.name == "collider":
         shape = spec.settings.get("shape", "hull")
         pieces = 2 * int(spec.settings.get("pieces", FEWEST_PIECES)) if shape == "compound" else FEWEST_PIECES
         if shape != "mesh" and pieces <= MOST_PIECES:
@@ -202,9 +202,13 @@ FEWEST_PIECES: Final = 16
 MOST_PIECES: Final = 64
 """Convex pieces that a compound is asked for first, and at most: CoACD gives no more of a beaker."""
 
+COLLIDER_CAUSES: Final = frozenset((Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.COLLIDER_SHAPE))
+"""Causes that a closer collider removes."""
+
 DECIDED_BY_TRIANGLES: Final = frozenset((
-    VOLUMES, SOLIDS, HOLLOW, OFFSET, HELD, Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING,
-    Cause.BUDGET, Cause.SEARCH, Cause.BETWEEN_LOOKS,
+    Cause.BOUNDING_VOLUMES, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.CONTACT_OFFSET, Cause.LAST_ANSWER,
+    Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
+    Cause.BETWEEN_LOOKS,
 ))  # fmt: skip
 """Causes that testing every triangle of every frame removes."""
 

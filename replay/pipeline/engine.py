@@ -247,7 +247,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         for label, comparison in comparisons.items():
             by = subjects[label]
             misses[label] = tuple(
-                replace(miss, why=why_missed(miss, label, by, truth[miss.episode - 1])) for miss in misses[label]
+                replace(miss, why=why_missed(miss, label, by, truth[miss.contact - 1])) for miss in misses[label]
             )
             false[label] = tuple(
                 replace(contact, why=why_false(contact, label, by))

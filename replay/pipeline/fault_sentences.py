@@ -3,7 +3,7 @@
 A sentence names its moment, and says no more than what was measured there.
 """
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy import isnan
@@ -11,21 +11,11 @@ from numpy import isnan
 from cdcore.protocol import counts_as_contact
 from replay.base.shown import plural
 from replay.base.tables import data_of
-from replay.comparison.causes import Audited, Cause
+from replay.comparison.causes import Audited
 from replay.comparison.contact_reach import contact_reach
 from replay.comparison.delay import frames_wrong
-from replay.comparison.false_contacts import (
-    ENDS_LATE,
-    HELD,
-    HOLLOW,
-    OFFSET,
-    SOLIDS,
-    STARTS_EARLY,
-    VOLUMES,
-    FalseContact,
-)
-from replay.comparison.misses import FOUND_LATE, LOST_EARLY, NEVER_FOUND
-from replay.comparison.outcome import Episode, Miss
+from replay.comparison.fault import Cause, Fault, FaultKind
+from replay.comparison.outcome import Episode
 from replay.detection.recorded import RecordedDetector
 from replay.pipeline.sentences import SHAPES
 from replay.words import duration, length
@@ -36,7 +26,7 @@ REASONS: Final = data_of("pipeline/reasons.toml")
 UNEXPLAINED: Final = "nothing known about it explains this"
 
 
-def why_missed(miss: Miss, label: str, by: Audited, contact: Episode) -> str:
+def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
     became = _what_became(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_LOOKS and by.sampled is not None and by.rate_hz:
@@ -54,20 +44,20 @@ def why_missed(miss: Miss, label: str, by: Audited, contact: Episode) -> str:
     return f"{became}: {reason}." if examined == of else f"{became}: in {examined} of {of} examined frames {reason}."
 
 
-def _what_became(miss: Miss, label: str, by: Audited, contact: Episode) -> str:
+def _what_became(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """What a detector made of a contact, as far as its answers right before and after a miss say it."""
-    pair, when = _pair(miss), f"at {miss.seconds:.1f} s"
+    pair, when = _pair(miss), f"at {miss.begin:.1f} s"
     long = duration_text(miss.frames, miss.end - miss.start)
-    if miss.kind == NEVER_FOUND:
+    if miss.kind == FaultKind.NEVER_FOUND:
         return f"{label} never reported the contact of {pair} {when}"
-    if miss.kind == FOUND_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
+    if miss.kind == FaultKind.FOUND_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
         return f"{label} reported the contact of {pair} {when} {long} late"
-    if miss.kind == LOST_EARLY and miss.last == contact.last and _reports(by, miss.pair, miss.first - 1):
+    if miss.kind == FaultKind.LOST_EARLY and miss.last == contact.last and _reports(by, miss.pair, miss.first - 1):
         return f"{label} stopped reporting the contact of {pair} {when} {long} too early"
     return f"{label} reported no contact of {pair} for {long} {when}"
 
 
-def _between_samples(miss: Miss, label: str, by: Audited, contact: Episode) -> str:
+def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """A miss in frames of which most were not sampled."""
     assert by.sampled is not None and by.rate_hz
     became = _what_became(miss, label, by, contact)
@@ -86,8 +76,8 @@ def _between_samples(miss: Miss, label: str, by: Audited, contact: Episode) -> s
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, when = _pair(miss), f"at {miss.seconds:.1f} s"
-    if miss.kind == NEVER_FOUND and whole:
+    pair, when = _pair(miss), f"at {miss.begin:.1f} s"
+    if miss.kind == FaultKind.NEVER_FOUND and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
     if became.endswith(" late") and miss.end - miss.start <= step:
@@ -95,14 +85,14 @@ def _between_samples(miss: Miss, label: str, by: Audited, contact: Episode) -> s
     return f"{became}: two of its samples are {_milliseconds(gap)} apart there."
 
 
-def _late_miss(miss: Miss, by: Audited) -> str:
+def _late_miss(miss: Fault, by: Audited) -> str:
     """Why a contact is reported late or early: all of the pair is, by a number of frames, or this report alone."""
     delay = by.delay(miss.pair)
     if delay and (delay > 0) == (miss.cause == Cause.LATE):
         return _delayed(by, miss.pair, delay)
-    return (
-        "its report of this contact begins late" if miss.kind == FOUND_LATE else "its report of this contact ends early"
-    )
+    if miss.kind == FaultKind.FOUND_LATE:
+        return "its report of this contact begins late"
+    return "its report of this contact ends early"
 
 
 def _delayed(by: Audited, pair: int, delay: int) -> str:
@@ -114,23 +104,25 @@ def _delayed(by: Audited, pair: int, delay: int) -> str:
     )
 
 
-def why_false(false: FalseContact, label: str, by: Audited) -> str:
+def why_false(false: Fault, label: str, by: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, when = _pair(false), f"at {float(by.motion.times[false.widest]):.1f} s"
-    gap = "the surfaces do not meet" if isnan(false.gap) else f"the surfaces are {length(false.gap)} apart"
+    pair, when = _pair(false), f"at {float(by.motion.times[false.frame]):.1f} s"
+    gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
     shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
-    if false.cause == HOLLOW:
-        other = false.body_b if false.hollow == false.body_a else false.body_a
-        far = "" if isnan(false.gap) else f"{length(false.gap)} from the surface "
-        return f"The convex hull of {false.hollow} fills its hollow: {other} reaches into the hull, {far}{when}."
-    if false.cause == OFFSET:
+    if false.cause == Cause.HULL_FILLS_HOLLOW:
+        other = next(body for body in false.bodies if body != false.evidence.hollow)
+        far = "" if isnan(false.metres) else f"{length(false.metres)} from the surface "
+        return (
+            f"The convex hull of {false.evidence.hollow} fills its hollow: {other} reaches into the hull, {far}{when}."
+        )
+    if false.cause == Cause.CONTACT_OFFSET:
         return _within_offset(false, label, by, f"the {shape} of {pair}", gap)
-    if false.cause == SOLIDS:
+    if false.cause == Cause.COLLIDERS_MEET:
         return f"The {shape} of {pair} meet {when}; {gap}."
-    if false.cause == VOLUMES:
+    if false.cause == Cause.BOUNDING_VOLUMES:
         return f"Only the bounding volumes of {pair} overlap {when}; {gap}, and {label} tests no triangle."
     long = duration_text(false.frames, false.end - false.start)
-    if false.cause == HELD:
+    if false.cause == Cause.LAST_ANSWER:
         return _last_answer(false, label, by, gap)
     said = f"{label} reported contact of {pair} {when} for {long}; {gap}"
     if false.cause in (Cause.LATE, Cause.EARLY):
@@ -141,17 +133,17 @@ def why_false(false: FalseContact, label: str, by: Audited) -> str:
     return f"{said}: {reason}." if reason else f"{said}; {UNEXPLAINED}."
 
 
-def _within_offset(false: FalseContact, label: str, by: Audited, shapes: str, gap: str) -> str:
-    when, reach = f"at {float(by.motion.times[false.widest]):.1f} s", contact_reach(by.detector, false.pair)
+def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
+    when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", contact_reach(by.detector, false.pair)
     offset = f"{label} reports contact from {length(reach)} on: its contact offset"
-    if false.gap <= reach:
-        return f"{_pair(false)} are {length(false.gap)} apart {when}; {offset}."
+    if false.metres <= reach:
+        return f"{_pair(false)} are {length(false.metres)} apart {when}; {offset}."
     return f"{shapes[:1].upper()}{shapes[1:]} do not meet {when}, and {gap}; {offset}."
 
 
-def _last_answer(false: FalseContact, label: str, by: Audited, gap: str) -> str:
+def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
     """A false contact in frames between samples."""
-    moment = float(by.motion.times[false.widest])
+    moment = float(by.motion.times[false.frame])
     long = duration_text(false.frames, false.end - false.start)
     pair, when = _pair(false), f"at {moment:.1f} s"
     if by.sampled is None:
@@ -162,18 +154,21 @@ def _last_answer(false: FalseContact, label: str, by: Audited, gap: str) -> str:
     if not sampled[false.first : false.last + 1].any():
         said = f"it reported contact of {pair} for {long} {when}, too long"
         return f"{label} keeps its answer until its next sample: {said}."
-    earlier = np.flatnonzero(sampled[: false.widest + 1])
+    earlier = np.flatnonzero(sampled[: false.frame + 1])
     sample = f" at {float(by.motion.times[earlier[-1]]):.3f} s" if len(earlier) else ""
     return f"At {moment:.3f} s {label} kept the answer of its last sample{sample} about {pair}; {gap}."
 
 
-def _late_report(false: FalseContact, by: Audited) -> str:
+def _late_report(false: Fault, by: Audited) -> str:
     """Why contact is reported before or after a true one: all of the pair is moved, or this report alone."""
     delay = by.delay(false.pair)
     if delay and (delay > 0) == (false.cause == Cause.LATE):
         return _delayed(by, false.pair, delay)
-    texts = {ENDS_LATE: "its report of this contact ends late", STARTS_EARLY: "its report of this contact starts early"}
-    return texts.get(false.kind, UNEXPLAINED)
+    if false.kind == FaultKind.ENDS_LATE:
+        return "its report of this contact ends late"
+    if false.kind == FaultKind.STARTS_EARLY:
+        return "its report of this contact starts early"
+    return UNEXPLAINED
 
 
 def _clock(detector: RecordedDetector) -> str:
@@ -182,7 +177,7 @@ def _clock(detector: RecordedDetector) -> str:
     )
 
 
-def _extent(miss: Miss) -> str:
+def _extent(miss: Fault) -> str:
     examined, of = miss.agreeing
     return "there" if examined == of else f"in {examined} of {of} examined frames"
 
@@ -193,8 +188,8 @@ def _reports(by: Audited, pair: int, frame: int) -> bool:
     return 0 <= frame < len(verdict) and bool(counts_as_contact(verdict[frame : frame + 1, pair])[0])
 
 
-def _pair(fault: Any) -> str:
-    return f"{fault.body_a} and {fault.body_b}"
+def _pair(fault: Fault) -> str:
+    return " and ".join(fault.bodies)
 
 
 def duration_text(frames: int, seconds: float) -> str:

@@ -21,8 +21,8 @@ EFFECT: Final = "effect/"
 
 def result_tables(result: RunResult) -> dict[str, Table]:
     """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
-    misses = _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.episode)})
-    false = _entries(result, result.false, lambda _, __, contact: {"hollow": contact.hollow or None})
+    misses = _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.contact)})
+    false = _entries(result, result.false, lambda _, __, contact: {"hollow": contact.evidence.hollow or None})
     return {
         "episodes": _episodes(result),
         "misses": Table.of(COLUMNS["misses"], misses),
@@ -88,7 +88,7 @@ def _entries(
 ) -> Iterator[dict[str, Any]]:
     """What was found of each detector, numbered in order of time, and what the run says ``more`` of each elsewhere.
 
-    ``thing`` is an ``Episode``, a ``Miss`` or a ``FalseContact``.
+    ``thing`` is an ``Episode`` or a ``Fault``.
     """
     for label, things in found.items():
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)

@@ -9,11 +9,11 @@ from cdcore import Detection, Detector
 from replay.base.tables import Table
 from replay.comparison.causes import Causes
 from replay.comparison.contact_counts import ContactCounts
-from replay.comparison.false_contacts import FalseContact
+from replay.comparison.fault import Fault
 from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
-from replay.comparison.outcome import Comparison, Episode, Miss
+from replay.comparison.outcome import Comparison, Episode
 from replay.effects.effects_runner import EffectRun
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank
@@ -95,8 +95,8 @@ class RunResult:
     episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection
     detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
     comparisons: Mapping[str, Comparison] = field(default_factory=dict)  # with the oracle
-    misses: Mapping[str, tuple[Miss, ...]] = field(default_factory=dict)  # numbered, in order of time
-    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)  # numbered, in order of time
+    misses: Mapping[str, tuple[Fault, ...]] = field(default_factory=dict)  # numbered, in order of time
+    false: Mapping[str, tuple[Fault, ...]] = field(default_factory=dict)  # numbered, in order of time
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset

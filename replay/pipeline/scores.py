@@ -13,9 +13,9 @@ from cdcore import Detection, Verdict
 from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, is_undecided
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
+from replay.comparison.fault import MISS_KINDS
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
-from replay.comparison.misses import MISS_KINDS
 from replay.comparison.noisy_contacts import HOLDS
 from replay.comparison.outcome import Outcome, counts_by_pair
 from replay.pipeline.run_result import RunResult

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from replay.comparison.causes import Cause
+from replay.comparison.fault import Cause
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData
@@ -42,4 +42,4 @@ def test_misses_have_a_cause(scene, oracle):
     assert examined > 5, "nothing was missed, so nothing is shown"
     unexplained = sum(causes.pair_frames.get(Cause.UNEXPLAINED, 0) for causes in told)
     assert unexplained <= MOST_UNEXPLAINED * examined
-    assert all(Cause.NOT_EXAMINED not in causes.of_misses for causes in told)
+    assert all(Cause.NOT_EXAMINED not in causes.misses for causes in told)

@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from support.headless import pixels, viewer_or_skip
 from support.scripts import script
 
-from replay.comparison.misses import by_depth
+from replay.comparison.fault import longest_curve_first
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.viewer import open_viewer
 from replay.pipeline.engine import compute
@@ -83,7 +83,7 @@ def looking(audited, tmp_path_factory):
 
 
 def test_the_answer_opens_on_a_white_rod_in_a_yellow_cage_and_a_click_leads_to_a_red_miss(looking, audited):
-    deepest = by_depth(audited.misses["mesh50"])[0]
+    deepest = longest_curve_first(audited.misses["mesh50"])[0]
     with looking("Answer") as viewer:
         close, lanes = view(viewer, "Close-up"), view(viewer, "When")
         assert yellow(close) > 1000 and light(close, 235) > 1000 and red(close) < 100
@@ -91,7 +91,7 @@ def test_the_answer_opens_on_a_white_rod_in_a_yellow_cage_and_a_click_leads_to_a
         assert red(lanes) > 1000 < yellow(lanes)
         assert not any(one.reports for one in viewer.state().views)
         # moments of one frame follow each other by nanoseconds; this is after the last
-        viewer.seek(int(audited.assembly.stamp_ns[deepest.deepest] - audited.assembly.stamp_ns[0]) + 1000)
+        viewer.seek(int(audited.assembly.stamp_ns[deepest.frame] - audited.assembly.stamp_ns[0]) + 1000)
         time.sleep(3.0)
         miss = view(viewer, "Close-up")
     assert red(miss) > 200 and yellow(miss) < 1000

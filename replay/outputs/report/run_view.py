@@ -8,8 +8,7 @@ from itertools import islice
 from typing import Any, Final
 
 from replay.base.shown import plural
-from replay.comparison.false_contacts import VOLUMES
-from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.fault import Cause, FaultKind
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
 from replay.outputs.report.markup import moment_address
@@ -61,7 +60,7 @@ class Fault:
         """Its kind of stretch in a lane, which has a colour: ``missed``, ``late`` or ``false``."""
         if self.kind == FALSE:
             return "false"
-        return "missed" if self.what == NEVER_FOUND else "late"
+        return "missed" if self.what == FaultKind.NEVER_FOUND else "late"
 
     @property
     def span(self) -> str:
@@ -206,7 +205,7 @@ def faults_of(labels: Iterable[str], misses: Rows, false: Rows) -> dict[str, lis
                 Fault(
                     label=row["detector"], kind=kind, number=row["number"], pair=(row["body_a"], row["body_b"]),
                     start=row["start"], end=row["end"], frames=row["last"] - row["first"] + 1, what=row["kind"],
-                    unconfirmed=row["cause"] == VOLUMES, why=f"{why}{noise}",
+                    unconfirmed=row["cause"] == Cause.BOUNDING_VOLUMES, why=f"{why}{noise}",
                 )
             )  # fmt: skip
     return found

@@ -11,8 +11,7 @@ import numpy as np
 
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Miss
+from replay.comparison.fault import Fault
 from replay.outputs.camera import across, standing, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import INVENTED, MISSED, Rgba
@@ -20,8 +19,6 @@ from replay.outputs.report.markup import filled
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
 from replay.pipeline.run_result import RunResult
 from replay.words import length as length_words
-
-Fault = Miss | FalseContact
 
 FIRST: Final = (470, 352)
 CARD: Final = (300, 170)
@@ -139,14 +136,14 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     ends = assembly.pairs[fault.pair].tolist()
     none = np.zeros(0, dtype=np.int64)
     faces, solids = [none, none], list[TriangleMesh | None]([None, None])
-    if isinstance(fault, Miss):
+    if fault.is_miss:
         assembly, row = standing(assembly, fault)
         reference = result.detections[result.oracle]
-        met = fault.faces if reference.face_sets is None else reference.faces(fault.deepest, fault.pair)
+        met = fault.evidence.faces if reference.face_sets is None else reference.faces(fault.frame, fault.pair)
         if met is not None:
             faces = [np.unique(met[:, 0]), np.unique(met[:, 1])]
     else:
-        row = fault.widest
+        row = fault.frame
         solids = _solids(result, label, ends)
     motion = assembly.motion
     two = [
@@ -156,10 +153,10 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
         )
         for body, solid, meeting in zip(ends, solids, faces, strict=True)
     ]  # fmt: skip
-    hollow = "" if isinstance(fault, Miss) else fault.hollow
+    hollow = fault.evidence.hollow
     two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
-    gap = None if isinstance(fault, Miss) or fault.ends is None else np.array(fault.ends)
-    return Sight(two[0], two[1], np.asarray(fault.point), gap)
+    gap = None if fault.evidence.nearest is None else np.array(fault.evidence.nearest)
+    return Sight(two[0], two[1], np.asarray(fault.evidence.point), gap)
 
 
 def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
@@ -180,10 +177,9 @@ def _volume(mesh: TriangleMesh) -> float:
 
 def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
     """From where to look."""
-    row = fault.deepest if isinstance(fault, Miss) else fault.widest
-    user = towards_user(result.assembly, result.session.scene, row, fault.point)
-    if isinstance(fault, Miss):
-        return across(np.asarray(fault.normal), user)
+    user = towards_user(result.assembly, result.session.scene, fault.frame, fault.evidence.point)
+    if fault.is_miss:
+        return across(np.asarray(fault.evidence.normal), user)
     return across(np.zeros(3) if sight.gap is None else sight.gap[1] - sight.gap[0], user)
 
 

@@ -17,8 +17,7 @@ import rerun as rr
 from cdcore import TriangleMesh
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.numerics import FloatArray
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Miss
+from replay.comparison.fault import Fault
 from replay.outputs.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of
@@ -94,8 +93,8 @@ def close_ups(result: RunResult, moments: Sequence[Moment], balls: Sequence[Sphe
     with_solids = detectors_with_solids(result)
     for moment in moments:
         user = towards_user(assembly, result.session.scene, moment.frame, moment.point)
-        if isinstance(moment.stretch, Miss):
-            away = CLOSE_UP * across(np.asarray(moment.stretch.normal), user)
+        if isinstance(moment.stretch, Fault) and moment.stretch.is_miss:
+            away = CLOSE_UP * across(np.asarray(moment.stretch.evidence.normal), user)
             view = CloseUp(eye_before(np.asarray(moment.point), away))
         else:
             view = _whole_body(result, moment, user, balls, solid=moment.label in with_solids)
@@ -123,11 +122,11 @@ def _whole_body(
     assembly, false = result.assembly, moment.stretch
     pair = assembly.pairs[moment.pair].tolist()
     ends, free, caged, target = None, None, list[int](), np.asarray(moment.point)
-    if isinstance(false, FalseContact):
-        ends = None if false.ends is None else np.array(false.ends)
+    if isinstance(false, Fault):
+        ends = None if false.evidence.nearest is None else np.array(false.evidence.nearest)
         if solid:
             # The body that lies in the hull of the other has no hull drawn around it.
-            hollow = [body for body in pair if assembly.names[body] == false.hollow]
+            hollow = [body for body in pair if assembly.names[body] == false.evidence.hollow]
             free = next((body for body in pair if hollow and body not in hollow), None)
             caged = [body for body in hollow or pair if balls[body].radius <= ROOM]
     body = min(caged or pair, key=lambda body: balls[body].radius)

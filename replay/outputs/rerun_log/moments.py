@@ -15,9 +15,8 @@ import numpy as np
 import rerun as rr
 
 from replay.base.shown import plural
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.misses import by_depth
-from replay.comparison.outcome import Episode, Miss
+from replay.comparison.fault import Fault, longest_curve_first
+from replay.comparison.outcome import Episode
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.outputs.palette import FOUND, INVENTED, MISSED
@@ -46,7 +45,7 @@ class Moment:
     point: Vector  # where in the world
     label: str  # the detector; ``""`` where nobody is at fault
     kind: str  # ``MISS``, ``FALSE`` or ``CONTACT``
-    stretch: Miss | FalseContact | Episode
+    stretch: Fault | Episode
     number: int = 0  # of the fault
     size: float = 0.0  # metres of the longest cut, or of the gap between the meshes; nan: not measured
 
@@ -84,10 +83,10 @@ def _place(moment: Moment) -> tuple[int, int, bool, float]:
 
 def _faults(result: RunResult) -> Iterator[Moment]:
     for label, misses in result.misses.items():
-        for miss in by_depth(misses):
-            yield Moment(*miss.shown, miss.point, label, MISS, miss, miss.number, miss.cut_length)
+        for miss in longest_curve_first(misses):
+            yield Moment(*miss.moment, miss.evidence.point, label, MISS, miss, miss.number, miss.metres)
         for false in sorted(result.false.get(label, ()), key=lambda false: -false.frames)[:LISTED]:
-            yield Moment(false.widest, 0, false.point, label, FALSE, false, false.number, false.gap)
+            yield Moment(*false.moment, false.evidence.point, label, FALSE, false, false.number, false.metres)
 
 
 def _contacts(result: RunResult, faulty: set[int]) -> Iterator[Moment]:
@@ -149,7 +148,7 @@ def _line(moment: Moment, name: str, wide: tuple[int, int]) -> str:
     line = f"{moment.label:<{wide[0]}} {what:<8}  {name:<{wide[1]}}"
     if isinstance(moment.stretch, Episode):
         return f"{line} {'':14}  {plural(moment.last - moment.first + 1, 'frame')}"
-    late, what = (f"{moment.stretch.kind}: ", "curve") if isinstance(moment.stretch, Miss) else ("", "apart")
+    late, what = (f"{moment.stretch.kind}: ", "curve") if moment.stretch.is_miss else ("", "apart")
     size = f"{moment.size * 1e3:.1f} mm {what}" if moment.size > 0 else ""
     # In a narrow view the end is cut: what tells moments apart comes first.
     return f"{line} {size:>14}  {late}{moment.stretch.cause}"

@@ -24,7 +24,7 @@ from replay import words
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.shown import plural
 from replay.base.tables import markdown, table
-from replay.comparison.misses import by_depth
+from replay.comparison.fault import longest_curve_first
 from replay.detection.run_detector import watched_again
 from replay.effects.output import Vector
 from replay.outputs.camera import Eye, across, eye_before, placed, towards_user
@@ -155,10 +155,10 @@ def _searches(result: RunResult, label: str, watched: Watched) -> list[Search]:
 
 def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
     """The frame of each miss that shows most, longest cut first, with the last look before it."""
-    for miss in by_depth(result.misses[label]):
-        looked = np.flatnonzero(watched.searched[: miss.deepest + 1, miss.pair])
+    for miss in longest_curve_first(result.misses[label]):
+        looked = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
         if len(looked):
-            yield Search(miss.deepest, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.point)
+            yield Search(miss.frame, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.evidence.point)
 
 
 def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:

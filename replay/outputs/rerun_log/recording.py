@@ -11,7 +11,7 @@ from uuid import uuid4
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere, sphere_best
-from replay.comparison.outcome import Miss
+from replay.comparison.fault import Fault
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
 from replay.outputs.camera import ASPECT, Eye, overview
@@ -82,7 +82,7 @@ def _eye(result: RunResult, places: Sequence[tuple[int, Vector]], aspect: float)
     return overview(result.assembly, result.session.scene, points, places[0][0] if places else 0, aspect)
 
 
-def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Miss]) -> None:
+def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Fault]) -> None:
     """Bodies, contacts and misses as they stand at the cursor."""
     result = picture.result
     assembly, scene = result.assembly, result.session.scene

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
+from replay.comparison.fault import Fault, longest_curve_first
 from replay.comparison.first_touch import at_touch
-from replay.comparison.misses import by_depth
-from replay.comparison.outcome import Comparison, Miss, Outcome
+from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.drawn_mesh import face_normals, shaded
 from replay.outputs.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
@@ -100,13 +100,14 @@ def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) 
     writer.rows(path, frames[changed], pose_columns(place[changed], turn[changed]))
 
 
-def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Miss]) -> None:
+def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Fault]) -> None:
     """Send the poses of both bodies at a touch between frames; on the session timeline alone."""
     for miss in misses:
-        if miss.touch is None:
+        touch = miss.evidence.touch
+        if touch is None:
             continue
-        ns = writer.clock.ns[miss.touch.frame : miss.touch.frame + 1] + miss.touch.later_ns
-        motion = at_touch(assembly, miss.pair, miss.touch).motion
+        ns = writer.clock.ns[touch.frame : touch.frame + 1] + touch.later_ns
+        motion = at_touch(assembly, miss.pair, touch).motion
         for body in assembly.pairs[miss.pair].tolist():
             poses = pose_columns(motion.translations[:1, body], motion.rotations[:1, body])
             writer.session_rows(body_path(assembly.names[body]), ns, poses)
@@ -144,7 +145,7 @@ def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]
     return np.flatnonzero(np.isin(sets.frame, frames)), frames[busy | np.append(True, busy[:-1])[: len(busy)]]
 
 
-def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]) -> None:
+def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detection, misses: Sequence[Fault]) -> None:
     """Send below each body, in its own frame, per frame its faces that met and were missed.
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
@@ -153,7 +154,7 @@ def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detect
         body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
     left = dict.fromkeys(red, DRAWN_MISSED_FACES)
-    for miss in by_depth(misses):
+    for miss in longest_curve_first(misses):
         for time, faces in _faces_over_time(oracle, miss):
             for body, painted in _painted(assembly, miss.pair, faces).items():
                 if 0 < len(painted) <= left[body]:
@@ -164,11 +165,11 @@ def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detect
         _log_red_faces(writer, f"{body_path(assembly.names[body])}/missed_faces", mesh, faces_at)
 
 
-def _faces_over_time(oracle: Detection, miss: Miss) -> Iterator[tuple[Time, Faces]]:
+def _faces_over_time(oracle: Detection, miss: Fault) -> Iterator[tuple[Time, Faces]]:
     if oracle.face_sets is not None:
         yield from (((frame, 0), oracle.faces(frame, miss.pair)) for frame in range(miss.first, miss.last + 1))
-    elif miss.faces is not None:
-        yield miss.shown, miss.faces
+    elif miss.evidence.faces is not None:
+        yield miss.moment, miss.evidence.faces
 
 
 def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:

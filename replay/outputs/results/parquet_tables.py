@@ -11,9 +11,9 @@ from cdcore import Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.base.constants import VERDICT_FRAMES
-from replay.comparison.false_contacts import FalseContact
+from replay.comparison.fault import Fault
 from replay.comparison.holding import within
-from replay.comparison.outcome import Miss, Outcome
+from replay.comparison.outcome import Outcome
 from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult
@@ -145,7 +145,7 @@ def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
     return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(words, pa.string()))
 
 
-def _numbers(found: Sequence[Miss | FalseContact], rows: IntArray, columns: IntArray) -> IntArray:
+def _numbers(found: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
     """Number of the miss or the false contact that each row belongs to, 0 outside."""
     number = np.zeros(len(rows), dtype=np.int64)
     for one in found:

@@ -10,8 +10,9 @@ from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, verdict_column
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation
-from replay.comparison.causes import Audited, Cause, find_causes, first_failed
+from replay.comparison.causes import Audited, find_causes, first_failed
 from replay.comparison.compare import compare
+from replay.comparison.fault import MISS_CAUSES, Cause
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import Session
@@ -85,7 +86,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
         assert {cause for cause, count in told.pair_frames.items() if count} == {planted}
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
         figures = result.summary["audit"][label]["causes"]
-        assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(Cause)
+        assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(MISS_CAUSES)
 
 
 @pytest.mark.slow
@@ -132,8 +133,8 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
 def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
-    told = find_causes((), comparison, Audited(None, None, subject, oracle), None)
-    assert told.pair_frames == {Cause.TOLERANCE: 2} and told.of_misses == ()
+    misses, causes = find_causes((), comparison, Audited(None, None, subject, oracle), None)
+    assert causes.pair_frames == {Cause.TOLERANCE: 2} and misses == ()
 
 
 @pytest.mark.parametrize(
@@ -174,4 +175,4 @@ def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detec
         oracle="support.planted_detectors:Planted",
     )
     assert [miss.cause for miss in result.misses["slow"]] == ["between samples"] * 2
-    assert all(miss.face_pairs for miss in result.misses["slow"])
+    assert all(miss.evidence.face_pairs for miss in result.misses["slow"])

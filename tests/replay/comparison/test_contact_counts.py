@@ -11,8 +11,9 @@ from replay.base.wilson import OVER_CONTACTS, share_of_clusters
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts, count_reports, held_counts
 from replay.comparison.episodes import episodes
+from replay.comparison.fault import FaultKind
 from replay.comparison.matching import match_episodes
-from replay.comparison.misses import NEVER_FOUND, stretches
+from replay.comparison.misses import missed_faults
 from replay.comparison.outcome import Outcome
 
 
@@ -51,9 +52,9 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     told = [one.in_part, one.missed, one.undecided, one.undecided_in_part, one.frames_undecided]
     assert told == hand.tolist() and one.contacts == len(truth)
     assert one.missed_numbers == list(match_episodes(comparison, truth, found, one).missed)
-    lost = stretches(comparison, truth)
-    assert one.missed_numbers == sorted({miss.episode for miss in lost if miss.kind == NEVER_FOUND})
-    assert one.in_part == len({miss.episode for miss in lost}) - one.missed
+    lost = missed_faults(comparison, truth, [("a", "b"), ("a", "c")], oracle.times)
+    assert one.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_FOUND})
+    assert one.in_part == len({miss.contact for miss in lost}) - one.missed
 
 
 def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):

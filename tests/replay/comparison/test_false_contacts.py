@@ -8,7 +8,8 @@ from support.small_worlds import verdict_column
 from cdcore import Body, Motion, create_detector
 from replay.comparison import false_contacts as module
 from replay.comparison.causes import Audited
-from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_contacts
+from replay.comparison.false_contacts import false_contacts
+from replay.comparison.fault import Cause
 from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
@@ -51,9 +52,9 @@ def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
 
 def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
     (one,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
-    assert (one.number, one.body_a, one.body_b, one.first, one.last, one.frames) == (1, "a", "b", 1, 3, 3)
-    assert (one.start, one.end, one.widest) == (0.01, 0.04, 2)
-    assert one.gap == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
+    assert (one.number, one.bodies, one.first, one.last, one.frames) == (1, ("a", "b"), 1, 3, 3)
+    assert (one.start, one.end, one.frame) == (0.01, 0.04, 2)
+    assert one.metres == pytest.approx(0.7) and one.evidence.point[0] == pytest.approx(1.0 + 0.35)
 
 
 def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
@@ -64,7 +65,7 @@ def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
 def test_of_too_many_the_longest_are_measured(monkeypatch):
     monkeypatch.setattr(module, "LOOKS_IN_ALL", 1)
     short, long = false_of([F, N, F, F], [0.5, 1, 0.5, 0.5])
-    assert np.isnan(short.gap) and long.gap == pytest.approx(0.5)
+    assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
 
 
 def test_the_cause_is_the_solid_before_the_rate():
@@ -73,10 +74,10 @@ def test_the_cause_is_the_solid_before_the_rate():
     slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
     box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
     for gap, detector, cause in (
-        (0.5, ball, UNEXPLAINED),
-        (0.5, slow, HELD),
-        (0.5, None, UNEXPLAINED),
-        (-0.01, box, SOLIDS),
+        (0.5, ball, Cause.UNEXPLAINED),
+        (0.5, slow, Cause.LAST_ANSWER),
+        (0.5, None, Cause.UNEXPLAINED),
+        (-0.01, box, Cause.COLLIDERS_MEET),
     ):
         assert false_of([N, F, F], [9.0, gap, gap], detector)[0].cause == cause
 
@@ -115,4 +116,4 @@ def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_sol
         return false_of([N, B, F, N], [gap] * 4, engine)[0].cause
 
     assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
-    assert cause(0.0, -0.1, shape="box") == SOLIDS
+    assert cause(0.0, -0.1, shape="box") == Cause.COLLIDERS_MEET

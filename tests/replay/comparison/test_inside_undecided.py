@@ -7,7 +7,7 @@ import pytest
 from support.small_worlds import cube, cubes
 
 from cdcore import Verdict
-from replay.comparison.false_contacts import HOLLOW
+from replay.comparison.fault import Cause
 from replay.pipeline import headline
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates
@@ -94,6 +94,6 @@ def test_a_hollow_is_claimed_only_where_the_reference_knows_the_side():
     for oracle in ("exact", "exact[containment=false]"):
         run = compute(session, detectors="hull=collider", oracle=f"it={oracle}")
         causes[oracle] = {false.cause for false in run.false["hull"]}
-    assert causes["exact"] == {HOLLOW}
-    assert causes["exact[containment=false]"].isdisjoint({HOLLOW})
+    assert causes["exact"] == {Cause.HULL_FILLS_HOLLOW}
+    assert causes["exact[containment=false]"].isdisjoint({Cause.HULL_FILLS_HOLLOW})
     assert all(causes.values())

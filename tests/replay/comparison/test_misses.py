@@ -1,5 +1,5 @@
 import re
-from types import SimpleNamespace
+from dataclasses import replace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,23 +7,20 @@ from support.small_worlds import verdict_column, verdicts
 
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
-from replay.comparison.evidence import Cut
-from replay.comparison.misses import (
-    FOUND_LATE,
-    INTERRUPTED,
-    LOST_EARLY,
-    NEVER_FOUND,
-    by_depth,
-    misses,
-    stretches,
-)
+from replay.comparison.fault import FaultCategory, FaultKind, longest_curve_first
+from replay.comparison.misses import missed_faults
 
-KINDS = {(False, False): NEVER_FOUND, (False, True): FOUND_LATE, (True, False): LOST_EARLY, (True, True): INTERRUPTED}
+KINDS = {
+    (False, False): FaultKind.NEVER_FOUND,
+    (False, True): FaultKind.FOUND_LATE,
+    (True, False): FaultKind.LOST_EARLY,
+    (True, True): FaultKind.INTERRUPTED,
+}
 """Whether the contact is found before a miss, and after it."""
 
 
 @given(st.lists(st.tuples(st.sampled_from(".CCC"), st.sampled_from(".C-")), min_size=1, max_size=40))
-def test_stretches_are_the_missed_frames_and_their_kinds_say_where_in_the_contact_they_lie(letters):
+def test_misses_are_the_missed_frames_of_each_contact(letters):
     """Frames left out part a miss and change no kind."""
     truth, said = map("".join, zip(*letters, strict=True))
     expected = []
@@ -33,23 +30,25 @@ def test_stretches_are_the_missed_frames_and_their_kinds_say_where_in_the_contac
             kind = KINDS["C" in inside[: gap.start()], "C" in inside[gap.end() :]]
             expected.append((start + gap.start(), start + gap.end() - 1, kind, number))
     oracle, subject = verdict_column(truth), verdict_column(said)
-    found = stretches(compare(subject, oracle), episodes(oracle))
-    assert [(one.first, one.last, one.kind, one.episode) for one in found] == expected
+    misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    assert [(miss.first, miss.last, miss.kind, miss.contact) for miss in misses] == expected
 
 
-def test_misses_are_numbered_in_order_and_carry_time_names_and_geometry():
+def test_misses_are_numbered_in_order_and_carry_times_and_names():
     oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
-    places = stretches(compare(subject, oracle), episodes(oracle))
-    cuts = {
-        (one.pair, one.first, one.last): Cut(one.last, (1.0, 2.0, 3.0), (0.0, 1.0, 0.0), 7, 0.25 * one.pair)
-        for one in places
-    }
-    first, second = misses(places, [("rod", "glass"), ("rod", "jar")], oracle.times, cuts)
-    assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.02)
-    assert (second.number, second.pair, second.kind, second.episode) == (2, 1, FOUND_LATE, 2)
-    assert (second.deepest, second.point, second.face_pairs, second.cut_length) == (1, (1.0, 2.0, 3.0), 7, 0.25)
+    names = [("rod", "glass"), ("rod", "jar")]
+    first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
+    assert (first.number, first.bodies, first.start, first.end) == (1, ("rod", "glass"), 0.0, 0.02)
+    assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.FOUND_LATE, 2)
+    assert first.category is second.category is FaultCategory.MISS
 
 
-def test_a_miss_that_no_frame_shows_comes_after_those_with_a_cut():
-    lengths = [SimpleNamespace(number=number, cut_length=cut) for number, cut in ((1, 0.0), (2, 0.01), (3, 0.0))]
-    assert [miss.number for miss in by_depth(lengths)] == [2, 1, 3]
+def test_a_miss_that_no_frame_shows_comes_last():
+    oracle, subject = verdict_column("C.C.C"), verdict_column(".....")
+    misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    lengths = [0.0, 0.01, 0.0]
+    measured = [
+        replace(miss, evidence=replace(miss.evidence, metres=metres))
+        for miss, metres in zip(misses, lengths, strict=True)
+    ]
+    assert [miss.number for miss in longest_curve_first(measured)] == [2, 1, 3]

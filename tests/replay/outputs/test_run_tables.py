@@ -47,11 +47,11 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     (miss,) = result.misses["exact"]
     # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
     truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / turned
-    assert miss.touch.free <= truth <= miss.touch.moment
+    assert miss.evidence.touch.free <= truth <= miss.evidence.touch.moment
     (row,) = result.tables["misses"].plain()
-    assert (row["touch_free"], row["touch"]) == (miss.touch.free, miss.touch.moment)
+    assert (row["touch_free"], row["touch"]) == (miss.evidence.touch.free, miss.evidence.touch.moment)
     bound = f"within {duration(row['touch'] - row['touch_free'])}"
-    moment = f"{miss.touch.moment:.3f}"
+    moment = f"{miss.evidence.touch.moment:.3f}"
     assert column(miss_table(result.tables["misses"], "exact"), "at s") == [
         moment if known else Marked(moment, "", bound)
     ]

@@ -63,7 +63,7 @@ class Claim:
 
     @property
     def contact(self):
-        return self.run.episodes["exact"][self.fault.episode - 1]
+        return self.run.episodes["exact"][self.fault.contact - 1]
 
     def samples(self):
         """Frames in which the detector samples and both poses are known, walked tick by tick."""
@@ -87,7 +87,7 @@ class Claim:
 
     def apart(self, margin=0.0):
         """Whether a plane has the hulls of both bodies on its sides, ``margin`` metres from each other at least."""
-        one, other = (self.corners(body, self.fault.widest) for body in (self.fault.body_a, self.fault.body_b))
+        one, other = (self.corners(body, self.fault.frame) for body in self.fault.bodies)
         return hulls_apart(one, other) > margin
 
 
@@ -101,10 +101,10 @@ def hulls_apart(one, other):
 def surfaces_at_most(claim):
     """An upper bound of the distance of two surfaces: that of many points of theirs."""
     points = []
-    for body in (claim.fault.body_a, claim.fault.body_b):
+    for body in claim.fault.bodies:
         number = claim.run.assembly.names.index(body)
         faces = claim.run.assembly.bodies[number].mesh.faces
-        corners = claim.corners(body, claim.fault.widest)[faces]
+        corners = claim.corners(body, claim.fault.frame)[faces]
         weights = np.array([(i, j, 12 - i - j) for i in range(13) for j in range(13 - i)]) / 12.0
         points.append(np.einsum("wk,fkd->fwd", weights, corners).reshape(-1, 3))
     return float(cKDTree(points[0]).query(points[1])[0].min())
@@ -113,9 +113,9 @@ def surfaces_at_most(claim):
 def gap_holds(claim):
     """The gap that is said is no larger than that of points of the surfaces, and not much smaller."""
     if claim.said.get("gap") is None:
-        return np.isnan(claim.fault.gap)
+        return np.isnan(claim.fault.metres)
     gap, above = float(claim.said["gap"]), 1e3 * surfaces_at_most(claim)
-    return gap <= above + 0.51 and above <= gap + 12.0 and not claim.truth[claim.fault.widest]
+    return gap <= above + 0.51 and above <= gap + 12.0 and not claim.truth[claim.fault.frame]
 
 
 def became_holds(claim):
@@ -214,10 +214,10 @@ def no_sample_within(claim):
 
 def answer_of_last_sample(claim):
     frames = claim.samples()
-    last = frames[frames <= claim.fault.widest]
+    last = frames[frames <= claim.fault.frame]
     if claim.said["sample"] is None:
         return not len(last)
-    unsampled = claim.fault.widest not in frames
+    unsampled = claim.fault.frame not in frames
     return unsampled and gap_holds(claim) and float(claim.said["sample"]) == pytest.approx(
         claim.times[last[-1]], abs=6e-4
     )  # fmt: skip
@@ -225,11 +225,11 @@ def answer_of_last_sample(claim):
 
 def in_hull(claim):
     """A corner of the other body is a convex sum of the corners of the one, and both surfaces are apart."""
-    one = claim.corners(claim.said["one"], claim.fault.widest)
+    one = claim.corners(claim.said["one"], claim.fault.frame)
     rows = np.vstack([one.T, np.ones(len(one))])
     inside = any(
         linprog(np.zeros(len(one)), A_eq=rows, b_eq=[*corner, 1.0]).success
-        for corner in claim.corners(claim.said["other"], claim.fault.widest)
+        for corner in claim.corners(claim.said["other"], claim.fault.frame)
     )
     return claim.settings["shape"] == "hull" and inside and gap_holds(claim)
 
@@ -277,7 +277,7 @@ def within_offset(claim):
 
 
 def volumes_only(claim):
-    return claim.run.detections[claim.label].verdict[claim.fault.widest, claim.fault.pair] == Verdict.CANDIDATE
+    return claim.run.detections[claim.label].verdict[claim.fault.frame, claim.fault.pair] == Verdict.CANDIDATE
 
 
 def contained_and_not_asked(claim):

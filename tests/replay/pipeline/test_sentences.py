@@ -40,7 +40,7 @@ def test_the_moment_of_a_false_contact_says_how_far_apart_the_surfaces_are():
     session = framed(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
     run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
     (false,), (answer, *_) = run.false["it"], run.answers
-    assert answer.moment.metres == false.gap > 0.0
+    assert answer.moment.metres == false.metres > 0.0
 
 
 @pytest.mark.parametrize(

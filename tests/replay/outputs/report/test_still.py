@@ -65,7 +65,7 @@ def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
     result = steady("only false")
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST)[0]
-    assert f"{1e3 * fault.gap:.2g} mm" in text and "from " in text
+    assert f"{1e3 * fault.metres:.2g} mm" in text and "from " in text
     seen = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
     r, g, b = np.moveaxis(np.asarray(seen.convert("RGB")).astype(int), -1, 0)
     rows, columns = np.nonzero((r > 190) & (g > 140) & (b < 90))

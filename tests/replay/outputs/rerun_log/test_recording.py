@@ -61,7 +61,7 @@ def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, drawn, monkeypa
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
     seen = drawn(few)
     rows = seen.column("world/rod", "Transform3D:translation")
-    assert len(rows) < 200 and demo.misses[SUBJECT][0].deepest in {row[1] for row in rows}
+    assert len(rows) < 200 and demo.misses[SUBJECT][0].frame in {row[1] for row in rows}
     changes = int((np.diff(demo.comparisons[SUBJECT].outcome[:, 0].astype(int)) != 0).sum())
     path = next(path for path in pair_lanes(demo, SUBJECT) if path.endswith("beaker-rod"))
     assert len([state for _, state in seen.lane(path)]) >= changes

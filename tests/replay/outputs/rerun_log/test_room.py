@@ -35,9 +35,9 @@ def nanoseconds(run, frame, later=0):
 def faults(run):
     """What the tables say is wrong, where there is most to see of it, and its metres."""
     for label, misses in run.misses.items():
-        yield from (((label, MISS, miss.number), miss, miss.shown, miss.cut_length) for miss in misses)
+        yield from (((label, MISS, miss.number), miss, miss.moment, miss.metres) for miss in misses)
         yield from (
-            ((label, FALSE, false.number), false, (false.widest, 0), false.gap) for false in run.false.get(label, ())
+            ((label, FALSE, false.number), false, false.moment, false.metres) for false in run.false.get(label, ())
         )
 
 
@@ -58,12 +58,12 @@ def moments(run, read):
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
             assert said == f"{name[0]} misses this contact"
-            yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
+            yield np.linalg.norm(np.subtract(eye, fault.evidence.point)), CLOSE_UP
         elif np.isfinite(size):
             assert length(size) in said
             yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
     ((_, _, dots),) = read.column("world/focus/pins", "Points3D:positions")
-    yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
+    yield np.sort(dots, axis=0), np.sort([fault.evidence.point for _, fault, *_ in faults(run)], axis=0)
 
 
 def words(run, read):
@@ -104,7 +104,8 @@ def red_faces(run, read):
             stretch = range(miss.first, miss.last + 1)
             met = {nanoseconds(run, frame): oracle.faces(frame, miss.pair) for frame in stretch}
         else:
-            met = {nanoseconds(run, *miss.shown): miss.faces if miss.touch is None else [miss.touch.faces]}
+            touch = miss.evidence.touch
+            met = {nanoseconds(run, *miss.moment): miss.evidence.faces if touch is None else [touch.faces]}
             times |= {ns - early for ns in met for early in (0, 1)}
         for ns, faces in met.items():
             sides = dict(zip(assembly.pairs[miss.pair].tolist(), np.transpose(faces), strict=True))
@@ -125,7 +126,7 @@ def cages(run, read):
     for label in detectors_with_solids(run):
         lasts = {}
         for _, false, *_ in faults(run):
-            lasts.setdefault(false.hollow, np.zeros(count, dtype=bool))[false.first : false.last + 1] = True
+            lasts.setdefault(false.evidence.hollow, np.zeros(count, dtype=bool))[false.first : false.last + 1] = True
         for hollow, frames in lasts.items():
             edges = sharp_edges(run.detectors[label].colliders[names.index(hollow)].mesh)
             for k in range(count):
@@ -145,7 +146,7 @@ def colours(run, read):
             centre = placed(assembly.motion, moment.frame, body, balls[body].centre[None])
             near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= ROOM
             colour = see_through(tags) if near and body not in pair else albedo(tags)
-            hollow = getattr(moment.stretch, "hollow", "")
+            hollow = moment.stretch.evidence.hollow if moment.label else ""
             if moment.label in detectors_with_solids(run) and hollow and body in pair and name != hollow:
                 colour = FREE
             (seen,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
@@ -162,7 +163,7 @@ def test_what_is_seen_at_a_cursor_is_what_the_result_says_of_that_time(column, n
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):
     sets = demo.detections[demo.oracle].face_sets
-    moments = [miss.deepest for miss in demo.misses["22.5Hz"]]
+    moments = [miss.frame for miss in demo.misses["22.5Hz"]]
     clock = RecordingClock.of(demo.assembly, moments)
     assert len(drawn_contacts(clock, sets)[0]) == len(sets.frame)
     monkeypatch.setattr(scene, "DRAWN_CONTACTS", 20)
