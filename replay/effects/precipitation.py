@@ -36,7 +36,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
-            if not history.added_ml[-1].any():
+            if not history.added_ml[-1].any() or solid + SOLID in matter.brines(vessel):
                 continue
             found.ran[history.frames] = True
             found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")

@@ -8,7 +8,7 @@ from cdcore.numerics import BoolArray
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_parts
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
-from replay.effects.chemistry.matter import Matter, matter_of
+from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction, heavy_parts
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
@@ -57,6 +57,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             formed |= _tell_solution(matter, vessel, times, found)
         _tell_gases(inputs, matter, vessel, found)
         _tell_solids(inputs, matter, vessel, found)
+        found.events += _brines(matter, vessel)
         found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     found.events += unreacted(matter, formed)
     return found.output()
@@ -96,13 +97,26 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, found: Findin
     strong = np.flatnonzero(solved.ionic[rows] > DAVIES_MOL_KG)
     if len(strong):
         most = float(solved.ionic[rows].max())
+        solids = _solids_at(matter, vessel, times[shown[strong]])
+        doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
         words = (
             f"the solution in {vessel} is too concentrated for exact activities (ionic strength {most:.1f} mol/kg, "
-            "fitted up to 0.5): its pH may be off by some tenths"
+            f"fitted up to 0.5): its pH may be off by some tenths{doubtful}"
         )
         values = {"ionic_strength_mol_kg": most}
         found.events.append(EffectEvent(float(times[shown[strong[0]]]), "concentrated", (vessel,), None, values, words))
     return formed
+
+
+def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
+    """Solids of PHREEQC's that stand in a vessel at one of these times."""
+    amounts = matter.states(vessel, times)[0]
+    columns = [(matter.ledger.columns[place], place) for place in matter.ledger.phases.tolist()]
+    return sorted(
+        column.removesuffix(SOLID)
+        for column, place in columns
+        if column.endswith(SOLID) and (amounts[:, place] > 0.0).any()
+    )
 
 
 def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
@@ -168,12 +182,28 @@ def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, found: Findi
     """Mass of each solid at equilibrium that changes, where no effect precipitation follows it."""
     followed = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
     ledger = matter.ledger
-    history = matter.histories[vessel]
+    history, brines = matter.histories[vessel], matter.brines(vessel)
     for place in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
         solid = ledger.columns[place].removesuffix(SOLID)
         amount = history.amounts[:, place]
+        if ledger.columns[place] in brines:
+            continue
         if ledger.columns[place].endswith(SOLID) and solid not in followed and np.ptp(amount) > 0.0:
             found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
+
+
+def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
+    """Salts of which nothing says how much dissolves, because too many other ions are beside them."""
+    events = []
+    for column, time in matter.brines(vessel).items():
+        solid = column.removesuffix(SOLID)
+        text = (
+            f"{solid} is in a brine in {vessel}, beside more than {MOST_FOREIGN_MOL_KG:g} mol/kg of other ions: how "
+            "much of it dissolves there is not known (its table is of pure water), so that no mass of it is told"
+        )
+        values = {"formula": solid}
+        events.append(EffectEvent(time, "brine", (vessel,), None, values, text, "warning"))
+    return events
 
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
 from replay.effects.chemistry.solver import Solver, answered
@@ -195,6 +196,9 @@ class Ledger:
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
         ]
         self._dissolved = np.array(counted)
+        self.ion_charges = np.array(
+            [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
+        )
         self._settles = bool(len(self.phases) or len(salts))
         # A slow process that nothing else touches is in closed form from one event to the next.
         self._alone = len(processes) == 1 and not self._settles and not warmth.followed

@@ -1,0 +1,91 @@
+"""Salts beside other ions, against PHREEQC's Pitzer equations: within 6 %, or withheld by name."""
+
+from pathlib import Path
+
+import numpy as np
+import phreeqc
+import pytest
+from support.liquid_worlds import MIX, glass, run_in
+
+from replay.effects.chemistry.components import dissolved_parts
+from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG
+from replay.effects.chemistry.salts import salt_of, settled_solid, solubility_of
+
+PITZER = Path(phreeqc.__file__).parent / "databases" / "pitzer.dat"
+WATER_MOL = 1.0 / 0.0180153
+
+
+def dissolved_by_pitzer(phase, ions):
+    """mol/kg of a salt that dissolve in so much of other ions, PHREEQC's elements with mol/kg."""
+    library = phreeqc.Phreeqc()
+    library.LoadDatabase(str(PITZER))
+    solution = "SOLUTION 1\n units mol/kgw\n pH 1 charge\n" + "".join(
+        f" {name} {many}\n" for name, many in ions.items()
+    )
+    output = f"SELECTED_OUTPUT\n -reset false\n -high_precision true\n -equilibrium_phases {phase}\n"
+    assert not library.RunString(f"{output}{solution}EQUILIBRIUM_PHASES 1\n {phase} 0 20\nEND\n")
+    return 20.0 - library.GetSelectedOutput()[phase][-1]
+
+
+def dissolved_by_table(formula, other, molal):
+    """mol/kg of a salt that dissolve beside another electrolyte, as the ledger computes it."""
+    salt = salt_of(formula, solubility_of(formula))
+    names = dict.fromkeys(("H+", "H2O", *salt.parts, *dissolved_parts(other)))
+    column = {name: place for place, name in enumerate(names)}
+    amounts = np.zeros((1, len(column)))
+    amounts[0, column["H2O"]] = WATER_MOL
+    for parts, many in ((salt.parts, 20.0), (dissolved_parts(other), molal)):
+        for part, count in parts.items():
+            amounts[0, column[part]] += count * many
+    return 20.0 - float(settled_solid(salt, column, amounts, np.array([25.0]))[0])
+
+
+@pytest.mark.parametrize("molal", [0.0, 0.1, 0.3, MOST_FOREIGN_MOL_KG])
+@pytest.mark.parametrize(
+    ("formula", "phase", "other", "elements"),
+    [
+        ("NaCl", "Halite", "HCl", ("Cl",)), ("NaCl", "Halite", "KCl", ("K", "Cl")), ("KCl", "Sylvite", "HCl", ("Cl",)),
+        ("KCl", "Sylvite", "NaCl", ("Na", "Cl")),
+    ],
+)  # fmt: skip
+def test_beside_few_other_ions_a_salt_dissolves_as_pitzer_says(formula, phase, other, elements, molal):
+    expected = dissolved_by_pitzer(phase, dict.fromkeys(elements, molal))
+    assert dissolved_by_table(formula, other, molal) == pytest.approx(expected, rel=0.06)
+
+
+def test_beyond_the_limit_the_table_is_far_from_pitzer():
+    """The reason for the limit: in 3 mol/kg of HCl 3.10 mol/kg of NaCl dissolve, and the table says 4.8."""
+    assert dissolved_by_pitzer("Halite", {"Cl": 3.0}) == pytest.approx(3.10, abs=0.01)
+    assert dissolved_by_table("NaCl", "HCl", 3.0) > 4.7
+
+
+HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
+
+
+def salted_out(molar):
+    """Effects of acid that runs into a strong solution of salt."""
+    acid = glass("burette", 50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})
+    brine = glass("flask", 2.0, solute="NaCl", molar=6.0)
+    return run_in([*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIX, HALITE, base=acid, acid=brine)["reaction"].output
+
+
+def test_a_salt_in_a_brine_is_withheld_by_name():
+    output = salted_out(12.0)
+    (event,) = output.named("brine")
+    assert event.text.startswith("NaCl is in a brine in flask") and event.level == "warning"
+    assert "flask/NaCl" not in output.series
+
+
+def test_a_salt_in_weak_acid_is_no_brine():
+    assert not salted_out(0.3).named("brine")
+
+
+def test_a_solid_of_phreeqc_in_a_brine_is_named_in_the_warning():
+    """Gypsum in 3 mol/kg of NaCl: 0.058 mol/kg dissolve by Pitzer's equations, 0.025 by minteq.v4."""
+    lime = glass("burette", 50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0},
+                 cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})  # fmt: skip
+    sulfate = glass("flask", 2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
+    gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
+    degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
+    (event,) = run_in(degrees, MIX, gypsum, base=lime, acid=sulfate)["reaction"].output.named("concentrated")
+    assert "of CaSO4 twice as much or half may dissolve" in event.text
