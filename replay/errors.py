@@ -59,6 +59,10 @@ class EffectError(ReplayError, ValueError):
     """An effect cannot be loaded, or cannot do its work with what the recording holds."""
 
 
+class CutError(ReplayError, ValueError):
+    """A mesh cannot be cut into convex pieces, or not in the time that was given."""
+
+
 class AuditError(ReplayError, ValueError):
     """Two detections do not cover the same frames and pairs."""
 

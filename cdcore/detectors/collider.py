@@ -32,13 +32,16 @@ from cdcore.protocol import (
     looks_at,
     pair_has_pose,
 )
-from cdcore.protocol.settings import MOST_METRES, RateSettings, choice, number, whole
+from cdcore.protocol.settings import MOST_METRES, RateSettings, choice, number, text, whole
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
 
 COMPOUND, SHIPPED = "compound", "shipped"
 """Shapes that come with the body: no other detector asks them."""
+
+CUT_METHODS: Final = ("auto", "hull", "box", "sphere", "capsule", "sectors", "vhacd", "coacd")
+"""How the pieces of a compound may be cut."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,12 +50,16 @@ class ColliderSettings(RateSettings):
 
     ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, the convex pieces that
     came with the body; or shipped, the colliders that came with the recording, and the hull of a body that has none.
-    ``pieces``: the most of a compound, for whoever cuts the meshes. ``skin_m``: metres around each body within which it
-    is already in contact, the contact offset of an engine: two bodies are in contact from twice that distance on.
+    ``pieces``, ``method`` and ``bodies`` are of a compound, for whoever cuts the meshes: the most pieces, how they are
+    cut, and the names of the bodies that are cut, joined by ``+``; ``""``: all. ``skin_m``: metres around each body
+    within which it is already in contact, the contact offset of an engine: two bodies are in contact from twice that
+    distance on.
     """
 
     shape: str = choice("hull", (*SHAPES, COMPOUND, SHIPPED))
     pieces: int = whole(16, 1, 4096)
+    method: str = choice("coacd", CUT_METHODS)
+    bodies: str = text("", "names of bodies, joined by +")
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 
 

@@ -88,6 +88,11 @@ def choice(default: Any, among: Iterable[Any]) -> Any:
     return _field(default, allowed)
 
 
+def text(default: str, wanted: str) -> Any:
+    """A field that is a text, which ``wanted`` says in words."""
+    return _field(default, Allowed(lambda value: isinstance(value, str), wanted))
+
+
 def _field(default: Any, allowed: Allowed) -> Any:
     """A field that may also be ``None`` where that is its default."""
     if default is None:

@@ -21,7 +21,6 @@ import re
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Final
@@ -33,14 +32,15 @@ from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
 from replay.base.progress import Advance, Progress, Silent
 from replay.comparison.tolerance import TAU
+from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, solids_of, volume_of
+from replay.cutting.methods import METHODS, method_of
+from replay.cutting.piece_store import Cut, convex_pieces, why_not_cut
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import Assembly
-from replay.prepare.convex_pieces import MOST_TRIANGLES, convex_pieces, solids_of
-from replay.prepare.sector_pieces import outside_by, sector_pieces
 from replay.tradeoffs.engine_knobs import Engine, engine_named
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import FASTEST, Setting, rate_of
@@ -55,7 +55,10 @@ TIME_LIMIT: Final = 150.0
 """Seconds that the search takes at most when nothing is said."""
 
 CUT_COUNTS: Final = (4, 16, 64)
-"""Pieces that CoACD is asked for, of a body that is not round."""
+"""Pieces that are asked for, of a body that is not round."""
+
+SECTOR_COUNTS: Final = (2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96)
+"""Pieces that are asked for, of a body that is round about an axis."""
 
 WORTH: Final = 0.8
 """The next step of a body fills at most this share of the volume that its pieces filled before."""
@@ -92,23 +95,20 @@ class _Deadline:
 
 
 class _Ladder:
-    """Ways to stand for one mesh, from its hull to many pieces; steps of CoACD are cut when they are asked for."""
+    """Ways to stand for one mesh, from its hull to many pieces, each cut when it is asked for."""
 
-    def __init__(self, mesh: TriangleMesh, cutting: bool, deadline: _Deadline) -> None:
-        self._deadline = deadline
-        parts = sector_pieces(mesh)
-        self.mesh, self.how = mesh, "by height and angle"
-        self.steps: list[Sequence[TriangleMesh] | int] = [1]
-        if parts is not None:
-            self.steps += parts[1:]
-        else:
-            self.how = "CoACD" if cutting else HULL
-            self.steps += CUT_COUNTS if cutting else ()
+    def __init__(self, mesh: TriangleMesh, deadline: _Deadline) -> None:
+        self.mesh, self._deadline = mesh, deadline
+        self._method = "hull" if why_not_cut(mesh) else method_of("auto", mesh)
+        self.how = METHODS[self._method].words
+        counts = {"sectors": SECTOR_COUNTS, "hull": ()}.get(self._method, CUT_COUNTS)
+        self.counts = (1, *counts)
+        self._made: dict[int, Sequence[TriangleMesh]] = {}
 
     def above(self, step: int) -> list[int]:
-        """Steps to try next: the one that is worth it, and the last; CoACD takes too long for its last one."""
-        every = range(step + 1, len(self.steps))
-        if self.how == "CoACD":
+        """Steps to try next: the one that is worth it, and the last; V-HACD takes too long for its last one."""
+        every = range(step + 1, len(self.counts))
+        if self._method != "sectors":
             return [*every[:1]]
         filled = _filled(self.pieces(step))
         worth = [higher for higher in every if _filled(self.pieces(higher)) <= WORTH * filled]
@@ -116,16 +116,15 @@ class _Ladder:
 
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
         """The pieces of a step. Raises ``_TimeUp`` where the time is up before they are cut."""
-        made = self.steps[step]
-        if isinstance(made, int):
-            watch = self._deadline.check if made > 1 else None
-            made = self.steps[step] = convex_pieces(self.mesh, made, watch)
-        return made
+        if step not in self._made:
+            watch = self._deadline.check if step else None
+            self._made[step] = convex_pieces(Cut(self.mesh, self._method, self.counts[step]), watch)
+        return self._made[step]
 
 
 def _filled(pieces: Sequence[TriangleMesh]) -> float:
     """The sum of the volumes of closed pieces."""
-    return sum(MeshData(piece.vertices, piece.faces).volume for piece in pieces)
+    return sum(abs(volume_of(piece)) for piece in pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,8 +177,8 @@ def ship_colliders(
 ) -> Shipped:  # fmt: skip
     """Write the fewest convex pieces a body that keep false contact below a share, and replay the session with them.
 
-    Bodies that are round about an axis are cut by height and angle; others by CoACD where it is installed, else they
-    keep their hull. The step is that of a new project of the engine.
+    Bodies that are round about an axis are cut by height and angle, others by V-HACD. The step is that of a new project
+    of the engine.
 
     Parameters
     ----------
@@ -238,9 +237,8 @@ class _Search:
     ) -> None:
         self.time_up, self._deadline = False, deadline
         self._assembly, self._scoring, self._rate, self._max_false = assembly, scoring, rate, max_false
-        cutting = find_spec("coacd") is not None
         by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
-        ladders = {mesh_hash: _Ladder(mesh, cutting, deadline) for mesh_hash, mesh in by_mesh.items()}
+        ladders = {mesh_hash: _Ladder(mesh, deadline) for mesh_hash, mesh in by_mesh.items()}
         self._ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
         self._known: dict[tuple[int, ...], tuple[float, Any]] = {}
 

@@ -1,6 +1,5 @@
 """``replay tradeoff --engine``: settings of an engine in its words, which to take, and colliders to ship with it."""
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,10 +20,10 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     from replay.api.advisor import advise
     from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
     from replay.cli.terminal import line, terminal
+    from replay.cutting.piece_store import cache_folder
     from replay.outputs.tradeoff_table import engine_table
-    from replay.prepare.convex_pieces import cache_folder
 
-    if find_spec("coacd") and not any(cache_folder().glob("pieces-*")):
+    if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **asked)
     plain = {
@@ -78,9 +77,6 @@ def _sentences(shipped: "Shipped") -> list[str]:
         lines.append("Import each GLB whole: the mesh in it takes the UCX_ pieces beside it as its collision.")
     if shipped.engine.name in GLTF_IMPORTERS and shipped.axes == GLTF:
         lines.append(f"The poses are not in axes of {shipped.engine.name}: pieces fit a mesh imported there as glTF.")
-    hulls = any(row["how"] == "one hull" for row in shipped.bodies)
-    if hulls and find_spec("coacd") is None and not shipped.reached:
-        lines.append('What is not round keeps one hull; to cut it too: pip install "vrlab-replay[engines]"')
     again = f'replay run {shipped.folder / "session.mcap"} --detectors "{shipped.setting}"'
     wrote = f"Wrote {shipped.folder}: a GLB a body, colliders.json, session.mcap. Count it again:"
     return ["", *lines, wrote, f"  {again}"]

@@ -17,11 +17,11 @@ from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import detect_live, own_failure, stream_live
 from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.base.progress import Advance, ignored
+from replay.cutting.compound import with_pieces
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
-from replay.prepare.convex_pieces import in_convex_pieces
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
@@ -78,7 +78,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
         settings.setdefault("seed", seed)
     bodies = assembly.bodies
     if spec.name == "collider" and settings.get("shape") == "compound":
-        bodies = in_convex_pieces(bodies, settings_of(spec.name, settings).pieces)
+        bodies = with_pieces(bodies, settings_of(spec.name, settings))
     with blamed(spec, kind, "to be made"):
         return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
 

@@ -127,8 +127,7 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
             continue
         label = runs.label_of(mended)
         if label is None:
-            needs = ", with the extra engines" if mended.settings.get("shape") == "compound" else ""
-            return _unmeasured(f"{sentence_of(words)}: not measured. To measure it{needs}:", mended)
+            return _unmeasured(f"{sentence_of(words)}: not measured. To measure it:", mended)
         if runs.loss_of(label) < rank.loss:
             return _measured(sentence_of(words), label, summary)
     # Code of one's own is imported only where the command names it.
@@ -165,7 +164,7 @@ class _Runs:
 
 def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The settings that decide answers: pieces are those of a compound, and an offset belongs to the session."""
-    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces"}
+    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces", "method", "bodies"}
     return {key: value for key, value in settings.items() if key not in unused}
 
 

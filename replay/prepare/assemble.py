@@ -16,9 +16,9 @@ from cdcore.mesh import once_a_mesh
 from cdcore.numerics import IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import shown
+from replay.cutting.convex_solids import solids_of
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
-from replay.prepare.convex_pieces import solids_of
 from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, Placed

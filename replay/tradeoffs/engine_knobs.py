@@ -73,9 +73,7 @@ def engine_named(name: str) -> Engine:
 
 def lacking(choice: Choice) -> str:
     """The module of the extra ``engines`` that a row needs; ``""``: none."""
-    if choice.detector == "mujoco":
-        return "mujoco"
-    return "coacd" if choice.settings.get("pieces", 1) > 1 else ""
+    return "mujoco" if choice.detector == "mujoco" else ""
 
 
 def knob_words(knobs: Mapping[str, str]) -> str:

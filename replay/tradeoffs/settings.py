@@ -7,7 +7,6 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
-from importlib.util import find_spec
 from math import inf
 from typing import Any, Final
 
@@ -71,11 +70,11 @@ def settings_list(*, frames_hz: float = inf, shipped: bool = False) -> tuple[Set
     """Everything that is tried: the rows of ``settings.toml`` in their order.
 
     ``frames_hz`` is the rate of the recording, whose frames a faster step cannot tell apart; ``shipped``: whether the
-    recording has colliders. Compounds are among the list where the extra ``engines`` is installed.
+    recording has colliders.
     """
     text = files("replay.tradeoffs").joinpath("settings.toml").read_text("utf-8")
     made = {setting.label: setting for row in tomllib.loads(text)["row"] for setting in _of_row(**row)}
-    there = {"shipped": shipped, "compound": find_spec("coacd") is not None}
+    there = {"shipped": shipped}
     return tuple(
         setting
         for setting in made.values()

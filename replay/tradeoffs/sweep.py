@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from replay.base.machine import machine, versions
+from replay.cutting.compound import seconds_to_cut
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.pipeline.engine import prepared
@@ -20,7 +21,6 @@ from replay.pipeline.run_result import Tradeoff
 from replay.pipeline.settings import RunSettings
 from replay.pipeline.summary import session_name
 from replay.prepare.assembly import Assembly
-from replay.prepare.convex_pieces import seconds_to_cut
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
@@ -181,10 +181,8 @@ class _Sweep:
         """Make a setting, warm it up, let it answer and count; ``None``: it cannot be timed too within the limit."""
         left = self._deadline.left() if self._trials else float("inf")
         turned = setting.settings
-        if turned.get("shape") == "compound":
-            meshes = (body.mesh for body in self._assembly.bodies)
-            if left <= seconds_to_cut(meshes, turned.get("pieces", 16)):
-                return None
+        if turned.get("shape") == "compound" and left <= seconds_to_cut(self._assembly.bodies, turned):
+            return None
         twin = self._pair[1]
         trial = twin if setting == twin.setting else _Trial(setting, self._assembly, self._seed)
         if trial.answer + self._pass_seconds([*batch, trial]) * PASSES > left:

@@ -4,9 +4,8 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.api import advisor
-from replay.cli import engine_advice
 from replay.cli.main import main
-from replay.prepare import convex_pieces
+from replay.cutting import piece_store
 from replay.words import share
 from sessions import write_session
 
@@ -36,22 +35,18 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
 
 @pytest.mark.parametrize("kept", [True, False])
 def test_that_pieces_are_cut_first_is_said_where_none_are_kept(file, kept, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(engine_advice, "find_spec", lambda name: True)
-    monkeypatch.setattr(convex_pieces, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
     if kept:
-        (tmp_path / "pieces-1.npz").touch()
+        (tmp_path / "cut-1.npz").touch()
     assert main(["tradeoff", file, "--engine", "unity"]) == 0
     assert ("cutting meshes" in capsys.readouterr().err) != kept
 
 
-def test_how_false_the_shipped_colliders_are_is_said_and_what_would_cut_them_only_where_that_is_too_much(
-    file, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr(engine_advice, "find_spec", lambda name: None)
+def test_how_false_the_shipped_colliders_are_is_said(file, tmp_path, capsys):
     words = ["tradeoff", file, "--engine", "unreal", "--colliders", str(tmp_path / "made"), "--force", "--max-false"]
     for most, code in (("1", 0), ("0", 1)):
         assert main([*words, most]) == code
         said = capsys.readouterr().out
         false = json.loads((tmp_path / "made" / "colliders.json").read_text("utf-8"))["after"]["false"]
         assert f"{share(false)} of the contact time is false" in said and false > 0
-        assert ("pip install" in said) == (code == 1) and "do not push" not in said
+        assert "do not push" not in said

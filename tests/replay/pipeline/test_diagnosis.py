@@ -67,7 +67,6 @@ def test_a_fix_that_the_run_measured_and_that_is_no_better_is_not_given():
 
 @pytest.mark.parametrize("pieces", [64, 4096])
 def test_pieces_end_where_no_more_help_and_triangles_come_next(pieces):
-    pytest.importorskip("coacd")
     # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
     run = compute(cubes(APART), detectors=f"it=collider[shape=compound,pieces={pieces},skin_m=0.01],exact")
     (answer,) = run.answers
@@ -75,7 +74,6 @@ def test_pieces_end_where_no_more_help_and_triangles_come_next(pieces):
 
 
 def test_two_numbers_of_pieces_are_two_settings():
-    pytest.importorskip("coacd")
     compounds = ",".join(f"c{pieces}=collider[shape=compound,pieces={pieces}]" for pieces in (1, 2, 4, 16))
     detectors = f"hull=collider[shape=hull],{compounds},exact"
     run = compute(in_hollow(), detectors=detectors)

@@ -439,6 +439,5 @@ def test_sentences_and_fixes_of_a_planted_session_hold(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 200, 10))
 def test_sentences_and_fixes_of_200_planted_sessions_hold(first):
-    pytest.importorskip("coacd")
     pytest.importorskip("pybullet")
     assert sum(hold(1000 + seed, engines=True, again=True) for seed in range(first, first + 10)) > 20

@@ -44,7 +44,7 @@ def test_a_step_a_collider_and_an_offset_are_those_of_the_setting_and_no_row_is_
     pieces = "16" in " ".join(knobs.values())
     assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3))
     assert (settings.get("pieces") == 16) == pieces
-    assert lacking(choice) == ("mujoco" if choice.detector == "mujoco" else "coacd" if pieces else "")
+    assert lacking(choice) == ("mujoco" if choice.detector == "mujoco" else "")
     if "Is Trigger" in knobs:
         trigger = knobs["Is Trigger"] == "on"
         assert settings.get("skin_m", 0.0) == (0.0 if trigger else float(knobs["Default Contact Offset"]))

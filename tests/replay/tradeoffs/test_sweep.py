@@ -89,7 +89,7 @@ def test_every_setting_is_timed_in_three_passes_and_sorted_by_loss(done):
 
 def test_a_compound_is_not_begun_where_cutting_it_takes_longer_than_there_is_time(bumped, monkeypatch):
     asked = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
-    monkeypatch.setattr(trading, "seconds_to_cut", lambda meshes, most: 1000.0 * most)
+    monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
     assert tradeoff(bumped, detectors=asked, time_limit=60.0).cut == ("pieces",)
 
 

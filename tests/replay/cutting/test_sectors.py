@@ -7,12 +7,25 @@ from trimesh import Trimesh
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
-from replay.prepare.convex_pieces import convex_pieces, within_triangles
-from replay.prepare.sector_pieces import outside_by, round_axis, sector_pieces
+from cdcore.bounding.hull import hull_collider, hull_of
+from replay.cutting.convex_solids import outside_by, within_triangles
+from replay.cutting.sectors import round_axis, sector_ladder
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
 BEAKER = revolved_mesh(PROFILE, 48)
+
+
+COUNTS = (1, 2, 3, 4, 6, 8, 10, 12, 16, 24, 32, 96)
+
+
+def sector_pieces(mesh):
+    """Pieces for each number of them, the hull first, until there are no more."""
+    ladder = sector_ladder(mesh)
+    if ladder is None:
+        return None
+    lists = {len(parts): [within_triangles(hull_of(part)) for part in parts] for parts in map(ladder.pieces, COUNTS)}
+    return [*lists.values()]
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +87,7 @@ def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(lists, most):
     middle = np.zeros((9, 3))
     middle[:, axis] = np.linspace(0.2 * RIM, 0.99 * RIM, 9)
     assert min(beyond(middle, piece).min() for piece in pieces) >= 0.0
-    assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), convex_pieces(BEAKER, 1)) == 0.0
+    assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), [hull_collider(BEAKER)]) == 0.0
 
 
 def test_how_far_a_mesh_lies_outside_is_the_distance_by_hand():
@@ -103,6 +116,6 @@ def test_a_spool_of_two_grooves_is_cut_at_every_flange_and_discs_apart_are_not_j
     # One of its five discs is cut by angle at most.
     assert len(lists[0]) == 1 and len(lists[-1]) <= 4 + 16
     full = sum(judged(piece).volume for piece in lists[-1])
-    assert full < 1.2 * judged(spool).volume < 0.9 * judged(convex_pieces(spool, 1)[0]).volume
+    assert full < 1.2 * judged(spool).volume < 0.9 * judged(hull_collider(spool)).volume
     disc = revolved_mesh([(0, 0), (0.03, 0), (0.03, 0.02), (0, 0.02)])
     assert [len(pieces) for pieces in sector_pieces(merged(disc, moved(disc, (0, 0, 0.05))))] == [2]

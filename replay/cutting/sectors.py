@@ -1,10 +1,11 @@
 """A round hollow body cut into convex pieces: by height where its outline bends, and by angle around its axis.
 
-Choose it over CoACD (``replay.prepare.convex_pieces``) for glassware: it needs no extra, takes a second where
-CoACD takes ten, and its pieces cover the whole solid. It cannot cut what is not round about an axis, such as a hand.
+Choose it over V-HACD and CoACD for glassware: it takes a second where CoACD takes ten, and its pieces cover the whole
+solid. It cannot cut what is not round about an axis, such as a hand.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
 from typing import Any, Final
@@ -13,11 +14,11 @@ import numpy as np
 
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import FloatArray
-from replay.prepare.convex_pieces import beyond_planes, manifold_of, within_triangles
+from cdcore.numerics import FloatArray, IntArray
+from replay.cutting.convex_solids import manifold_of, volume_of
 
 ROUND: Final = 0.8
-"""Share of the corners that must have others of their radius and height all around: a spout may differ."""
+"""Fraction of the corners that must have others of their radius and height all around: a spout may differ."""
 
 AROUND: Final = 8
 """Parts of the circle that are compared: a cylinder seen from its side looks alike in four of them."""
@@ -31,14 +32,38 @@ SECTORS: Final = 16
 BENDS: Final = 8
 """Cuts by height at most."""
 
-COUNTS: Final = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96)
-"""Numbers of pieces that are kept, beside the largest."""
-
 SOLID: Final = 0.97
-"""A part that fills this share of its hull is its own piece."""
+"""A part that fills this fraction of its hull is its own piece."""
 
 LEAST: Final = 1e-6
-"""Share of the volume of a body below which a piece is a rounding of the cuts."""
+"""Fraction of the volume of a body below which a piece is a rounding of the cuts."""
+
+VERSION: Final = "1"
+"""Of the pieces that this module makes; another one whenever they change, so that kept ones are made again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """The finest pieces of a body, and the joins that make fewer of them.
+
+    ``corners``: (n, 3) of all pieces; ``ends``: (k,) where those of each piece end; ``joins``: (j, 2) numbers of pieces
+    that become one; a joined piece takes the next number after all before it.
+    """
+
+    corners: FloatArray
+    ends: IntArray
+    joins: IntArray
+
+    def pieces(self, most: int) -> list[FloatArray]:
+        """Corners (n, 3) of each of at most so many pieces, or of as few as there can be."""
+        pieces = dict(enumerate(np.split(self.corners, self.ends[:-1])))
+        number = len(pieces)
+        for first, second in self.joins.tolist():
+            if len(pieces) <= most:
+                break
+            pieces[number] = np.concatenate([pieces.pop(first), pieces.pop(second)])
+            number += 1
+        return list(pieces.values())
 
 
 def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
@@ -71,22 +96,26 @@ def _middle_of_rings(corners: FloatArray, way: FloatArray) -> FloatArray:
     return np.asarray((ring.min(axis=0) + ring.max(axis=0)) / 2)
 
 
-def sector_pieces(mesh: TriangleMesh) -> list[list[TriangleMesh]] | None:
-    """Convex pieces of a round body, one list for each number of pieces, the hull first; ``None``: it is not round.
+def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
+    """The convex pieces of a round body, and how they join until one is left; ``None``: it is not round.
 
-    Every list covers the whole solid. The next one has more pieces, until they fill little more than the body. Each
-    piece has at most 255 triangles.
+    However many are joined, they cover the whole solid.
     """
-    found = round_axis(mesh) if mesh.is_closed else None
-    solid = None if found is None else manifold_of(mesh)
-    if found is None or solid is None or solid.volume() <= 0.0:
+    axis = round_axis(mesh) if mesh.is_closed else None
+    solid = None if axis is None else manifold_of(mesh)
+    if axis is None or solid is None or solid.volume() <= 0.0:
         return None
     parts: list[FloatArray] = []
-    for band in _bands(solid, mesh, found[1]):
-        parts += [np.asarray(part.to_mesh64().vert_properties[:, :3]) for part in _sectors(band, *found)]
+    for band in _bands(solid, mesh, axis[1]):
+        parts += [np.asarray(part.to_mesh64().vert_properties[:, :3]) for part in _sectors(band, *axis)]
     pieces = [piece for part in parts if (piece := hull_of(part)) is not None]
     least = LEAST * abs(solid.volume())
-    return _merged([piece for piece in pieces if _volume(piece) > least])
+    pieces = [piece for piece in pieces if volume_of(piece) > least]
+    if not pieces:
+        return None
+    corners = np.concatenate([piece.vertices for piece in pieces])
+    ends = np.cumsum([len(piece.vertices) for piece in pieces])
+    return Ladder(corners, ends, np.array(_joins(pieces), dtype=np.int64).reshape(-1, 2))
 
 
 def _bands(solid: Any, mesh: TriangleMesh, way: FloatArray) -> list[Any]:
@@ -134,25 +163,25 @@ def _sectors(part: Any, point: FloatArray, way: FloatArray) -> list[Any]:
     return pieces
 
 
-def _merged(pieces: list[TriangleMesh]) -> list[list[TriangleMesh]]:
-    """From these pieces down to one: each time the two are joined whose hull adds least; the one piece first.
+def _joins(pieces: Sequence[TriangleMesh]) -> list[tuple[int, int]]:
+    """From these pieces down to one: each time the two are joined whose hull adds least.
 
     Least of their own volume: a thin ring closes the mouth of a beaker with little volume, and much of its own.
     """
     parts, current = [*pieces], [*range(len(pieces))]
-    lists = [pieces]  # the most pieces first
+    joins: list[tuple[int, int]] = []
 
     @cache
     def join(a: int, b: int) -> tuple[float, TriangleMesh | None]:
-        """The share that the hull of two pieces adds, and that hull; of pieces apart there is none."""
-        (low, high), (other_low, other_high) = _box(parts[a]), _box(parts[b])
+        """The fraction that the hull of two pieces adds, and that hull; pieces with a gap between them have none."""
+        (lower, upper), (other_lower, other_upper) = _box(parts[a]), _box(parts[b])
         hull = None
-        if (low <= other_high + 1e-4).all() and (other_low <= high + 1e-4).all():
+        if (lower <= other_upper + 1e-4).all() and (other_lower <= upper + 1e-4).all():
             hull = hull_of(np.concatenate([parts[a].vertices, parts[b].vertices]))
         if hull is None:
             return np.inf, None
-        apart = _volume(parts[a]) + _volume(parts[b])
-        return (_volume(hull) - apart) / apart, hull
+        separate = volume_of(parts[a]) + volume_of(parts[b])
+        return (volume_of(hull) - separate) / separate, hull
 
     while len(current) > 1:
         # Of joins that add the same, the one that was there first.
@@ -160,38 +189,11 @@ def _merged(pieces: list[TriangleMesh]) -> list[list[TriangleMesh]]:
         hull = join(*best)[1]
         if hull is None:
             break
+        joins.append(best)
         parts.append(hull)
         current = [*(number for number in current if number not in best), len(parts) - 1]
-        lists.append([parts[number] for number in current])
-    limited: dict[int, TriangleMesh] = {}
-    kept = [some for some in reversed(lists) if len(some) in COUNTS or some is lists[0]]
-    for piece in (piece for some in kept for piece in some):
-        limited.setdefault(id(piece), within_triangles(piece))
-    return [[limited[id(piece)] for piece in some] for some in kept]
+    return joins
 
 
 def _box(piece: TriangleMesh) -> tuple[FloatArray, FloatArray]:
     return piece.vertices.min(axis=0), piece.vertices.max(axis=0)
-
-
-def _volume(piece: TriangleMesh) -> float:
-    a, b, c = np.moveaxis(piece.triangles, 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
-
-
-def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
-    """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
-    points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
-    beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
-    nearest = beyond.argmin(axis=0)
-    away = np.flatnonzero(beyond.min(axis=0) > 0.0)
-    return max((_distance(points[k], pieces[nearest[k]].vertices) for k in away.tolist()), default=0.0)
-
-
-def _distance(point: FloatArray, corners: FloatArray) -> float:
-    """Metres from a point (3,) to the convex hull of corners (n, 3): to the nearest mean of them with weights."""
-    from scipy.optimize import nnls
-
-    size = float(np.ptp(corners, axis=0).max())
-    weights, _ = nnls(np.vstack([(corners - point).T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
-    return float(np.linalg.norm((corners - point).T @ (weights / weights.sum())))

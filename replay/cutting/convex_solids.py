@@ -1,0 +1,105 @@
+"""Convex solids that together stand for a mesh: limits of engines, the surface around them, how far they reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from cdcore.bounding.hull import hull_of
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
+from cdcore.protocol import Solids
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+MOST_TRIANGLES: Final = 255
+"""Of one convex collider: the limit of Unity and of PhysX."""
+
+
+def solids_of(pieces: Sequence[TriangleMesh]) -> Solids:
+    """Solids with the surface around them."""
+    return Solids(tuple(pieces), union_of(pieces))
+
+
+def within_triangles(piece: TriangleMesh) -> TriangleMesh:
+    """A convex solid with as few triangles as engines take: the hull of the corners that leave least outside."""
+    corners = piece.vertices
+    if len(piece.faces) <= MOST_TRIANGLES:
+        return piece
+    directions = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dtype=np.float64) - 1.0
+    chosen = np.unique((corners @ directions.T).argmax(axis=0))
+    while (hull := hull_of(corners[chosen])) is not None:
+        outside = beyond_planes(corners, hull)
+        # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
+        if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES:
+            return hull
+        chosen = np.union1d(chosen, outside.argmax())
+    return piece
+
+
+def beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
+    """Metres by which points (n, 3) lie beyond the planes of the faces of a convex piece, at most 0 inside."""
+    corners = piece.triangles
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return np.asarray((points @ normals.T - (normals * corners[:, 0]).sum(axis=1)).max(axis=1))
+
+
+def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
+    """One closed surface around convex solids that may overlap: only there does parity tell inside from outside.
+
+    Where a solid is open, which no convex solid is, they are laid beside each other as they are.
+    """
+    if len(pieces) == 1:
+        return pieces[0]
+    if not all(piece.is_closed for piece in pieces):
+        starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+        faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
+        return TriangleMesh(np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces))
+    whole = manifold_union(pieces).to_mesh64()
+    return TriangleMesh(whole.vert_properties[:, :3], np.asarray(whole.tri_verts).astype(np.int64))
+
+
+def manifold_union(pieces: Sequence[TriangleMesh]) -> Manifold:
+    """The union of closed convex solids, for the library manifold."""
+    from manifold3d import Manifold
+
+    # Faces without area, which a thin hull may have, are no manifold: the hull is computed anew.
+    solids = [manifold_of(piece) or Manifold.hull_points(piece.vertices) for piece in pieces]
+    return reduce(lambda joined, solid: joined + solid, solids)
+
+
+def manifold_of(mesh: TriangleMesh) -> Manifold | None:
+    """A closed mesh for the library manifold; ``None``: it takes it for no solid."""
+    from manifold3d import Error, Manifold, Mesh64
+
+    solid = Manifold(Mesh64(mesh.vertices.copy(), mesh.faces.astype(np.uint64)))
+    return solid if solid.status() == Error.NoError else None
+
+
+def volume_of(mesh: TriangleMesh) -> float:
+    """Cubic metres within a closed surface, each part counted alone; negative where faces look inwards."""
+    a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
+    """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
+    points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
+    beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
+    nearest = beyond.argmin(axis=0)
+    away = np.flatnonzero(beyond.min(axis=0) > 0.0)
+    return max((_distance(points[k], pieces[nearest[k]].vertices) for k in away.tolist()), default=0.0)
+
+
+def _distance(point: FloatArray, corners: FloatArray) -> float:
+    """Metres from a point (3,) to the convex hull of corners (n, 3): to the nearest mean of them with weights."""
+    from scipy.optimize import nnls
+
+    size = float(np.ptp(corners, axis=0).max())
+    weights, _ = nnls(np.vstack([(corners - point).T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    return float(np.linalg.norm((corners - point).T @ (weights / weights.sum())))

@@ -1,0 +1,105 @@
+"""The table of ways to put convex pieces in place of a mesh. The only module that imports ``vhacdx`` and ``coacd``."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Final
+
+import numpy as np
+
+from cdcore.bounding.collider_shapes import box_collider, capsule_collider, sphere_collider
+from cdcore.bounding.hull import hull_collider
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray, IntArray
+from replay.cutting import sectors
+from replay.cutting.sectors import Ladder, round_axis, sector_ladder
+
+AUTO: Final = "auto"
+"""Name that stands for ``sectors`` of a round body, and for ``vhacd`` of another one."""
+
+COACD_SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
+"""Half of CoACD's usual search: 16 pieces of a beaker of 3,168 faces take 10 s, not 30 (2 cores, 2026-11)."""
+
+VHACD_VOXELS: Final = 100_000
+"""A quarter of V-HACD's usual resolution: 16 pieces of a beaker of 3,168 faces take 4 s, not 9 (2 cores, 2026-11)."""
+
+SEED: Final = 0
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to put convex pieces in place of a mesh.
+
+    Parameters
+    ----------
+    words : what it is called in a sentence.
+    seconds : that it usually takes for a mesh of 3,000 faces on one core; 0: no process of its own is worth it.
+    cut : a mesh and the most pieces -> all pieces it may come to; ``None``: the method cannot cut this mesh.
+    version : of what cuts: pieces that another version made are made again.
+    counts : whether it takes the most pieces; otherwise it always gives one.
+    ladder : whether one cut serves every number of pieces.
+    """
+
+    words: str
+    seconds: float
+    cut: Callable[[TriangleMesh, int], Ladder | None]
+    version: Callable[[], str]
+    counts: bool = True
+    ladder: bool = False
+
+
+def method_of(name: str, mesh: TriangleMesh) -> str:
+    """The row of the table for a mesh: that of the name, and of ``auto`` the quickest that can cut it."""
+    if name != AUTO:
+        return name
+    return "sectors" if mesh.is_closed and round_axis(mesh) is not None else "vhacd"
+
+
+def _single(make: Callable[[TriangleMesh], TriangleMesh]) -> Callable[[TriangleMesh, int], Ladder]:
+    """A cut that gives one solid."""
+    return lambda mesh, _most: _pieces([make(mesh).vertices])
+
+
+def _pieces(corners: list[FloatArray]) -> Ladder:
+    """Pieces of these corners, none of which joins another."""
+    ends: IntArray = np.cumsum([len(piece) for piece in corners])
+    return Ladder(np.concatenate(corners), ends, np.zeros((0, 2), dtype=np.int64))
+
+
+def _sectors(mesh: TriangleMesh, _most: int) -> Ladder | None:
+    return sector_ladder(mesh)
+
+
+def _vhacd(mesh: TriangleMesh, most: int) -> Ladder | None:
+    """Source: Mamou, V-HACD 4, what Godot and Unreal run. ``asyncACD`` off: with threads pieces change their order."""
+    from vhacdx import compute_vhacd
+
+    corners = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
+    counted = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
+    pieces = compute_vhacd(corners, counted, maxConvexHulls=most, resolution=VHACD_VOXELS, asyncACD=False)
+    return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
+
+
+def _coacd(mesh: TriangleMesh, most: int) -> Ladder | None:
+    """Source: CoACD (Wei, Liu, Ling, Su 2022)."""
+    import coacd
+
+    coacd.set_log_level("off")
+    pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), max_convex_hull=most, seed=SEED, **COACD_SEARCH)
+    return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
+
+
+def _own() -> str:
+    return sectors.VERSION
+
+
+METHODS: Final[dict[str, Method]] = {
+    "hull": Method("one hull", 0.0, _single(hull_collider), _own, counts=False),
+    "box": Method("one box", 0.0, _single(box_collider), _own, counts=False),
+    "sphere": Method("one sphere", 0.0, _single(sphere_collider), _own, counts=False),
+    "capsule": Method("one capsule", 0.0, _single(capsule_collider), _own, counts=False),
+    "sectors": Method("sectors by height and angle", 2.0, _sectors, _own, ladder=True),
+    "vhacd": Method("V-HACD", 4.0, _vhacd, lambda: version("vhacdx")),
+    "coacd": Method("CoACD", 12.0, _coacd, lambda: version("coacd")),
+}
+"""Name -> the method."""

@@ -1,0 +1,258 @@
+"""Convex pieces of a mesh, cut once on a machine: by a process of its own, and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from time import monotonic
+from typing import Final
+
+import numpy as np
+from platformdirs import user_cache_path
+
+from cdcore.bounding.hull import hull_collider, hull_of
+from cdcore.mesh import TriangleMesh
+from replay.cutting.convex_solids import within_triangles
+from replay.cutting.methods import METHODS, Method, method_of
+from replay.cutting.sectors import Ladder
+from replay.errors import CutError
+from replay.words import duration
+from sessions.temporary_folders import temporary_folder
+from sessions.whole_files import whole_file
+
+LONGEST_SECONDS: Final = 600.0
+"""That a method may take for one mesh where no other limit is given."""
+
+POLL_SECONDS: Final = 0.05
+"""How often a process that cuts is looked at."""
+
+WATCH_SECONDS: Final = 0.5
+"""How often somebody who waits for pieces is called."""
+
+USUAL_FACES: Final = 3000
+"""Of the mesh for which the seconds of a method are given."""
+
+MOST_FACES: Final = 150_000
+"""Of a mesh that is cut: beyond, every method takes minutes and gigabytes."""
+
+Watch = Callable[[], None]
+"""Called while pieces are cut; raises to end that."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """A mesh to be cut into at most so many convex pieces by a method of the table, or by ``auto``."""
+
+    mesh: TriangleMesh
+    method: str
+    most: int
+
+    @cached_property
+    def name(self) -> str:
+        """The row of the table that cuts it."""
+        if self.most == 1 and METHODS.get(self.method, METHODS["coacd"]).counts:
+            return "hull"
+        return method_of(self.method, self.mesh)
+
+    @property
+    def row(self) -> Method:
+        """The same, as the row."""
+        return METHODS[self.name]
+
+    @property
+    def key(self) -> str:
+        """The name under which its ladder is kept: what decides it, and nothing else."""
+        count = "all" if self.row.ladder else str(self.most)
+        return f"{self.mesh.content_hash[:32]}-{self.name}-{count}-{self.row.version()}"
+
+    @property
+    def seconds(self) -> float:
+        """About how long it takes; 0 where its pieces are kept or need no process of their own."""
+        if not self.row.seconds or ladder_file(self).is_file():
+            return 0.0
+        return self.row.seconds * max(0.3, len(self.mesh.faces) / USUAL_FACES)
+
+
+def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> tuple[TriangleMesh, ...]:
+    """At most so many convex solids that together stand for a mesh, always the same ones; of one, the hull.
+
+    Each has at most 255 triangles, as engines want it, so that corners of a mesh stick out by tenths of a millimetre. A
+    flat mesh, which has no inside, is its own piece. ``watch`` is called twice a second; what it raises ends the
+    cutting and is raised here. Raises ``CutError``: no pieces within ``limit`` seconds, or none at all.
+    """
+    hull = hull_collider(cut.mesh)
+    if hull is cut.mesh:
+        return (hull,)
+    missing = cut_ahead([cut], watch, limit)
+    if missing:
+        raise CutError(f"{missing[cut.key]}; take another method of cutting")
+    file = _pieces_file(cut)
+    with suppress(Exception):  # whatever a damaged file raises, it is made again
+        return _read_pieces(file)
+    corners = _ladder(cut).pieces(cut.most)
+    pieces = tuple(within_triangles(piece) for part in corners if (piece := hull_of(part)) is not None)
+    if not pieces:
+        raise CutError(f"{cut.row.words} gives no solid piece of this mesh; take another method")
+    if cut.row.seconds:
+        _write_pieces(file, pieces)
+    return pieces
+
+
+def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> dict[str, str]:
+    """Cut what is not kept, in as many processes as the machine has cores; key of a cut -> why it is not ready.
+
+    A process that is not done after ``limit`` seconds is killed, as all are where ``watch`` raises.
+    """
+    waiting = list({cut.key: cut for cut in cuts if cut.row.seconds and not _is_kept(cut)}.values())
+    missing: dict[str, str] = {}
+    running: dict[subprocess.Popen[bytes], Cut] = {}
+    began = called = monotonic()
+    if not waiting:
+        return missing
+    with temporary_folder() as folder, ExitStack() as leaving:
+        leaving.callback(_end, running)
+        while waiting or running:
+            if monotonic() - began >= limit:
+                missing |= {cut.key: _too_long(cut, limit) for cut in (*running.values(), *waiting)}
+                break
+            while waiting and len(running) < (os.cpu_count() or 1):
+                cut = waiting.pop(0)
+                running[_started(cut, folder)] = cut
+            with suppress(subprocess.TimeoutExpired):
+                next(iter(running)).wait(POLL_SECONDS)
+            for child in [child for child in running if child.poll() is not None]:
+                cut = running.pop(child)
+                if child.returncode == 0:
+                    _keep(cut, folder)
+                else:
+                    missing[cut.key] = f"{cut.row.words} cannot cut this mesh"
+            if watch is not None and monotonic() - called >= WATCH_SECONDS:
+                called = monotonic()
+                watch()
+    return missing
+
+
+def _too_long(cut: Cut, limit: float) -> str:
+    return f"{cut.row.words} did not cut this mesh within {duration(limit)}"
+
+
+def why_not_cut(mesh: TriangleMesh) -> str:
+    """Why a mesh keeps its hull, as the end of a sentence; ``""``: it can be cut."""
+    if hull_collider(mesh) is mesh:
+        return "it is flat and has no inside"
+    if not mesh.is_closed:
+        return "its surface has holes, so nobody knows its inside (replay mesh mends it)"
+    if len(mesh.faces) > MOST_FACES:
+        return f"it has {len(mesh.faces):,} faces, and at most {MOST_FACES:,} are cut in a reasonable time"
+    return ""
+
+
+def cache_folder() -> Path:
+    """Where this user's programs keep what they can compute again."""
+    return user_cache_path("vrlab-replay", appauthor=False, opinion=False)
+
+
+def ladder_file(cut: Cut) -> Path:
+    """Where the pieces of a cut are kept before the limits of engines are applied."""
+    return cache_folder() / f"cut-{cut.key}.npz"
+
+
+def _pieces_file(cut: Cut) -> Path:
+    return cache_folder() / f"pieces-{cut.most}-{cut.key}.npz"
+
+
+def _ladder(cut: Cut) -> Ladder:
+    """The pieces of a cut that is kept, or that needs no process of its own."""
+    if cut.row.seconds:
+        return _in_memory.get(cut.key) or _read_ladder(ladder_file(cut))
+    ladder = cut.row.cut(cut.mesh, cut.most)
+    assert ladder is not None  # every solid has a hull, a box, a sphere and a capsule
+    return ladder
+
+
+_in_memory: dict[str, Ladder] = {}
+"""Pieces that could not be kept: the cache folder cannot be written."""
+
+
+def _is_kept(cut: Cut) -> bool:
+    """Whether the pieces are kept; a damaged file is removed."""
+    file = ladder_file(cut)
+    if cut.key in _in_memory:
+        return True
+    try:
+        _read_ladder(file)
+    except FileNotFoundError:
+        return False
+    except Exception:  # whatever a damaged file raises, it is made again
+        with suppress(OSError):
+            file.unlink()
+        return False
+    return True
+
+
+def _keep(cut: Cut, folder: Path) -> None:
+    """Take what a process left into the cache folder: whole or not at all, another process may be reading."""
+    made = folder / f"{cut.key}.out.npz"
+    try:
+        with whole_file(ladder_file(cut), OSError, parents=True) as stream:
+            stream.write(made.read_bytes())
+    except OSError:
+        _in_memory[cut.key] = _read_ladder(made)
+
+
+def _read_ladder(file: Path) -> Ladder:
+    with np.load(file) as kept:
+        return Ladder(kept["corners"], kept["ends"], kept["joins"])
+
+
+def _read_pieces(file: Path) -> tuple[TriangleMesh, ...]:
+    with np.load(file) as kept:
+        corners, faces = (np.split(kept[name], kept[f"{name}_ends"][:-1]) for name in ("corners", "faces"))
+    return tuple(TriangleMesh(*piece) for piece in zip(corners, faces, strict=True))
+
+
+def _write_pieces(file: Path, pieces: Sequence[TriangleMesh]) -> None:
+    with suppress(OSError), whole_file(file, OSError, parents=True) as stream:
+        np.savez(
+            stream,
+            corners=np.concatenate([piece.vertices for piece in pieces]),
+            corners_ends=np.cumsum([len(piece.vertices) for piece in pieces]),
+            faces=np.concatenate([piece.faces for piece in pieces]),
+            faces_ends=np.cumsum([len(piece.faces) for piece in pieces]),
+        )
+
+
+def _started(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
+    """A process that cuts a mesh from a file and leaves its pieces in another one: libraries cannot be interrupted."""
+    given = folder / f"{cut.key}.npz"
+    np.savez(given, vertices=cut.mesh.vertices, faces=cut.mesh.faces)
+    words = [sys.executable, "-P", "-c", CHILD, str(given), cut.name, str(cut.most), str(folder / f"{cut.key}.out.npz")]
+    return subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def _end(running: dict[subprocess.Popen[bytes], Cut]) -> None:
+    """Kill the processes that still cut."""
+    for child in running:
+        child.kill()
+    for child in running:
+        child.wait()
+
+
+CHILD: Final = """
+import sys
+import numpy as np
+from cdcore.mesh import TriangleMesh
+from replay.cutting.methods import METHODS
+with np.load(sys.argv[1]) as mesh:
+    ladder = METHODS[sys.argv[2]].cut(TriangleMesh(mesh["vertices"], mesh["faces"]), int(sys.argv[3]))
+if ladder is None:
+    sys.exit(1)
+np.savez(sys.argv[4], corners=ladder.corners, ends=ladder.ends, joins=ladder.joins)
+"""
+"""What a process that cuts runs."""

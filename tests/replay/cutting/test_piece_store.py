@@ -1,0 +1,152 @@
+"""Convex pieces stand for a mesh: closed, few, always the same, kept where a user's programs keep what they made."""
+
+import time
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, revolved_mesh
+from trimesh.creation import icosphere
+
+from cdcore import Body, TriangleMesh
+from cdcore.bounding.hull import hull_of
+from cdcore.detectors.collider import CUT_METHODS, ColliderSettings
+from cdcore.narrow.containment.closed_parts import parity_is_inside
+from replay.cutting import piece_store
+from replay.cutting.compound import names_as_setting, with_pieces
+from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of
+from replay.cutting.methods import AUTO, METHODS
+from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
+from replay.detection.detector_spec import parse_detector
+from replay.errors import CutError, DetectorSpecError
+
+RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
+PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
+BEAKER = revolved_mesh(PROFILE, 12)
+FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+@pytest.fixture(autouse=True)
+def cache(monkeypatch, tmp_path):
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+    return tmp_path / "cache"
+
+
+def hashes(pieces):
+    return [piece.content_hash for piece in pieces]
+
+
+def test_the_methods_of_a_compound_are_the_rows_of_the_table():
+    assert set(CUT_METHODS) == {AUTO, *METHODS}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_pieces_of_each_method_are_closed_few_and_repeat(name, cache, monkeypatch):
+    first = convex_pieces(Cut(BEAKER, name, 8))
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: cache / "other")
+    assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, name, 8)))
+    assert 1 <= len(first) <= (8 if METHODS[name].counts else 1)
+    assert all(piece.is_closed and volume_of(piece) > 0 for piece in first)
+    assert max(len(piece.faces) for piece in first) <= MOST_TRIANGLES
+    assert union_of(first).is_closed and parity_is_inside(union_of(first))
+    if name in ("hull", "box", "sectors", "coacd"):
+        assert outside_by(BEAKER, first) < 5e-4
+
+
+@pytest.mark.parametrize("name", ["sectors", "vhacd", "coacd"])
+def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
+    filled = union_of(convex_pieces(Cut(BEAKER, name, 16)))
+    assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])
+
+
+def test_how_long_cutting_takes_is_known_before_it_begins():
+    cut = Cut(BEAKER, "sectors", 16)
+    assert cut.seconds > 0
+    convex_pieces(cut)
+    assert cut.seconds == Cut(BEAKER, "sectors", 4).seconds == 0 < Cut(BEAKER, "vhacd", 4).seconds
+    assert Cut(BEAKER, "hull", 1).seconds == 0
+
+
+def test_pieces_are_cut_once_and_a_damaged_file_is_made_again(cache, monkeypatch):
+    started = []
+    start = piece_store._started
+    monkeypatch.setattr(piece_store, "_started", lambda *given: (started.append(1), start(*given))[1])
+    first = convex_pieces(Cut(BEAKER, "sectors", 16))
+    assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) and len(started) == 1
+    kept = sorted(cache.iterdir())
+    for file in kept:
+        file.write_bytes(file.read_bytes()[:100])
+    assert hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) == hashes(first)
+    assert len(started) == 2 and sorted(cache.iterdir()) == kept
+
+
+def test_pieces_are_cut_where_nothing_can_be_kept(cache):
+    cache.write_text("a file where the folder should be", "utf-8")
+    assert len(convex_pieces(Cut(BEAKER, "sectors", 16))) == 16
+
+
+def test_open_surfaces_are_laid_beside_each_other():
+    pieces = convex_pieces(Cut(BEAKER, "sectors", 4))
+    half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
+    assert len(union_of((half, pieces[0])).faces) == len(half.faces) + len(pieces[0].faces)
+
+
+def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own():
+    (hull,) = convex_pieces(Cut(BEAKER, "coacd", 1))
+    assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
+    ball = icosphere(subdivisions=3)
+    (few,) = convex_pieces(Cut(TriangleMesh(ball.vertices, ball.faces), AUTO, 1))
+    assert len(few.faces) <= 255 and np.array_equal(np.ptp(few.vertices, axis=0), np.ptp(ball.vertices, axis=0))
+    assert convex_pieces(Cut(FLAT, "coacd", 16)) == (FLAT,) and union_of((FLAT,)) is FLAT
+
+
+def test_meshes_that_cannot_be_cut_say_why():
+    half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
+    many = icosphere(subdivisions=7)
+    assert why_not_cut(BEAKER) == ""
+    assert "flat" in why_not_cut(FLAT) and "holes" in why_not_cut(half)
+    assert "327,680 faces" in why_not_cut(TriangleMesh(many.vertices, many.faces))
+
+
+def test_a_method_that_cannot_cut_a_mesh_is_a_sentence():
+    with pytest.raises(CutError, match=r"^sectors by height and angle cannot cut this mesh; take another method"):
+        convex_pieces(Cut(box_mesh((0.1, 0.05, 0.2)), "sectors", 8))
+
+
+def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
+    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
+    calls = []
+
+    def watch():
+        calls.append(time.monotonic())
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        convex_pieces(Cut(BEAKER, "coacd", 16), watch)
+    assert len(calls) == 3 and time.monotonic() - began < 30
+
+
+def test_what_is_not_cut_in_time_is_named(monkeypatch):
+    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
+    assert cut_ahead(cuts, limit=0.2) == {
+        cut.key: f"{cut.row.words} did not cut this mesh within 200 ms" for cut in cuts
+    }
+    with pytest.raises(CutError, match=r"^CoACD did not cut this mesh within 200 ms; take another method of cutting$"):
+        convex_pieces(cuts[0], limit=0.2)
+
+
+@pytest.mark.parametrize("name", ["beaker", "a,b [c]", "x+y=z", "12", "none", "%41", "Wasser über"])
+def test_any_name_of_a_body_survives_a_setting(name):
+    bodies = [Body(name, BEAKER), Body("other", BEAKER)]
+    text = names_as_setting([name])
+    spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,bodies={text}]")
+    made = with_pieces(bodies, ColliderSettings(**spec.settings))
+    assert [len(body.colliders.parts) > 1 for body in made] == [True, False]
+
+
+def test_a_body_that_is_not_there_cannot_be_cut():
+    with pytest.raises(DetectorSpecError, match="no body cup to cut into convex pieces; there are: beaker"):
+        with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", bodies="cup"))
