@@ -1,6 +1,6 @@
 """Geometry of misses: faces, curve, point and normal, computed only in frames with a miss."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, TypeVar
 
@@ -46,13 +46,12 @@ def measure_misses(
     misses : to be measured.
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
-    places = dict.fromkeys(_place(miss) for miss in misses)
+    by_place: dict[Place, Fault] = {(miss.pair, miss.first, miss.last): miss for miss in misses}
     most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // len(misses)))
-    frames = {(pair, first, last): spread_frames(first, last, most) for pair, first, last in places}
+    frames = {place: spread_frames(place[1], place[2], most) for place in by_place}
     middles = [body.mesh.referenced_vertices for body in assembly.bodies]
     middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
     touches = TOUCHES_IN_ALL if between else 0
-    measured: dict[Place, Evidence] = {}
     for group in grouped(frames, lambda place: len(frames[place]), LOOKS_AT_ONCE):
         if isinstance(faces, Detection):
             queried, detection = np.arange(len(assembly.motion)), faces
@@ -60,62 +59,68 @@ def measure_misses(
             queried = np.unique(np.concatenate([frames[place] for place in group]))
             detection = faces(assembly.motion.take(queried))
         for place in group:
-            pair, first, _ = place
-            rows = zip(np.searchsorted(queried, frames[place]).tolist(), frames[place].tolist(), strict=True)
-            samples = [_evidence(assembly, detection, row, middles, pair, frame) for row, frame in rows]
-            best = max(samples, key=lambda sample: (sample.metres, sample.face_pairs, -sample.frame))
-            if touches and not best.face_pairs:
+            rows = np.searchsorted(queried, frames[place])
+            sampled = dict(zip(rows.tolist(), frames[place].tolist(), strict=True))
+            best = _longest_curve(assembly, detection, middles, by_place[place], sampled)
+            if touches and not best.evidence.face_pairs:
                 touches -= 1
-                best = _before(assembly, pair, first) or best
-            in_detection = isinstance(faces, Detection) and best.touch is None
-            measured[place] = replace(best, faces=None) if in_detection else best
-    return tuple(replace(miss, evidence=measured[_place(miss)]) for miss in misses)
-
-
-def _place(miss: Fault) -> Place:
-    return miss.pair, miss.first, miss.last
-
-
-def _before(assembly: Assembly, pair: int, first: int) -> Evidence | None:
-    """Where a pair first touches on the way to a frame, if that is known."""
-    touch = first_touch(assembly, pair, first - 1)
-    if touch is None:
-        return None
-    return Evidence(
-        frame=first,
-        point=touch.point,
-        metres=0.0,
-        normal=touch.normal,
-        face_pairs=1,
-        touch=touch,
-        faces=np.array([touch.faces], dtype=np.int64),
+                best = _before(assembly, best)
+            elif isinstance(faces, Detection):
+                best = replace(best, evidence=replace(best.evidence, faces=None))
+            by_place[place] = best
+    measured = (by_place[miss.pair, miss.first, miss.last] for miss in misses)
+    return tuple(
+        replace(miss, frame=same.frame, point=same.point, metres=same.metres, evidence=same.evidence)
+        for miss, same in zip(misses, measured, strict=True)
     )
 
 
-def _evidence(
-    assembly: Assembly, detection: Detection, row: int, middles: Sequence[FloatArray], pair: int, frame: int
-) -> Evidence:
-    """How the surfaces of a pair meet in a frame, which is a ``row`` of the detection; ``middles`` of all bodies."""
-    motion, faces = assembly.motion, detection.faces(row, pair)
-    segments = detection.section(row, pair) if len(faces) else np.zeros((0, 2, 3))
-    edges = segments[:, 1] - segments[:, 0]
-    length = np.sqrt((edges * edges).sum(axis=-1))
-    a, b = (
+def _before(assembly: Assembly, miss: Fault) -> Fault:
+    """Return a miss with the first touch on the way to its first frame, if that is known."""
+    touch = first_touch(assembly, miss.pair, miss.first - 1)
+    if touch is None:
+        return miss
+    faces = np.array([touch.faces], dtype=np.int64)
+    evidence = Evidence(normal=touch.normal, face_pairs=1, touch=touch, faces=faces)
+    return replace(miss, frame=miss.first, point=touch.point, metres=0.0, evidence=evidence)
+
+
+def _longest_curve(
+    assembly: Assembly, detection: Detection, middles: Sequence[FloatArray], miss: Fault, sampled: Mapping[int, int]
+) -> Fault:
+    """Return a miss measured in the frame with the longest curve.
+
+    ``middles`` (3,) of every body, in its own frame; ``sampled``: row of the detection -> frame of the motion.
+    """
+    best = miss
+    longest = (-1.0, 0)
+    for row, frame in sampled.items():
+        faces = detection.faces(row, miss.pair)
+        segments = detection.section(row, miss.pair) if len(faces) else np.zeros((0, 2, 3))
+        edges = segments[:, 1] - segments[:, 0]
+        lengths = np.sqrt((edges * edges).sum(axis=-1))
+        size = (float(lengths.sum()), len(faces))
+        # Of equals the first frame.
+        if size <= longest:
+            continue
+        longest = size
+        a, b = _middles_at(assembly, middles, miss.pair, frame)
+        toward = direction(b - a)
+        point, normal = (a + b) / 2, toward
+        if len(segments):
+            point, normal = _point(segments, lengths), _normal(segments, toward)
+        evidence = Evidence(normal=vector_of(normal), face_pairs=len(faces), faces=np.array(faces, np.int64))
+        best = replace(miss, frame=frame, point=vector_of(point), metres=size[0], evidence=evidence)
+    return best
+
+
+def _middles_at(assembly: Assembly, middles: Sequence[FloatArray], pair: int, frame: int) -> list[FloatArray]:
+    """Return the middles (3,) of the two bodies of a pair in a frame, world metres."""
+    motion = assembly.motion
+    return [
         motion.rotations[frame, body] @ middles[body] + motion.translations[frame, body]
         for body in assembly.pairs[pair].tolist()
-    )
-    toward = direction(b - a)
-    point, normal = (a + b) / 2, toward
-    if len(segments):
-        point, normal = _point(segments, length), _normal(segments, toward)
-    return Evidence(
-        frame=frame,
-        point=vector_of(point),
-        metres=float(length.sum()),
-        normal=vector_of(normal),
-        face_pairs=len(faces),
-        faces=np.array(faces, np.int64),
-    )
+    ]
 
 
 def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:

@@ -136,8 +136,9 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             last=last,
             start=float(times[first]),
             end=float(ends[last]),
-            evidence=_widest(meshes if number - 1 in measured else None, assembly, pair, frames),
+            frame=frames[0],
         )
+        fault = _measured(fault, assembly, meshes if number - 1 in measured else None, frames)
         faults.append(_explained(fault, by, shapes, hulls))
     return tuple(faults)
 
@@ -156,15 +157,15 @@ def _side_is_known(oracle: Detection, pair: int) -> bool:
     return not words.startswith(REFUSED)
 
 
-def _widest(meshes: "MeshStage | None", assembly: Assembly, pair: int, frames: Sequence[int]) -> Evidence:
-    """Return the largest gap, its frame, its middle and its ends."""
+def _measured(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", frames: Sequence[int]) -> Fault:
+    """Return a false contact with its largest gap, the frame of it, its middle and its ends."""
     if meshes is None:
-        origins = assembly.motion.translations[frames[0], assembly.pairs[pair]]
-        return Evidence(frame=frames[0], point=vector_of(origins.mean(axis=0)), metres=float("nan"))
-    gaps = [(meshes.gap(assembly.motion, frame, pair), frame) for frame in frames]
+        origins = assembly.motion.translations[frames[0], assembly.pairs[fault.pair]]
+        return replace(fault, point=vector_of(origins.mean(axis=0)))
+    gaps = [(meshes.gap(assembly.motion, frame, fault.pair), frame) for frame in frames]
     (gap, ends), frame = max(gaps, key=lambda measured: measured[0][0])
-    nearest = vector_of(ends[0]), vector_of(ends[1])
-    return Evidence(frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, nearest=nearest)
+    evidence = Evidence(nearest=(vector_of(ends[0]), vector_of(ends[1])))
+    return replace(fault, frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, evidence=evidence)
 
 
 def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import nan
+from operator import attrgetter
 from typing import Final
 
 from cdcore.numerics import IntArray
@@ -32,9 +34,14 @@ class FaultKind(StrEnum):
     JOINS_TWO = "joins two contacts"
 
     @property
+    def is_miss(self) -> bool:
+        """Whether a contact was missed, late or cut short."""
+        return self in MISS_KINDS
+
+    @property
     def category(self) -> FaultCategory:
         """Whether a contact was missed or a false one reported."""
-        return FaultCategory.MISS if self in MISS_KINDS else FaultCategory.FALSE_CONTACT
+        return FaultCategory.MISS if self.is_miss else FaultCategory.FALSE_CONTACT
 
 
 MISS_KINDS: Final = (FaultKind.NEVER_FOUND, FaultKind.FOUND_LATE, FaultKind.LOST_EARLY, FaultKind.INTERRUPTED)
@@ -97,25 +104,19 @@ MISS_CAUSES: Final = tuple(cause for cause in Cause if cause not in FALSE_CAUSES
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """The measurement of a fault at the moment to look at.
+    """Geometry at the moment to look at a fault.
 
     Parameters
     ----------
-    frame : of a miss the frame with the longest intersection curve, of a false contact that with the widest gap.
-    point : world metres; on the curve of a miss, in the middle of the gap of a false contact.
-    metres : length of the curve, or width of the gap; nan: not measured.
     normal : unit vector from the first body to the second across the curve of a miss.
     face_pairs : face pairs that meet there.
-    touch : first touch on the way to the first frame, where no frame shows the contact of a miss; ``point`` and
-        ``normal`` are then taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
+    touch : first touch on the way to the first frame, where no frame shows the contact of a miss; the point and the
+        normal are then taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
     faces : (k, 2) face pairs that meet, or the pair that touches first, where no detection lists them.
     nearest : nearest points of both surfaces of a false contact.
     hollow : name of the body whose convex hull fills a hollow, where that is the cause.
     """
 
-    frame: int
-    point: Vector
-    metres: float
     normal: Vector = (0.0, 1.0, 0.0)
     face_pairs: int = 0
     touch: FirstTouch | None = None
@@ -136,7 +137,10 @@ class Fault:
     kind : position within the contact or the report.
     first, last : first and last frame, both included.
     start, end : seconds at which the first frame begins and the last one is over.
-    evidence : measurement at the moment to look at.
+    frame : of a miss the frame with the longest intersection curve, of a false contact that with the widest gap.
+    point : world metres; on the curve of a miss, in the middle of the gap of a false contact.
+    metres : length of the curve, or width of the gap; nan: not measured.
+    evidence : geometry there.
     contact : number of the missed contact of the reference, from 1; 0 for a false contact.
     cause : stage that made the fault.
     agreeing : examined frames that have this cause, and all examined frames.
@@ -152,36 +156,19 @@ class Fault:
     last: int
     start: float
     end: float
-    evidence: Evidence
+    frame: int
+    point: Vector = (0.0, 0.0, 0.0)
+    metres: float = nan
+    evidence: Evidence = Evidence()
     contact: int = 0
     cause: Cause = Cause.NOT_EXAMINED
     agreeing: tuple[int, int] = (0, 0)
     why: str = ""
 
     @property
-    def category(self) -> FaultCategory:
-        """Whether a contact was missed or a false one reported."""
-        return self.kind.category
-
-    @property
-    def is_miss(self) -> bool:
-        """Whether a contact was missed, late or cut short."""
-        return self.category is FaultCategory.MISS
-
-    @property
     def frames(self) -> int:
         """Number of its frames."""
         return self.last - self.first + 1
-
-    @property
-    def frame(self) -> int:
-        """Frame of the measurement."""
-        return self.evidence.frame
-
-    @property
-    def metres(self) -> float:
-        """Length of the curve of a miss, width of the gap of a false contact; nan: not measured."""
-        return self.evidence.metres
 
     @property
     def moment(self) -> tuple[int, int]:
@@ -197,5 +184,5 @@ class Fault:
 
 
 def longest_curve_first(misses: Iterable[Fault]) -> list[Fault]:
-    """Misses with the longest intersection curve first; those that no frame shows come last, in order of time."""
-    return sorted(misses, key=lambda miss: (-miss.metres, miss.number))
+    """Misses with the longest intersection curve first; those of equal length in order of time."""
+    return sorted(sorted(misses, key=attrgetter("number")), key=attrgetter("metres"), reverse=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.numerics import ByteArray, FloatArray
 from replay.comparison.episodes import column_runs
-from replay.comparison.fault import Evidence, Fault, FaultKind
+from replay.comparison.fault import Fault, FaultKind
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.prepare.frame_times import frame_ends
 
@@ -47,7 +47,7 @@ def missed_faults(
                 last=last,
                 start=float(times[first]),
                 end=float(ends[last]),
-                evidence=Evidence(frame=first, point=(0.0, 0.0, 0.0), metres=float("nan")),
+                frame=first,
                 contact=index + 1,
             )
         )

@@ -99,7 +99,7 @@ def _main_cause(faults: Sequence[Fault]) -> Cause | None:
 def _moment(result: RunResult, fault: Fault) -> KeyMoment:
     frame, later_ns = fault.moment
     return KeyMoment(
-        kind=fault.category.value,
+        kind=fault.kind.category.value,
         number=fault.number,
         frame=frame,
         later_ns=later_ns,
@@ -132,7 +132,7 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
             return _measured(sentence_of(words), label, summary)
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
-    command = f"replay shrink {RUN} --{fault.category} {fault.number} --detector {detector}"
+    command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
     return Fix("Not known. A small test of this fault is made by", False, command)
 
 

@@ -136,7 +136,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     ends = assembly.pairs[fault.pair].tolist()
     none = np.zeros(0, dtype=np.int64)
     faces, solids = [none, none], list[TriangleMesh | None]([None, None])
-    if fault.is_miss:
+    if fault.kind.is_miss:
         assembly, row = standing(assembly, fault)
         reference = result.detections[result.oracle]
         met = fault.evidence.faces if reference.face_sets is None else reference.faces(fault.frame, fault.pair)
@@ -156,7 +156,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     hollow = fault.evidence.hollow
     two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
     gap = None if fault.evidence.nearest is None else np.array(fault.evidence.nearest)
-    return Sight(two[0], two[1], np.asarray(fault.evidence.point), gap)
+    return Sight(two[0], two[1], np.asarray(fault.point), gap)
 
 
 def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
@@ -177,8 +177,8 @@ def _volume(mesh: TriangleMesh) -> float:
 
 def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
     """From where to look."""
-    user = towards_user(result.assembly, result.session.scene, fault.frame, fault.evidence.point)
-    if fault.is_miss:
+    user = towards_user(result.assembly, result.session.scene, fault.frame, fault.point)
+    if fault.kind.is_miss:
         return across(np.asarray(fault.evidence.normal), user)
     return across(np.zeros(3) if sight.gap is None else sight.gap[1] - sight.gap[0], user)
 

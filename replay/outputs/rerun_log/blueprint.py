@@ -16,11 +16,11 @@ from cdcore.bounding.bounding_sphere import Sphere
 from replay.outputs.camera import Eye
 from replay.outputs.palette import BACKGROUND, tags_of
 from replay.outputs.rerun_log import timing
-from replay.outputs.rerun_log.close_up import EYE, PINS, SPACE, CloseUp
+from replay.outputs.rerun_log.close_up import EYE, PINS, SPACE
 from replay.outputs.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
 from replay.outputs.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
-from replay.outputs.rerun_log.moments import LISTS, Moment, list_path
+from replay.outputs.rerun_log.moments import LISTS, Moments, Time, list_path
 from replay.outputs.rerun_log.pipeline_view import ALL, BOXES, SearchRun, pipeline_path, search_title
 from replay.outputs.rerun_log.recording_file import SESSION, drawable, entity
 from replay.outputs.rerun_log.scene import body_path
@@ -60,7 +60,8 @@ class Picture:
     answer_eye: Eye  # of the room
     effects_eye: Eye
     balls: Sequence[Sphere]  # around each body of the assembly
-    views: Mapping[Moment, CloseUp]  # all moments in order of time, and how each is shown
+    moments: Moments  # in order of time
+    eyes: Mapping[Time, Eye]  # of the close-up of each moment
     order: Sequence[str]  # compared detectors, the worst first
     lanes: Sequence[str]  # lanes of the reference and of the worst detectors
     searches: Sequence[SearchRun]  # detectors that are shown at their work
@@ -115,10 +116,14 @@ def _answer(picture: Picture) -> Any:
     """What is wrong, the worst moment, where it is; when, and all other moments."""
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
     room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
-    moments = _list([f"{LISTS}/**"] if picture.views else [], "Moments: click a time")
+    moments = _list([f"{LISTS}/**"] if picture.moments else [], "Moments: click a time")
     high = _height(max(3, len(lanes)))
+    close_up = _close_up(picture, bool(picture.moments))
     return _column(
-        (_row((_text(ANSWER, "The answer"), 0.43), (_close_up(picture, picture.views), 0.33), (room, 0.24)), 1 - high),
+        (
+            _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
+            1 - high,
+        ),
         (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), high),
         name="Answer",
     )
@@ -201,21 +206,21 @@ def _details(picture: Picture, label: str) -> Any:
     if label in result.comparisons:
         there = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         title = f"Pair by pair    {lane_legend(there, label)}"
-    moments = [moment for moment in picture.views if moment.label == label]
-    listed = _list([list_path(label)] if moments else [], f"All moments of {label}: click a time")
+    faulty = bool(result.misses.get(label) or result.false.get(label))
+    listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
     text = _text(details_path(label), "Settings, and what each stage takes")
     stages = _plot(picture.whole, timing.stages_path(label), STAGES)
     counters = _plot(picture.whole, entity("counters", label), "Work per frame")
     return _column(
-        (_row((text, 0.3), (_close_up(picture, moments), 0.36), (listed, 0.34)), 0.6),
+        (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
         (_row((_states(picture, title, [*pair_lanes(result, label)]), 0.6),
               (rrb.Tabs(stages, counters, active_tab=0), 0.4)), 0.4),
         name=label,
     )  # fmt: skip
 
 
-def _close_up(picture: Picture, moments: Iterable[Moment]) -> Any:
-    return _spatial("Close-up: the nearest moment", picture.room(PINS), EYE) if [*moments] else None
+def _close_up(picture: Picture, has_moments: bool) -> Any:
+    return _spatial("Close-up: the nearest moment", picture.room(PINS), EYE) if has_moments else None
 
 
 def _height(lanes: int) -> float:

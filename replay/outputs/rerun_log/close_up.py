@@ -8,7 +8,7 @@ moment; the view tracks it, so wherever the cursor goes it stands before the nea
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -18,10 +18,11 @@ from cdcore import TriangleMesh
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.numerics import FloatArray
 from replay.comparison.fault import Fault
+from replay.comparison.outcome import Episode
 from replay.outputs.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of
-from replay.outputs.rerun_log.moments import COLOURS, MISS, Moment, nearest_moments
+from replay.outputs.rerun_log.moments import COLOURS, Moments, Time, nearest_moments, point_of
 from replay.outputs.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
@@ -73,101 +74,112 @@ GAP: Final[Rgba] = (120, 235, 170, 255)
 """The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
 
 
-@dataclass(frozen=True, eq=False)
-class CloseUp:
-    """How one moment is shown. Bodies are columns of the assembly."""
-
-    eye: Eye
-    ends: FloatArray | None = None  # (2, 3) nearest points of both bodies, world metres; ``None`` where not measured
-    free: int | None = None  # the body that touches nothing, inside the solid of another
-    caged: Sequence[int] = ()  # bodies whose solids are drawn
-    hiding: Sequence[int] = ()  # other bodies that may stand between the eye and what it looks at
-
-
-def close_ups(result: RunResult, moments: Sequence[Moment], balls: Sequence[Sphere]) -> dict[Moment, CloseUp]:
-    """How each moment is shown: before the contact that was missed, or so far off that a false one is seen whole.
+def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) -> dict[Time, Eye]:
+    """Return the eye of each moment: before the missed contact, or so far off that a false contact is seen whole.
 
     ``balls``: around each body of the assembly.
     """
-    assembly, views = result.assembly, dict[Moment, CloseUp]()
-    with_solids = detectors_with_solids(result)
-    for moment in moments:
-        user = towards_user(assembly, result.session.scene, moment.frame, moment.point)
-        if isinstance(moment.stretch, Fault) and moment.stretch.is_miss:
-            away = CLOSE_UP * across(np.asarray(moment.stretch.evidence.normal), user)
-            view = CloseUp(eye_before(np.asarray(moment.point), away))
+    scene, eyes = result.session.scene, dict[Time, Eye]()
+    for time, moment in moments.items():
+        point = point_of(result, time, moment)
+        user = towards_user(result.assembly, scene, time[0], point)
+        if isinstance(moment, Fault) and moment.kind.is_miss:
+            eyes[time] = eye_before(np.asarray(point), CLOSE_UP * across(np.asarray(moment.evidence.normal), user))
         else:
-            view = _whole_body(result, moment, user, balls, solid=moment.label in with_solids)
-        views[moment] = replace(view, hiding=_hiding(result, moment, view.eye, balls))
-    return views
+            eyes[time] = _whole_body_eye(result, time, moment, user, balls)
+    return eyes
 
 
-def _hiding(result: RunResult, moment: Moment, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
-    """Bodies beside the pair whose ball reaches between an eye and what it looks at."""
+def _whole_body_eye(
+    result: RunResult, time: Time, moment: Fault | Episode, user: FloatArray, balls: Sequence[Sphere]
+) -> Eye:
+    """Return an eye so far off that a ball around the solid, or around the smaller body, is seen whole."""
+    assembly, caged = result.assembly, caged_bodies(result, moment, balls)
+    body = min(caged or assembly.pairs[moment.pair].tolist(), key=lambda body: balls[body].radius)
+    target = np.asarray(point_of(result, time, moment))
+    if caged:
+        target = placed(assembly.motion, time[0], body, balls[body].centre[None])[0]
+    ends = moment.evidence.nearest if isinstance(moment, Fault) else None
+    gap = np.zeros(3) if ends is None else np.subtract(ends[1], ends[0])
+    distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
+    return eye_before(target, distance * across(gap, user))
+
+
+def caged_bodies(result: RunResult, moment: Fault | Episode, balls: Sequence[Sphere]) -> list[int]:
+    """Return the bodies whose solids are drawn around a false contact, by column of the assembly.
+
+    The body that reaches into the hull of the other has no hull drawn around it.
+    """
+    if not isinstance(moment, Fault) or moment.kind.is_miss or moment.detector not in detectors_with_solids(result):
+        return []
+    names, pair = result.assembly.names, result.assembly.pairs[moment.pair].tolist()
+    hollow = [body for body in pair if names[body] == moment.evidence.hollow]
+    return [body for body in hollow or pair if balls[body].radius <= ROOM]
+
+
+def free_body(result: RunResult, moment: Fault | Episode) -> int | None:
+    """Return the body that touches nothing, inside the hull of another, by column of the assembly."""
+    if not isinstance(moment, Fault) or not moment.evidence.hollow:
+        return None
+    if moment.detector not in detectors_with_solids(result):
+        return None
+    names, pair = result.assembly.names, result.assembly.pairs[moment.pair].tolist()
+    return next(body for body in pair if names[body] != moment.evidence.hollow)
+
+
+def hiding_bodies(result: RunResult, frame: int, pair: int, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
+    """Return the bodies beside a pair whose ball reaches between an eye and what it looks at in a frame."""
     assembly, hiding = result.assembly, []
     target, away = np.asarray(eye.target), np.subtract(eye.position, eye.target)
     small = {body for body, ball in enumerate(balls) if ball.radius <= ROOM}
-    for body in small - {*assembly.pairs[moment.pair].tolist()}:
-        centre = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
-        share = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
-        if np.linalg.norm(centre - target - share * away) <= balls[body].radius:
+    for body in small - {*assembly.pairs[pair].tolist()}:
+        centre = placed(assembly.motion, frame, body, balls[body].centre[None])[0]
+        fraction = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
+        if np.linalg.norm(centre - target - fraction * away) <= balls[body].radius:
             hiding.append(body)
     return hiding
 
 
-def _whole_body(
-    result: RunResult, moment: Moment, user: FloatArray, balls: Sequence[Sphere], *, solid: bool
-) -> CloseUp:
-    """Seen from so far off that a ball around the solid, or around the smaller body, is seen whole."""
-    assembly, false = result.assembly, moment.stretch
-    pair = assembly.pairs[moment.pair].tolist()
-    ends, free, caged, target = None, None, list[int](), np.asarray(moment.point)
-    if isinstance(false, Fault):
-        ends = None if false.evidence.nearest is None else np.array(false.evidence.nearest)
-        if solid:
-            # The body that lies in the hull of the other has no hull drawn around it.
-            hollow = [body for body in pair if assembly.names[body] == false.evidence.hollow]
-            free = next((body for body in pair if hollow and body not in hollow), None)
-            caged = [body for body in hollow or pair if balls[body].radius <= ROOM]
-    body = min(caged or pair, key=lambda body: balls[body].radius)
-    if caged:
-        target = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
-    gap = np.zeros(3) if ends is None else ends[1] - ends[0]
-    distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
-    return CloseUp(eye_before(target, distance * across(gap, user)), ends, free, caged)
-
-
-def log_close_ups(writer: RecordingWriter, result: RunResult, views: Mapping[Moment, CloseUp]) -> None:
-    """Send the eye, what each close-up says and measures, and the dots of the room; ``views``: in order of time."""
-    log_eyes(writer, EYE, nearest_moments([*views]), {moment: view.eye for moment, view in views.items()})
+def log_close_ups(
+    writer: RecordingWriter, result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]
+) -> None:
+    """Send the eye, what each close-up says and measures, and the dots of the room."""
+    log_eyes(writer, EYE, nearest_moments(moments), eyes)
     # Each fault while it lasts; nothing at other times.
-    faults = [moment for moment in views if moment.label]
-    steps = steps_of(faults, len(writer.clock.ns), None)
-    log_marks(writer, SPACE, steps, {moment: _marks(result, moment, views[moment]) for moment in faults})
+    faults = {time: fault for time, fault in moments.items() if isinstance(fault, Fault)}
+    segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
+    steps = steps_of(segments, len(writer.clock.ns), None)
+    log_marks(writer, SPACE, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
     for label in detectors_with_solids(result):
-        _log_cages(writer, result, label, views, steps)
-    dots = np.array([moment.point for moment in faults], dtype=np.float32).reshape(-1, 3)
-    colours = packed(COLOURS[moment.kind] for moment in faults)
+        cages = {
+            time: caged_bodies(result, fault, balls)
+            for time, fault in sorted(faults.items(), key=lambda item: -item[1].frames)
+            if fault.detector == label
+        }
+        _log_cages(writer, result, label, cages, steps)
+    dots = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
+    colours = packed(COLOURS[fault.kind.category] for fault in faults.values())
     writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
-def _marks(result: RunResult, moment: Moment, view: CloseUp) -> list[Mark]:
-    """What is said in a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
-    about = np.asarray(moment.point)
-    if moment.kind == MISS:
-        return words_beside(view.eye, about, f"{moment.label} misses this contact", MISSED, 0.0, 0.36)
-    if view.ends is None:
-        return words_beside(view.eye, about, f"{moment.label}: false contact", INVENTED, 0.0, 0.36)
-    names, apart = result.assembly.names, length(moment.size)
-    words = f"{' and '.join(names[body] for body in result.assembly.pairs[moment.pair])}: {apart} apart"
-    if view.free is not None:
-        words = f"{names[view.free]} touches nothing: {apart}"
+def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
+    """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
+    about = np.asarray(fault.point)
+    if fault.kind.is_miss:
+        return words_beside(eye, about, f"{fault.detector} misses this contact", MISSED, 0.0, 0.36)
+    if fault.evidence.nearest is None:
+        return words_beside(eye, about, f"{fault.detector}: false contact", INVENTED, 0.0, 0.36)
+    gap, free = length(fault.metres), free_body(result, fault)
+    text = f"{' and '.join(fault.bodies)}: {gap} apart"
+    if free is not None:
+        text = f"{result.assembly.names[free]} touches nothing: {gap}"
     # From point to point, and a bar across at both ends.
-    bar = np.cross(view.ends[1] - view.ends[0], look_rotation(view.eye)[:, 2])
+    ends = np.array(fault.evidence.nearest)
+    bar = np.cross(ends[1] - ends[0], look_rotation(eye)[:, 2])
     bar *= HALF_BAR / max(float(np.linalg.norm(bar)), 1e-9)
-    lines = [view.ends, *(np.stack([end - bar, end + bar]) for end in view.ends)]
-    measure = [Mark(in_front(view.eye, line), GAP, 1.6) for line in lines]
-    return [*words_beside(view.eye, view.ends.mean(axis=0), words, GAP, 0.22, -0.36), *measure]
+    lines = [ends, *(np.stack([end - bar, end + bar]) for end in ends)]
+    measure = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
+    return [*words_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
 
 
 def detectors_with_solids(result: RunResult) -> list[str]:
@@ -178,20 +190,23 @@ def detectors_with_solids(result: RunResult) -> list[str]:
 
 
 def _log_cages(
-    writer: RecordingWriter, result: RunResult, label: str, views: Mapping[Moment, CloseUp], steps: Steps
+    writer: RecordingWriter, result: RunResult, label: str, cages: Mapping[Time, Sequence[int]], steps: Steps
 ) -> None:
-    """Send the edges of the solids of one detector in yellow, below their body, each while a false contact lasts."""
+    """Send the edges of the solids of one detector in yellow, below their body, each while a false contact lasts.
+
+    ``cages``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
+    """
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     names, left = result.assembly.names, DRAWN_EDGES
     edges: dict[int, FloatArray] = {}
-    drawn: dict[int, dict[Moment, Any]] = {}
-    for moment in sorted(views, key=lambda moment: moment.first - moment.last):
-        for body in views[moment].caged if moment.label == label else ():
+    drawn: dict[int, dict[Time, Any]] = {}
+    for time, bodies in cages.items():
+        for body in bodies:
             if body not in edges:
                 edges[body] = np.concatenate([sharp_edges(part) for part in detector.parts[names[body]]])
             left -= len(edges[body])
             if left >= 0:
-                drawn.setdefault(body, {})[moment] = edges[body]
+                drawn.setdefault(body, {})[time] = edges[body]
     for body, strips in drawn.items():
         # Wires ignore alpha: a row without lines hides them.
         path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
@@ -209,17 +224,19 @@ def sharp_edges(mesh: TriangleMesh) -> FloatArray:
     return edges[bends(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
 
 
-def close_up_colours(result: RunResult, views: Mapping[Moment, CloseUp]) -> Colours:
+def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]) -> Colours:
     """White for a body that touches nothing, while it is said to; translucent what stands before a moment."""
     colours: dict[str, list[tuple[int, int, Rgba]]] = {}
-    touched = {body for view in views.values() for body in (view.free, *view.hiding) if body is not None}
-    for body in touched:
+    free = {time: free_body(result, moment) for time, moment in moments.items()}
+    hiding = {time: hiding_bodies(result, time[0], moment.pair, eyes[time], balls) for time, moment in moments.items()}
+    touched = {body for body in free.values() if body is not None}
+    for body in touched.union(*hiding.values()):
         name = result.assembly.names[body]
         tags = tags_of(name, result.session.scene)
         rows = colours.setdefault(name, [])
-        for frame, later, moment in nearest_moments([*views]):
-            colour = see_through(tags) if body in views[moment].hiding else albedo(tags)
-            rows.append((frame, later, FREE if body == views[moment].free else colour))
+        for frame, later, time in nearest_moments(moments):
+            colour = see_through(tags) if body in hiding[time] else albedo(tags)
+            rows.append((frame, later, FREE if body == free[time] else colour))
     return colours
 
 

@@ -15,7 +15,7 @@ from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
 from replay.outputs.palette import SERIES, WHITE
 from replay.outputs.rerun_log.lanes import in_series, lane_name, log_lane
-from replay.outputs.rerun_log.moments import MomentPlace, log_moment_table
+from replay.outputs.rerun_log.moments import Bookmark, log_bookmarks
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.scene import body_path
 
@@ -82,7 +82,7 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
     writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((event.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
-        log_moment_table(writer, [MomentPlace("", "event", len(events), ns, leads=True)])
+        log_bookmarks(writer, [Bookmark("", "event", len(events), ns, leads=True)])
 
 
 def _series_path(kind: str, name: str) -> str:

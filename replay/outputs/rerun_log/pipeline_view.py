@@ -158,7 +158,7 @@ def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]
     for miss in longest_curve_first(result.misses[label]):
         looked = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
         if len(looked):
-            yield Search(miss.frame, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.evidence.point)
+            yield Search(miss.frame, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.point)
 
 
 def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
@@ -189,7 +189,9 @@ def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, bal
     _log_counts(writer, run)
     if not run.searches:
         return
-    root, steps = pipeline_path(run.label), steps_of(run.searches, len(run.motion), run.worked)
+    root = pipeline_path(run.label)
+    segments = {search: ((search.frame, search.later), search.first, search.last) for search in run.searches}
+    steps = steps_of(segments, len(run.motion), run.worked)
     for body, ball in enumerate(balls):
         _log_body(writer, run, result, steps, body, ball)
     eyes = {search: _search_eye(run, result, search, balls) for search in run.searches}

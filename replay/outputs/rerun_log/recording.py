@@ -11,15 +11,14 @@ from uuid import uuid4
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere, sphere_best
-from replay.comparison.fault import Fault
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
 from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.rerun_log import documents, lanes
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
-from replay.outputs.rerun_log.close_up import ROOM, close_up_colours, close_ups, log_close_ups
+from replay.outputs.rerun_log.close_up import ROOM, close_up_colours, close_up_eyes, log_close_ups
 from replay.outputs.rerun_log.effects import log_effects, log_happened
-from replay.outputs.rerun_log.moments import key_moments, log_moment_lists, log_moment_table, moment_places
+from replay.outputs.rerun_log.moments import bookmarks, key_moments, log_bookmarks, log_moment_lists, point_of
 from replay.outputs.rerun_log.pipeline_view import log_pipeline, search_runs
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
 from replay.outputs.rerun_log.scene import log_contacts, log_missed_faces, log_touches, log_world
@@ -42,25 +41,26 @@ def write_recording(result: RunResult, path: Path) -> None:
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
     poses, contacts and timings are strided but for frames with a moment; lanes and misses never are.
     """
-    misses = [miss for some in result.misses.values() for miss in some]
     order = [rank.label for rank in result.ranking if rank.label in result.comparisons]
-    moments = key_moments(result) if order else []
+    moments = key_moments(result) if order else {}
+    points = [(time[0], point_of(result, time, moment)) for time, moment in moments.items()]
     balls = [sphere_best(body.mesh) for body in result.assembly.bodies]
     picture = Picture(
         result=result,
-        answer_eye=_eye(result, [(moment.frame, moment.point) for moment in moments], NARROW),
+        answer_eye=_eye(result, points, NARROW),
         effects_eye=_eye(result, _places_of_events(result, balls), ASPECT),
         balls=balls,
-        views=close_ups(result, moments, balls),
+        moments=moments,
+        eyes=close_up_eyes(result, moments, balls),
         order=order,
         lanes=lanes.detector_lanes(result, order) if order else [],
         searches=search_runs(result),
     )
-    clock = RecordingClock.of(result.assembly, [moment.frame for moment in moments])
+    clock = RecordingClock.of(result.assembly, [frame for frame, _ in moments])
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(picture)) as stream:
         writer = RecordingWriter(stream, clock)
         writer.name(result.session.scene.name or "Session")
-        _log_room(writer, picture, misses)
+        _log_room(writer, picture)
         _log_tabs(writer, picture)
 
 
@@ -82,25 +82,25 @@ def _eye(result: RunResult, places: Sequence[tuple[int, Vector]], aspect: float)
     return overview(result.assembly, result.session.scene, points, places[0][0] if places else 0, aspect)
 
 
-def _log_room(writer: RecordingWriter, picture: Picture, misses: Sequence[Fault]) -> None:
+def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     """Bodies, contacts and misses as they stand at the cursor."""
     result = picture.result
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
     named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
-    log_world(writer, assembly, scene, named or assembly.names, close_up_colours(result, picture.views))
-    log_touches(writer, assembly, misses)
+    colours = close_up_colours(result, picture.moments, picture.eyes, picture.balls)
+    log_world(writer, assembly, scene, named or assembly.names, colours)
+    log_touches(writer, result)
     # Contacts of the reference have the colours of the worst detector's misses.
     worst = result.comparisons.get(next(iter(picture.order), ""))
     for label in [result.oracle] if result.oracle else result.detections:
         log_contacts(writer, label, result.detections[label], worst)
-    if misses:
-        log_missed_faces(writer, assembly, result.detections[result.oracle], misses)
+    log_missed_faces(writer, result)
 
 
 def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     """What each tab shows beside the room."""
-    result, moments = picture.result, [*picture.views]
+    result, moments = picture.result, picture.moments
     log_timing(writer, result.detections, documents.series_names(result))
     if picture.order:
         writer.markdown(documents.ANSWER, documents.answer_text(result))
@@ -110,9 +110,9 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     else:
         writer.markdown(documents.SESSION_TEXT, documents.session_text(result))
     if moments:
-        log_close_ups(writer, result, picture.views)
+        log_close_ups(writer, result, moments, picture.eyes, picture.balls)
         log_moment_lists(writer, result, moments)
-        log_moment_table(writer, moment_places(writer, result, moments))
+        log_bookmarks(writer, bookmarks(writer, result, moments))
     for run in picture.searches:
         log_pipeline(writer, run, result, picture.balls)
     for label in result.detections:

@@ -122,6 +122,11 @@ class RecordingWriter:
         """Log words that stand at all times."""
         self.static(path, rr.TextDocument(shown(text, lines=True), media_type=rr.MediaType.MARKDOWN))
 
+    def session_ns(self, time: tuple[int, int]) -> int:
+        """Nanoseconds on the session timeline of a frame and nanoseconds after it."""
+        frame, later = time
+        return int(self.clock.ns[frame]) + later
+
     def rows(
         self, path: str, when: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
     ) -> None:
@@ -181,17 +186,17 @@ Steps = Sequence[tuple[int, int, Any]]
 """From a frame, and nanoseconds after it, on: what is shown."""
 
 
-def steps_of(moments: Sequence[Any], frames: int, otherwise: Any) -> Steps:
-    """What is shown when: a moment at its frame and while it lasts; ``otherwise`` at other times.
+def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: int, otherwise: Any) -> Steps:
+    """Return what is displayed when: each thing at its time and in its frames; ``otherwise`` at other times.
 
-    ``moments`` have a ``frame``, nanoseconds ``later``, a ``first`` and a ``last`` frame.
+    ``segments``: thing -> its time (a frame, and nanoseconds after it), its first and its last frame.
     """
-    rows = {(moment.frame, moment.later): moment for moment in moments}
-    for moment in moments:
-        rows.setdefault((min(moment.first, moment.frame), 0), moment)
-    for moment in moments:
-        if moment.last + 1 < frames:
-            rows.setdefault((moment.last + 1, 0), otherwise)
+    rows = {time: thing for thing, (time, _, _) in segments.items()}
+    for thing, (time, first, _) in segments.items():
+        rows.setdefault((min(first, time[0]), 0), thing)
+    for _, _, last in segments.values():
+        if last + 1 < frames:
+            rows.setdefault((last + 1, 0), otherwise)
     rows.setdefault((0, 0), otherwise)
     return [(*at, rows[at]) for at in sorted(rows)]
 

@@ -5,7 +5,8 @@ A mesh is sent once, and a pose only where it changed; a body without a pose is 
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,7 @@ from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.drawn_mesh import face_normals, shaded
 from replay.outputs.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
+from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -100,9 +102,10 @@ def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) 
     writer.rows(path, frames[changed], pose_columns(place[changed], turn[changed]))
 
 
-def log_touches(writer: RecordingWriter, assembly: Assembly, misses: Iterable[Fault]) -> None:
+def log_touches(writer: RecordingWriter, result: RunResult) -> None:
     """Send the poses of both bodies at a touch between frames; on the session timeline alone."""
-    for miss in misses:
+    assembly = result.assembly
+    for miss in chain.from_iterable(result.misses.values()):
         touch = miss.evidence.touch
         if touch is None:
             continue
@@ -145,17 +148,18 @@ def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]
     return np.flatnonzero(np.isin(sets.frame, frames)), frames[busy | np.append(True, busy[:-1])[: len(busy)]]
 
 
-def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detection, misses: Sequence[Fault]) -> None:
+def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
     """Send below each body, in its own frame, per frame its faces that met and were missed.
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
+    assembly, misses = result.assembly, [*chain.from_iterable(result.misses.values())]
     red: dict[int, dict[Time, list[Faces]]] = {
         body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
     left = dict.fromkeys(red, DRAWN_MISSED_FACES)
     for miss in longest_curve_first(misses):
-        for time, faces in _faces_over_time(oracle, miss):
+        for time, faces in _faces_over_time(result.detections[result.oracle], miss):
             for body, painted in _painted(assembly, miss.pair, faces).items():
                 if 0 < len(painted) <= left[body]:
                     left[body] -= len(painted)

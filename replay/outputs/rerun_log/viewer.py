@@ -25,7 +25,7 @@ from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import OutputError, ReplayError, RunFolderError
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import read_bookmarks
 from replay.outputs.rerun_log.recording_file import SESSION, name_layer
 from sessions.temporary_folders import temporary_folder
 
@@ -143,7 +143,7 @@ def open_viewer(
     """
     target = _target(recordings[0], miss, false, by)
     for recording in recordings[1:]:
-        read_moments(recording)  # a damaged one is refused before a window opens
+        read_bookmarks(recording)  # a damaged one is refused before a window opens
     viewer = start_viewer(headless=headless)
     try:
         # The viewer shows what was opened last.
@@ -165,7 +165,7 @@ def _target(recording: Path, miss: int | None, false: int | None, by: str) -> in
 
     All misses can be asked for, and those false contacts that are listed.
     """
-    moments = read_moments(recording)
+    moments = read_bookmarks(recording)
     if miss is None and false is None:
         return next((one.session_ns for one in moments if one.leads and by in (one.label, "")), 0)
     kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
@@ -256,7 +256,7 @@ def notebook_viewer(picture: Path, width: int, height: int) -> Any:
         raise OutputError(
             'rerun-notebook is not installed; pip install "vrlab-replay[notebook]", or replay.view(folder) opens it'
         ) from error
-    read_moments(picture)  # refuses a damaged one
+    read_bookmarks(picture)  # refuses a damaged one
     (store,) = RrdReader(picture).recordings()
     stream = rr.RecordingStream(store.application_id, recording_id=store.recording_id)
     viewer = Viewer(width=width, height=height, recording=stream)

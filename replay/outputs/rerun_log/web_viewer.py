@@ -17,7 +17,7 @@ from urllib.request import ProxyHandler, build_opener
 
 from replay.outputs.report.markup import moment_address
 from replay.outputs.rerun_log import viewer
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import read_bookmarks
 from replay.outputs.rerun_log.recording_file import SESSION
 
 SCRIPT: Final = "re_viewer.js"
@@ -132,7 +132,7 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
     ``labels`` are the audited detectors in their order; an address without one means the first.
     """
     at: dict[str, int] = {}
-    for moment in read_moments(recording):
+    for moment in read_bookmarks(recording):
         # Contacts and events are no fault of a detector, and no page has a link to them.
         if moment.label in labels:
             label = "" if moment.label == labels[0] else moment.label

@@ -63,9 +63,9 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
 
 def _require_whole(picture: Path) -> None:
     """Refuse a damaged recording before the viewer is started, which takes seconds."""
-    from replay.outputs.rerun_log.moments import read_moments
+    from replay.outputs.rerun_log.moments import read_bookmarks
 
-    read_moments(picture)
+    read_bookmarks(picture)
 
 
 def _viewer() -> tuple[dict[str, bytes], str]:

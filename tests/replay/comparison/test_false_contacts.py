@@ -54,7 +54,7 @@ def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
     (one,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
     assert (one.number, one.bodies, one.first, one.last, one.frames) == (1, ("a", "b"), 1, 3, 3)
     assert (one.start, one.end, one.frame) == (0.01, 0.04, 2)
-    assert one.metres == pytest.approx(0.7) and one.evidence.point[0] == pytest.approx(1.0 + 0.35)
+    assert one.metres == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
 
 
 def test_numbers_go_by_time_and_what_a_hand_holds_has_none():

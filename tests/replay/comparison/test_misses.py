@@ -40,15 +40,12 @@ def test_misses_are_numbered_in_order_and_carry_times_and_names():
     first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
     assert (first.number, first.bodies, first.start, first.end) == (1, ("rod", "glass"), 0.0, 0.02)
     assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.FOUND_LATE, 2)
-    assert first.category is second.category is FaultCategory.MISS
+    assert first.kind.category is second.kind.category is FaultCategory.MISS
 
 
 def test_a_miss_that_no_frame_shows_comes_last():
     oracle, subject = verdict_column("C.C.C"), verdict_column(".....")
     misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
     lengths = [0.0, 0.01, 0.0]
-    measured = [
-        replace(miss, evidence=replace(miss.evidence, metres=metres))
-        for miss, metres in zip(misses, lengths, strict=True)
-    ]
+    measured = [replace(miss, metres=metres) for miss, metres in zip(misses, lengths, strict=True)]
     assert [miss.number for miss in longest_curve_first(measured)] == [2, 1, 3]

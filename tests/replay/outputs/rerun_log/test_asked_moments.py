@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 from support.sentences import recording_text
 
 from replay.errors import RunFolderError
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import read_bookmarks
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.viewer import _target
 
@@ -19,7 +19,7 @@ CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown"
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(recording):
-    for place in read_moments(recording):
+    for place in read_bookmarks(recording):
         asked = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
         for by in ("", place.label) if asked else ():
             assert _target(recording, *asked, by) == place.session_ns
@@ -34,7 +34,7 @@ def test_a_damaged_recording_is_one_sentence(recording, tmp_path, content):
     whole = recording.read_bytes()
     (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
-        read_moments(tmp_path / "run.rrd")
+        read_bookmarks(tmp_path / "run.rrd")
 
 
 CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
@@ -47,7 +47,7 @@ def test_a_recording_with_other_moments_than_a_run_writes_is_damaged(tmp_path, m
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
-        read_moments(tmp_path / "run.rrd")
+        read_bookmarks(tmp_path / "run.rrd")
 
 
 def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_without_moments(tmp_path):

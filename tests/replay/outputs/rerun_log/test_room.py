@@ -6,13 +6,14 @@ from support.small_worlds import jumping
 
 from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import sphere_best
+from replay.comparison.fault import Fault
 from replay.comparison.outcome import Outcome
 from replay.outputs.camera import CLOSE_UP, placed
 from replay.outputs.drawn_mesh import face_normals
 from replay.outputs.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.outputs.rerun_log import scene
-from replay.outputs.rerun_log.close_up import ROOM, close_ups, detectors_with_solids, sharp_edges
-from replay.outputs.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_moments
+from replay.outputs.rerun_log.close_up import ROOM, close_up_eyes, detectors_with_solids, sharp_edges
+from replay.outputs.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
 from replay.outputs.rerun_log.recording_file import RecordingClock, packed
 from replay.outputs.rerun_log.scene import LARGE_FACE, PUSHED_OUT, drawn_contacts, face_areas
 from replay.pipeline.engine import compute
@@ -43,7 +44,7 @@ def faults(run):
 
 def moments(run, read):
     """Every fault has a line, a number that leads there, a dot, and an eye and words before it."""
-    places, pair_name = read_moments(read.path), run.assembly.pair_name
+    places, pair_name = read_bookmarks(read.path), run.assembly.pair_name
     lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS}")]
     lines = {ns: " ".join(text[0].split()) for path in lists for ns, _, text in read.column(path, "TextLog:text")}
     yield sorted(lines), sorted(place.session_ns for place in places)
@@ -58,12 +59,12 @@ def moments(run, read):
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
             assert said == f"{name[0]} misses this contact"
-            yield np.linalg.norm(np.subtract(eye, fault.evidence.point)), CLOSE_UP
+            yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
         elif np.isfinite(size):
             assert length(size) in said
             yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
     ((_, _, dots),) = read.column("world/focus/pins", "Points3D:positions")
-    yield np.sort(dots, axis=0), np.sort([fault.evidence.point for _, fault, *_ in faults(run)], axis=0)
+    yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
 
 
 def words(run, read):
@@ -137,20 +138,23 @@ def cages(run, read):
 def colours(run, read):
     """A body is white that touches nothing inside a hull, faint that stands before a moment, unseen without a pose."""
     assembly, balls = run.assembly, [sphere_best(body.mesh) for body in run.assembly.bodies]
-    views = close_ups(run, key_moments(run), balls)
-    for moment, view in views.items():
-        ns = nanoseconds(run, moment.frame, moment.later)
-        sight = np.linspace(view.eye.position, view.eye.target, 2000)
+    moments = key_moments(run)
+    for (frame, later), eye in close_up_eyes(run, moments, balls).items():
+        moment = moments[frame, later]
+        ns = nanoseconds(run, frame, later)
+        sight = np.linspace(eye.position, eye.target, 2000)
         for body, name in enumerate(assembly.names):
             pair, tags = assembly.pairs[moment.pair].tolist(), tags_of(name, run.session.scene)
-            centre = placed(assembly.motion, moment.frame, body, balls[body].centre[None])
+            centre = placed(assembly.motion, frame, body, balls[body].centre[None])
             near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= ROOM
             colour = see_through(tags) if near and body not in pair else albedo(tags)
-            hollow = moment.stretch.evidence.hollow if moment.label else ""
-            if moment.label in detectors_with_solids(run) and hollow and body in pair and name != hollow:
+            is_fault = isinstance(moment, Fault)
+            hollow = moment.evidence.hollow if is_fault else ""
+            solids = is_fault and moment.detector in detectors_with_solids(run)
+            if solids and hollow and body in pair and name != hollow:
                 colour = FREE
             (seen,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
-            yield seen, packed([(*colour[:3], colour[3] * assembly.motion.valid[moment.frame, body])])[0]
+            yield seen, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
 
 
 @pytest.mark.parametrize("name", ["rate", "hulls", "between", "late"])

@@ -11,7 +11,7 @@ import pytest
 from support.headless import pixels, viewer_or_skip
 
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.moments import MomentPlace, read_moments
+from replay.outputs.rerun_log.moments import Bookmark, read_bookmarks
 from replay.outputs.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
 
 
@@ -38,8 +38,8 @@ def test_a_recording_counts_as_open_when_all_of_it_has_arrived(tmp_path):
 
 
 def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
-    places = [MomentPlace("hull", "miss", 1, 5, False), MomentPlace("mesh", "miss", 1, 7, True)]
-    monkeypatch.setattr(module, "read_moments", lambda _: places)
+    places = [Bookmark("hull", "miss", 1, 5, False), Bookmark("mesh", "miss", 1, 7, True)]
+    monkeypatch.setattr(module, "read_bookmarks", lambda _: places)
     monkeypatch.setattr(module, "start_viewer", Mock())
     open_viewer(tmp_path).seek.assert_called_once_with(7)
 
@@ -77,7 +77,7 @@ def test_no_view_reports_an_error_and_one_recording_is_open(opened):
 
 @pytest.mark.slow
 def test_the_cursor_stands_on_the_moment_that_leads_and_is_paused(opened, recording):
-    place = next(one for one in read_moments(recording) if one.leads)
+    place = next(one for one in read_bookmarks(recording) if one.leads)
     time.sleep(0.5)
     shown = opened.state().recordings[0]
     assert (shown.current_timeline, shown.current_time) == ("session", place.session_ns)

@@ -10,7 +10,7 @@ from unittest.mock import Mock
 import pytest
 
 from replay.outputs.rerun_log import viewer, web_viewer
-from replay.outputs.rerun_log.moments import MomentPlace
+from replay.outputs.rerun_log.moments import Bookmark
 from replay.outputs.rerun_log.web_viewer import PROGRAM, SCRIPT, cursor_at, moment_commands
 
 OK = b"HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n"
@@ -112,11 +112,11 @@ def test_a_server_that_always_ends_is_one_sentence(monkeypatch, tmp_path):
 
 def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
     places = [
-        MomentPlace("hull", "miss", 2, 5, leads=False),
-        MomentPlace("mesh", "false", 1, 6, leads=False),
-        MomentPlace("", "event", 3, 7, leads=True),
+        Bookmark("hull", "miss", 2, 5, leads=False),
+        Bookmark("mesh", "false", 1, 6, leads=False),
+        Bookmark("", "event", 3, 7, leads=True),
     ]
-    monkeypatch.setattr(web_viewer, "read_moments", lambda _: places)
+    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: places)
     commands = moment_commands(tmp_path, ["hull", "mesh"])
     del commands["layout"]
     assert commands == {"miss=2": cursor_at(5), "false=1&by=mesh": cursor_at(6), "": cursor_at(7)}

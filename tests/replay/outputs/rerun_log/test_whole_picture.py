@@ -10,7 +10,7 @@ from support.report_states import steady, with_steady_times
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import read_bookmarks
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Interval
@@ -73,7 +73,7 @@ def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
     (first,) = parts["/viewport"].pop("ViewportBlueprint:root_container")
     lines = [*layout(parts, f"container/{uuid(first)}")]
     lines += [f"{path} {name}: {plain(value)}" for path in sorted(parts) for name, value in sorted(parts[path].items())]
-    lines += map(str, read_moments(read.path))
+    lines += map(str, read_bookmarks(read.path))
     shown = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
     lines += [
         f"{path} {component}: {in_time(read.column(path[1:], component))}"
@@ -176,7 +176,7 @@ def seen(read, entity, over_time, ns):
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
 def test_no_view_is_empty_at_any_cursor_and_each_names_only_what_is_recorded(name, share, taps, drawn):
     read = drawn((PICTURES | SCENES)[name](taps))
-    places, parts = read_moments(read.path), layout_of(read.path)
+    places, parts = read_bookmarks(read.path), layout_of(read.path)
     opens = sum(place.session_ns for place in places if place.leads)
     ns = opens if share is None else int(share * max((place.session_ns for place in places), default=0))
     for path, view in parts.items():

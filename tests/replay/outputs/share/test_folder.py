@@ -21,7 +21,7 @@ import replay
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
-from replay.outputs.rerun_log.moments import read_moments
+from replay.outputs.rerun_log.moments import read_bookmarks
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.share.folder import require_consent, write_shared_folder
@@ -100,7 +100,7 @@ def control(name):
 
 def test_every_moment_has_a_message_with_its_time(run, shared):
     read, sent = control("Request"), moment_messages(shared)
-    places = read_moments(run / "run.rrd")
+    places = read_bookmarks(run / "run.rrd")
     times = {name: read.FromString(one).cursor for name, one in sent.items() if name != "layout"}
     assert {one.timeline.name for one in times.values()} == {"session"} and not any(one.play for one in times.values())
     for one in places:
