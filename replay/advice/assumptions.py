@@ -14,29 +14,24 @@ from cdcore import Motion
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
+from replay.advice.open_guesses import DECIDE, MOST_QUESTIONS, open_rows, untried_lines
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
+from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.shared_motion import shared_motion
 from replay.base.progress import Progress, Silent
+from replay.base.shown import plural
 from replay.comparison.episodes import episodes
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import ReplayError
 from replay.pipeline.engine import prepared
-from replay.pipeline.headline import RECORDING
 from replay.prepare.assemble import body_of
 from replay.prepare.assembly import Assembly
 from replay.words import length
 from sessions import Session
 from sessions.errors import SessionError
-from sessions.model.assumption import DRAFTED, Assumption, Confidence, Origin, Subject
-from sessions.scene_files.answers import CHANGEABLE, OPTIONS, answered, recording_assumptions
-
-MOST_FRAMES: Final = 12_000
-"""Frames that each alternative is asked of; of more, evenly chosen ones."""
-
-MOST_QUESTIONS: Final = 3
-
-DECIDE: Final = f"To decide: replay doctor {RECORDING} --look"
+from sessions.model.assumption import Assumption, Subject
+from sessions.scene_files.answers import answered, recording_assumptions
 
 DEPTH_FRAMES: Final = 24
 """Contact frames of an alternative whose depth is measured, evenly chosen."""
@@ -49,9 +44,6 @@ VERY_DEEP_M: Final = 0.02
 
 GAP_FRAMES: Final = 48
 """Frames without contact whose gap is measured, of each pair those of the nearest bodies."""
-
-GUESSED_SUBJECTS: Final = (Subject.LENGTH_UNIT, *DRAFTED)
-"""What the first screen of a run names where it was guessed; guessed axes of poses are in `info`."""
 
 MESH_SUBJECTS: Final = (Subject.MESH_AXES, Subject.MESH_UNIT)
 
@@ -133,11 +125,15 @@ class Examined:
 
 
 def examine_assumptions(
-    session: Session, assembly: Assembly | None = None, progress: Progress | None = None
+    session: Session,
+    assembly: Assembly | None = None,
+    progress: Progress | None = None,
+    rows: Sequence[Assumption] | None = None,
 ) -> Examined:
     """Replays a recording under every alternative of its open assumptions.
 
-    ``assembly``: the recording as it is, ready for detection; ``None``: it is made here.
+    ``assembly``: the recording as it is, ready for detection; ``None``: it is made here. ``rows``: the assumptions to
+    try; ``None``: all that are open.
 
     Raises ``ReplayError``, ``CollisionCoreError``, ``SessionError``: it cannot be replayed as it is.
     """
@@ -145,7 +141,7 @@ def examine_assumptions(
     whole = assembly if assembly is not None else prepared(session, progress=progress).assembly
     frames = chosen_frames(len(whole.motion))
     thinned = whole.motion.take(frames)
-    rows = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
+    rows = open_rows(session) if rows is None else rows
     total = 1 + sum(len(row.alternatives) - 1 for row in rows)
     with progress.stage("Trying what the files do not say", total, "alternatives") as advance:
         current = outcome_of(replace(whole, motion=thinned))
@@ -174,6 +170,9 @@ def examine_assumptions(
 
 def collider_questions(session: Session, row: Assumption, current: Outcome) -> list[Question]:
     """Returns the question on the axes of colliders, where others than those assumed fit the meshes clearly better."""
+    best = best_fitting_axes(session, row)
+    if best == row.value:
+        return []
     alternatives = []
     for value in dict.fromkeys((row.value, *row.alternatives)):
         changed = session if value == row.value else answered(session, row, value)
@@ -181,22 +180,7 @@ def collider_questions(session: Session, row: Assumption, current: Outcome) -> l
         alternatives.append(
             Alternative(value, description, current, value == row.value, overshoot=collider_misfit(changed, row.bodies))
         )
-    best = min(alternatives, key=lambda alternative: (alternative.overshoot or 0.0, not alternative.is_current))
-    if (alternatives[0].overshoot or 0.0) - (best.overshoot or 0.0) <= DEEP_M:
-        return []
-    return [Question(row, tuple(alternatives), best.value)]
-
-
-def collider_misfit(session: Session, names: Sequence[str]) -> float:
-    """Returns the metres by which the bounds of colliders and of their meshes differ at most; 0 without a mesh."""
-    misfit = 0.0
-    for name in names:
-        solids = session.colliders.get(name, ())
-        if name in session.meshes and solids:
-            bounds = np.stack([solid.bounds for solid in solids])
-            whole = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-            misfit = max(misfit, float(np.abs(whole - session.meshes[name].bounds).max()))
-    return misfit
+    return [Question(row, tuple(alternatives), best)]
 
 
 def chosen_frames(count: int) -> IntArray:
@@ -336,7 +320,7 @@ def outcome_words(outcome: Outcome) -> str:
     if not outcome.contacts:
         nearest = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"
         return f"no contact{nearest}"
-    contacts = f"{outcome.contacts} contact{'s' if outcome.contacts != 1 else ''}"
+    contacts = plural(outcome.contacts, "contact")
     if outcome.deepest > DEEP_M:
         return f"{contacts}, bodies up to {1e3 * outcome.deepest:.0f} mm deep in each other"
     return f"{contacts}, at most {max(1.0, np.ceil(1e3 * outcome.deepest)):.0f} mm deep"
@@ -349,7 +333,7 @@ def open_question_lines(session: Session, assembly: Assembly | None, progress: P
     called after people.
     """
     untried = untried_lines(session)
-    rows = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
+    rows = open_rows(session)
     if not rows:
         return untried
     try:
@@ -358,32 +342,6 @@ def open_question_lines(session: Session, assembly: Assembly | None, progress: P
         failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
         return [*untried, *failed]
     return [*untried, *(f"{question_sentence(question)} {DECIDE}" for question in examined.questions)]
-
-
-def untried_lines(session: Session) -> list[str]:
-    """Returns a sentence for each open assumption whose alternatives only another import can show."""
-    return [
-        f"Not decided: {row.title_by_bodies}. Taken for {row.value}: {row.reason}. To decide: "
-        f"{OPTIONS.get(row.subject, 'the mapping')} ({' or '.join(row.alternatives)}), and import again."
-        for row in recording_assumptions(session)
-        if row.is_open and row.subject not in CHANGEABLE
-    ]
-
-
-def guess_lines(session: Session) -> list[str]:
-    """Returns one sentence on what an import guessed of poses and clock, or none; open guesses have their own."""
-    rows = [
-        row
-        for row in recording_assumptions(session)
-        if row.origin is Origin.GUESS and row.subject in GUESSED_SUBJECTS and not row.is_open
-    ]
-    if not rows:
-        return []
-    named = "; ".join(
-        f"{row.title_by_bodies} ({row.value}{', not sure' if row.confidence is Confidence.OPEN else ''})"
-        for row in rows
-    )
-    return [f"Guessed by the import: {named}. Why: replay info {RECORDING} -v"]
 
 
 def question_sentence(question: Question) -> str:

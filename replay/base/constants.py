@@ -4,7 +4,9 @@ from typing import Final
 
 from sessions.model.constants import BLOCK_FRAMES, HEADSET_HZ
 
-__all__ = ["BLOCK_FRAMES", "BUDGET_MS", "CAVEAT", "HEADSET_HZ", "HELD_FRAMES", "ONE_FRAME", "VERDICT_FRAMES"]
+__all__ = [
+    "BLOCK_FRAMES", "BUDGET_MS", "CAVEAT", "HEADSET_HZ", "HELD_FRAMES", "ONE_FRAME", "RECORDING", "VERDICT_FRAMES",
+]  # fmt: skip
 
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of one frame: what a live loop has for everything."""
@@ -23,3 +25,6 @@ CAVEAT: Final = (
     "than most margins."
 )
 """Stands below every result that is read by people."""
+
+RECORDING: Final = "FILE.mcap"
+"""The recording in a command where its name is not printed, since files may be called after people."""

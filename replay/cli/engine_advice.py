@@ -1,9 +1,11 @@
 """``replay tradeoff --engine``: settings of an engine in its words, which to take, and colliders to ship with it."""
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from replay import words
+from replay.base.constants import RECORDING
 from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
 
 if TYPE_CHECKING:
@@ -22,16 +24,18 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     from replay.cli.terminal import line, terminal
     from replay.cutting.piece_store import cache_folder
     from replay.outputs.tradeoff_table import engine_table
+    from replay.pipeline.headline import open_questions
 
     if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **asked)
+    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.summary)]
     plain = {
         "engine": advice.engine.name, "version": advice.engine.version, "pages": dict(advice.engine.pages),
-        "rows": list(advice.rows), "advice": list(advice.sentences),
+        "rows": list(advice.rows), "advice": list(advice.sentences), "open_questions": undecided,
     }  # fmt: skip
     table = engine_table(advice.engine, advice.rows, advice.result, settings=people.verbose)
-    sentences = map(line, advice.sentences)
+    sentences = map(line, [*advice.sentences, *undecided])
     answer_cited(as_json, plain, lambda: terminal(table, Text(), *sentences), sources_of(advice.result, people))
     code = close_run(advice.result, people)
     if advice.result.out is not None:
@@ -45,15 +49,17 @@ def write_colliders(session: Path, folder: Path, people: People, *, as_json: boo
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
     from replay.outputs.tradeoff_table import before_after, piece_table
+    from replay.pipeline.headline import open_questions
 
     with compiling_announced(people):
         shipped = ship_colliders(session, folder, progress=TerminalProgress(people), **asked)
     tables = [before_after(shipped.before, shipped.after, shipped.result, shipped.engine)]
     if people.verbose:
         tables.append(piece_table(shipped.bodies))
-    answer(as_json, shipped.as_json(), lambda: terminal(*tables))
+    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(shipped.result.summary)]
+    answer(as_json, {**shipped.as_json(), "open_questions": undecided}, lambda: terminal(*tables))
     if not as_json:
-        show(_sentences(shipped))
+        show([*undecided, *_sentences(shipped)])
     return OK if shipped.reached else FAILURE
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from replay.advice.assumptions import Examined, Question
     from sessions import Session
+    from sessions.model.assumption import Assumption
 
 FOLDER_END: Final = "-look"
 PICTURE: Final = "look.rrd"
@@ -38,29 +39,41 @@ def parse_answers(texts: Sequence[str]) -> Answers:
 def decide_in_pipe(session: "Session", path: Path, people: People) -> int:
     """Say which guesses of an import change its contacts, and the option that decides each; the exit code.
 
-    A recording that cannot be replayed has no contacts that they could change; then their names are said alone.
+    A few frames decide most of them without a replay. A recording that cannot be replayed has no contacts that they
+    could change; then their names are said alone.
     """
-    from cdcore.errors import CollisionCoreError
-    from replay.advice.assumptions import examine_assumptions, question_sentence, untried_lines
-    from replay.errors import ReplayError
-    from sessions.errors import SessionError
-    from sessions.scene_files.answers import CHANGEABLE, recording_assumptions
+    from replay.advice.open_guesses import MOST_QUESTIONS, open_rows, undecided_sentence, untried_lines
+    from replay.advice.sampled_contacts import alternatives_differ
 
     undecided = untried_lines(session)
-    unsure = [row for row in recording_assumptions(session) if row.is_open and row.subject in CHANGEABLE]
-    if unsure:
-        try:
-            examined = examine_assumptions(session, progress=TerminalProgress(people))
-        except (ReplayError, CollisionCoreError, SessionError):
-            named = ", ".join(row.title for row in unsure)
-            people.say(f"not sure: {named}; to see what each would change: replay doctor {path} --look")
-        else:
-            undecided += [
-                f"{question_sentence(question)} {_decides(question, number, path)}"
-                for number, question in enumerate(examined.questions)
-            ]
-    people.say(*undecided)
+    untested = []
+    for row in open_rows(session):
+        differs = alternatives_differ(session, row)
+        if differs:
+            undecided.append(undecided_sentence(row, str(path)))
+        elif differs is None:
+            untested.append(row)
+    if untested:
+        undecided += _replayed_sentences(session, untested, path, people)
+    people.say(*undecided[:MOST_QUESTIONS])
     return DATA_LOSS if undecided else OK
+
+
+def _replayed_sentences(session: "Session", rows: "Sequence[Assumption]", path: Path, people: People) -> list[str]:
+    """A sentence for each assumption that changes contacts, by replaying the recording under every alternative."""
+    from cdcore.errors import CollisionCoreError
+    from replay.advice.assumptions import examine_assumptions
+    from replay.advice.open_guesses import undecided_sentence
+    from replay.errors import ReplayError
+    from sessions.errors import SessionError
+
+    try:
+        examined = examine_assumptions(session, progress=TerminalProgress(people), rows=rows)
+    except (ReplayError, CollisionCoreError, SessionError):
+        named = ", ".join(row.title for row in rows)
+        people.say(f"not sure: {named}; to see what each would change: replay doctor {path} --look")
+        return []
+    return [undecided_sentence(question.assumption, str(path)) for question in examined.questions]
 
 
 def look_at(path: Path, people: People, *, as_json: bool, given: Answers, asks: bool | None = None) -> int:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from replay.base.shown import plural
+from replay.advice.open_guesses import open_guesses_line
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
 from replay.cli.run_report import lost_frames, lost_poses
 from replay.words import count_range
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
 
 SESSION_ROWS: Final = 20
-MOST_NAMED: Final = 4
 
 RARE: Final = ("undecided", "frames left out", "poses left out")
 """Columns that are there only where there is something to count; *undecided* adds up over the detectors."""
@@ -68,17 +67,6 @@ def run_many(
         show(terminal(*figures, *sessions))
         show(["", *lines])
     return people.gate(broken, DATA_LOSS if lost else OK)
-
-
-def open_guesses_line(undecided: Sequence[str], count: int) -> list[str]:
-    """Returns the line on sessions whose import guessed something that changes their contacts; none of none."""
-    if not undecided:
-        return []
-    named = ", ".join(undecided[:MOST_NAMED]) + (", ..." if len(undecided) > MOST_NAMED else "")
-    return [
-        f"Not decided: in {len(undecided)} of {plural(count, 'session')} a guess of the import changes the contacts "
-        f"({named}). To decide: replay doctor FILE.mcap --look"
-    ]
 
 
 def session_table(batch: "Batch") -> "Table":

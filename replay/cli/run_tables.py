@@ -8,14 +8,14 @@ from typing import Any, Final
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from replay.base.constants import CAVEAT
+from replay.base.constants import CAVEAT, RECORDING
 from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
-from replay.pipeline.headline import RECORDING, beside, doubts, engine_reports, price, undecided
+from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
 from replay.pipeline.run_result import RunResult
 
 FAULT_ROWS: Final = 20

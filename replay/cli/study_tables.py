@@ -6,9 +6,9 @@ from typing import Final
 from rich.console import Group
 from rich.text import Text
 
+from replay.advice.open_guesses import open_guesses_line
 from replay.base.shown import plural
 from replay.base.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
-from replay.cli.many_sessions import open_guesses_line
 from replay.cli.terminal import line, terminal
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study

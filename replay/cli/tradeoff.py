@@ -71,6 +71,7 @@ def _tradeoff(
 ) -> int:  # fmt: skip
     from replay.advice.assumptions import open_question_lines
     from replay.api.runner import write_watched
+    from replay.base.constants import RECORDING
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
@@ -78,7 +79,6 @@ def _tradeoff(
     from replay.outputs.tradeoff_table import tradeoff_list
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
-    from replay.pipeline.headline import RECORDING
     from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 

@@ -19,10 +19,6 @@ NOT_COVERED: Final = (
 )
 
 
-RECORDING: Final = "FILE.mcap"
-"""The recording in a command where its name is not printed, since files may be called after people."""
-
-
 def headlines(result: RunResult) -> list[str]:
     """What a title says of a run: what is wrong with the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []

@@ -5,10 +5,11 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+from replay.advice.open_guesses import open_guesses_line
 from replay.base.tables import Column, Table
 from replay.outputs.report.markup import file_text, filled
 from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.class_runs import ClassRuns
+from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
 from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.reliability import kaiser_word
@@ -37,8 +38,10 @@ def study_html(
     """
     tables = ClassTables(runs, seed)
     script = file_text("studies/class_study/page.js")
+    undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
+    first = tables.headlines()
     values: dict[str, Any] = {
-        "title": title, "opening": opening(study, class_counts(runs)), "lines": tables.headlines(), "study": study,
+        "title": title, "opening": opening(study, class_counts(runs)), "lines": [*undecided, *first], "study": study,
         "sessions": sessions_table(runs, where), "observed_only": OBSERVED_ONLY,
         "contacts": {
             "How detectors differ": tables.detectors(), "Pairs missed most": tables.pairs(),
@@ -49,7 +52,7 @@ def study_html(
     if study is not None:
         said = headlines(study)
         values |= {
-            "lines": [*said[:1], f"{behind(study)}.", *values["lines"]], "headlines": said, "behind": behind(study),
+            "lines": [*undecided, *said[:1], f"{behind(study)}.", *first], "headlines": said, "behind": behind(study),
             "tables": {name: on_page(table) for name, table in study_tables(study).items()},
             "sample": sample_table(study, tables.sample()), "level": LEVEL,
             "reliability": [*_all_items(study), *study.warnings],

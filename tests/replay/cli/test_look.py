@@ -55,8 +55,8 @@ def test_an_import_in_a_pipe_exits_with_3_until_its_guess_is_decided(tmp_path, c
     command = ["import", "csv", str(tmp_path / "take.csv"), *given]
     assert main(command) == 3
     said = " ".join(capsys.readouterr().err.split())
-    assert "Not decided: axes of meshes of tool and plate." in said and "as the poses (ros): 2 contacts" in said
-    assert "--answer 1a, 1b or 1c; or --mesh-axes when you import it" in said
+    assert "Not decided: axes of tool.glb and plate.glb. Taken for y-up; others: body, gltf." in said
+    assert f"replay doctor {tmp_path / 's.mcap'} --look. To decide: --mesh-axes when you import it" in said
     assert main([*command, "--format", "json"]) == 3 and json.loads(capsys.readouterr().out)["bodies"]
     assert main([*command, "--mesh-axes", "body"]) == 0 and "Not decided" not in capsys.readouterr().err
     assert main([*command, "--no-look"]) == 0 and "not sure: axes of tool.glb" in capsys.readouterr().err
@@ -117,9 +117,17 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
     assert f"{line} (s). To decide" in " ".join(capsys.readouterr().out.split())
     assert main(["study", "page", str(tmp_path / "runs" / "s"), "--out", str(tmp_path / "page")]) == 0
     assert line.replace("2 sessions", "1 session") in " ".join(capsys.readouterr().out.split())
+    assert line.replace("2 sessions", "1 session") in (tmp_path / "page" / "study.html").read_text()
     for path, count in ((recording, 1), (answered, 0)):
         assert main(["tradeoff", str(path), "--detectors", "exact", "--format", "json"]) == 0
         assert len(json.loads(capsys.readouterr().out)["open_questions"]) == count
+
+
+@pytest.mark.parametrize("more", [[], ["--colliders", "shipped"]])
+def test_engine_advice_names_what_nobody_decided(recording, capsys, more):
+    more = [str(recording.with_name(word)) if word == "shipped" else word for word in more]
+    main(["tradeoff", str(recording), "--engine", "unity", *more])
+    assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 
 def test_only_one_session_file_is_looked_at(tmp_path, recording, capsys):

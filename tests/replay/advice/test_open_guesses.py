@@ -1,0 +1,43 @@
+from support.planted_scenes import write_scene
+
+from replay.advice.open_guesses import guess_lines, open_rows, undecided_sentence, untried_lines
+from sessions import Session
+from sessions.importers import import_session
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
+
+
+def session_with(*rows):
+    poses = {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}
+    return Session.from_arrays([0], poses, {}, facts={ASSUMPTIONS_FACT: assumptions_fact(rows)})
+
+
+def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
+    write_scene(tmp_path, "ros", "stl")
+    meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}
+    session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    (row,) = open_rows(session)
+    assert undecided_sentence(row, "s.mcap") == (
+        "Not decided: axes of tool.stl and plate.stl. Taken for body; others: y-up, gltf. To see what each would "
+        "change: replay doctor s.mcap --look. To decide: --mesh-axes when you import it"
+    )
+
+
+def test_what_only_another_import_can_show_is_said_with_its_key():
+    row = Assumption(
+        Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason="the largest number is 3.1",
+        alternatives=("deg", "rad"),
+    )  # fmt: skip
+    (line,) = untried_lines(session_with(row))
+    assert line == (
+        "Not decided: unit of angles. Taken for deg: the largest number is 3.1. To decide: angle_unit in the mapping "
+        "(deg or rad), and import again."
+    )
+
+
+def test_sure_guesses_share_one_line_and_what_a_file_says_has_none():
+    guess = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS)
+    stated = Assumption(Subject.LENGTH_UNIT, "m", Origin.FILE)
+    assert guess_lines(session_with(guess, stated)) == [
+        "Guessed by the import: unit of times (s). Why: replay info FILE.mcap -v"
+    ]
+    assert guess_lines(session_with(stated)) == []
