@@ -145,6 +145,7 @@ class Fault:
     cause : stage that made the fault.
     agreeing : examined frames that have this cause, and all examined frames.
     why : sentence about the cause.
+    noise : whether the missed contact holds in spite of tracker noise; ``""``: not asked for.
     """
 
     number: int
@@ -164,6 +165,7 @@ class Fault:
     cause: Cause = Cause.NOT_EXAMINED
     agreeing: tuple[int, int] = (0, 0)
     why: str = ""
+    noise: str = ""
 
     @property
     def frames(self) -> int:

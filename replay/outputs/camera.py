@@ -8,8 +8,6 @@ import numpy as np
 
 from cdcore import Motion
 from cdcore.numerics import FloatArray, place_points
-from replay.comparison.fault import Fault
-from replay.comparison.first_touch import at_touch
 from replay.effects.output import vector_of
 from replay.outputs.palette import tags_of
 from replay.prepare.assembly import Assembly
@@ -68,14 +66,6 @@ def eye_before(target: FloatArray, away: FloatArray) -> Eye:
 def placed(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
     """Points (n, 3) of a body where it stands in a frame, world metres."""
     return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
-
-
-def standing(assembly: Assembly, miss: Fault) -> tuple[Assembly, int]:
-    """Where all bodies stand when there is most to see of a miss: an assembly, and the frame in it."""
-    touch = miss.evidence.touch
-    if touch is None:
-        return assembly, miss.frame
-    return at_touch(assembly, miss.pair, touch), 0
 
 
 def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[float]) -> FloatArray:

@@ -113,7 +113,11 @@ def compute(
         with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
             noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
-            result = replace(result, noise=noise)
+            misses = {
+                label: tuple(replace(miss, noise=noise.words[miss.contact - 1]) for miss in of_detector)
+                for label, of_detector in result.misses.items()
+            }
+            result = replace(result, noise=noise, misses=misses)
     effects = recorded(result.session, ready.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):

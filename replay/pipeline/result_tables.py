@@ -2,14 +2,16 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import nan
 from typing import Any, Final
 
 import numpy as np
 
 from replay.base.tables import Table, columns_of
+from replay.comparison.fault import Cause, Evidence, Fault, FaultKind
 from replay.comparison.holding import within
 from replay.comparison.outcome import Episode
-from replay.effects.output import plain_value
+from replay.effects.output import plain_value, vector_of
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 
@@ -29,6 +31,38 @@ def result_tables(result: RunResult) -> dict[str, Table]:
         "false": Table.of(COLUMNS["false"], false),
         "events": Table.of(COLUMNS["events"], sorted(_events(result), key=lambda row: row["stamp_ns"])),
     }
+
+
+def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
+    """Return the fault of a row of the table of misses or of false contacts.
+
+    ``pairs``: names of all pairs. The faces that meet and the first touch are not in the tables. Raises
+    ``ValueError``: a run has no such kind, cause or pair.
+    """
+    kind = FaultKind(row["kind"])
+    frame = row.get("deepest") if kind.is_miss else row.get("widest")
+    metres = row.get("cut_length") if kind.is_miss else row.get("gap")
+    point = [row.get(f"point_{axis}") or 0.0 for axis in "xyz"]
+    bodies = row["body_a"], row["body_b"]
+    return Fault(
+        number=row["number"],
+        detector=row["detector"],
+        pair=pairs.index("-".join(bodies)),
+        bodies=bodies,
+        kind=kind,
+        first=row["first"],
+        last=row["last"],
+        start=row["start"],
+        end=row["end"],
+        frame=row["first"] if frame is None else frame,
+        point=vector_of(np.array(point)),
+        metres=nan if metres is None else metres,
+        evidence=Evidence(hollow=row.get("hollow") or "", face_pairs=row.get("face_pairs") or 0),
+        contact=row.get("episode") or 0,
+        cause=Cause(row["cause"]),
+        why=row.get("why") or "",
+        noise=row.get("noise") or "",
+    )
 
 
 def _events(result: RunResult) -> Iterator[dict[str, Any]]:

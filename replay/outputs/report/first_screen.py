@@ -8,17 +8,13 @@ from replay.base.tables import text_of
 from replay.outputs.accuracy import accuracy_plot, run_dots
 from replay.outputs.plots import SIZE, Plot
 from replay.outputs.report.charts import KIND_WORDS, Lane, lane, ruler
-from replay.outputs.report.run_view import Fault, RunView, spans
+from replay.outputs.report.run_view import RunView, spans
 from replay.outputs.run_tables import happened, ranking_table
 from replay.pipeline.headline import undecided
 from replay.pipeline.ranking import Rank
-from replay.pipeline.sentences import sentence_of
 from replay.words import duration
 
 RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
-
-LONG: Final = 10.0
-"""Seconds; moments of a shorter session need milliseconds."""
 
 MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""
@@ -38,20 +34,6 @@ def page_facts(view: RunView) -> str:
 def _compared(view: RunView) -> bool:
     """Whether anything was decided by both, of any detector."""
     return any(audit["undecided"]["share"] != 1 for audit in view.summary["audit"].values())
-
-
-def where(view: RunView, fault: Fault) -> str:
-    """Which bodies, from when to when, and how many of all faults of this kind."""
-    every = [other for other in view.faults[fault.label] if other.kind == fault.kind]
-    alike = [other for other in every if other.pair == fault.pair]
-    start, end = min(other.start for other in alike), max(other.end for other in alike)
-    what = fault.name.lower()
-    digits = 1 if view.summary["session"]["duration"] >= LONG else 3
-    pair = sentence_of(" and ".join(fault.pair))
-    if len(every) == 1:
-        return f"{pair}, {start:.{digits}f} s: the only {what}."
-    things = f"{len(every)} missed, late or cut short" if what == "miss" else plural(len(every), what)
-    return f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {things}."
 
 
 @dataclass(frozen=True)

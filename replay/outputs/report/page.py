@@ -9,20 +9,18 @@ import numpy as np
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import titration_curves
 from replay.outputs.plots import Plot, curve
-from replay.outputs.report.first_screen import comparison_of, page_facts, where
+from replay.outputs.report.fault_cards import MOST_PAIRS, cards, fault_counts, first_fault
+from replay.outputs.report.first_screen import comparison_of, page_facts
 from replay.outputs.report.markup import filled
-from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, faults_by_pair, key_fault, session_names
-from replay.outputs.report.sections import GLOSSARY, effect_parts, fault_lanes, folds, lead_of
-from replay.outputs.report.still import CARD, FIRST, fault_still
+from replay.outputs.report.run_view import Hero, RunView, session_names
+from replay.outputs.report.sections import GLOSSARY, effect_parts, folds
+from replay.outputs.report.still import fault_still
 from replay.outputs.report.tradeoff import tradeoff_values
 from replay.outputs.run_tables import contact_table
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.headline import beside, undecided
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import MOST_CARDS
-
-MOST_PAIRS = 6
-"""Cards of a detector; further pairs are folded."""
 
 WARMED = ("warmest", "coldest", "heated", "boil")
 """Names of events that tell of a temperature."""
@@ -54,15 +52,14 @@ def page_of(
     settings cost, contacts that nobody audited.
     """
     first = None if view.hero else view.answers[0]
-    fault = None if first is None else key_fault(view, first)
-    faults = [(answer, faults_by_pair(view, answer.label)) for answer in view.answers]
+    faults = [(answer, cards(view, answer.label)) for answer in view.answers]
     values = {
         "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
-        "fault": fault, "where": fault and where(view, fault),
+        "first": None if first is None else first_fault(view),
         "cost": cost(view.summary, view.oracle), "times_are": f"{TIMES_ARE} {busy_words(view.summary)}".strip(),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
-        "faults": faults, "lead": lead_of(view, view.answers[0]) if view.answers else "",
-        "lanes_of": partial(fault_lanes, view), "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
+        "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
+        "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
         "effects": effect_parts(view, curves), "folds": list(folds(view)), "glossary": GLOSSARY,
         "tradeoff": None, "contacts": (),
     }  # fmt: skip
@@ -77,15 +74,9 @@ def view_of(result: RunResult) -> RunView:
         name=session_names(result.summary)[0],
         asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
         folder="RUN" if result.out is None else ".",
-        still=partial(_still, result),
+        faults={label: [*result.false[label], *result.misses[label]] for label in result.comparisons},
+        still=partial(fault_still, result),
     )
-
-
-def _still(result: RunResult, fault: Fault, first: bool) -> tuple[str, str]:
-    """The picture of a fault."""
-    things = result.misses[fault.label] if fault.kind == MISS else result.false[fault.label]
-    thing = next(thing for thing in things if thing.number == fault.number)
-    return fault_still(result, fault.label, thing, FIRST if first else CARD)
 
 
 def _temperatures(result: RunResult) -> Iterator[Plot]:

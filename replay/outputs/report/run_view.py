@@ -1,17 +1,16 @@
 """What the page of a run reads: its summary and the rows of its tables, whether in memory or from a run folder."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from typing import Any, Final
 
 from replay.base.shown import plural
-from replay.comparison.fault import Cause, FaultKind
+from replay.comparison.fault import Fault, FaultKind
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
-from replay.outputs.report.markup import moment_address
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
 from replay.pipeline.answer import RUN, SESSION, Answer
 from replay.pipeline.headline import doubts_of, open_questions
@@ -22,9 +21,6 @@ from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 from sessions.mcap_format.metadata import NOT_STATED
 
-MISS: Final = "miss"
-FALSE: Final = "false"
-
 EVENTS_FIRST: Final = 6
 """Events listed first of all, where no contact was looked for."""
 
@@ -33,43 +29,15 @@ Row = dict[str, Any]
 Rows = Sequence[Row]
 
 
-@dataclass(frozen=True)
-class Fault:
-    """A miss or a false contact of a detector."""
-
-    label: str
-    kind: str  # ``MISS`` or ``FALSE``, as its option and its address are called
-    number: int
-    pair: Pair
-    start: float
-    end: float
-    frames: int
-    what: str  # ``never found``, ``starts early`` ...
-    unconfirmed: bool  # whether the detector only calls it a candidate
-    why: str  # the sentence about it
-
-    @property
-    def name(self) -> str:
-        """``False contact``, ``Unconfirmed contact`` or ``Miss``."""
-        if self.kind == MISS:
-            return "Miss"
-        return "Unconfirmed contact" if self.unconfirmed else "False contact"
-
-    @property
-    def stretch(self) -> str:
-        """Its kind of stretch in a lane, which has a colour: ``missed``, ``late`` or ``false``."""
-        if self.kind == FALSE:
-            return "false"
-        return "missed" if self.what == FaultKind.NEVER_FOUND else "late"
-
-    @property
-    def span(self) -> str:
-        """``19.344 to 22.056 s``."""
-        return f"{self.start:.3f} to {self.end:.3f} s"
+Still = Callable[[str, Fault, tuple[int, int]], tuple[str, str]]
+"""Picture of a fault of a detector as HTML, at a size, and its colours in words."""
 
 
-Still = Callable[[Fault, bool], tuple[str, str]]
-"""Picture of a fault as HTML, larger where it is the first of a page, and what is seen on it."""
+def lane_kind(kind: FaultKind) -> str:
+    """Return the kind of a fault in a lane, which has a colour: ``missed``, ``late`` or ``false``."""
+    if not kind.is_miss:
+        return "false"
+    return "missed" if kind is FaultKind.NEVER_FOUND else "late"
 
 
 @dataclass(frozen=True)
@@ -85,8 +53,9 @@ class RunView:
     """A run as far as its page tells of it, in memory or in a folder; mappings are by the label of a detector."""
 
     run: Summarised
-    rows: Callable[[str], Rows]  # of the tables ``misses``, ``false``, ``episodes`` and ``events``
+    rows: Callable[[str], Rows]  # of the tables ``episodes`` and ``events``
     name: str  # what pages call the session
+    faults: Mapping[str, Sequence[Fault]] = field(default_factory=dict)  # of every audited detector
     asked: Hero | None = None  # what stands first where something else was asked than detectors
     folder: str = (
         "RUN"  # the run folder in a command: "." where the page lies in it, so that it names no path of a machine
@@ -115,11 +84,6 @@ class RunView:
         return self.run.answers
 
     @cached_property
-    def faults(self) -> Mapping[str, Sequence[Fault]]:
-        """Of every audited detector, false contacts first."""
-        return faults_of(self.summary["audit"], self.rows("misses"), self.rows("false"))
-
-    @cached_property
     def contacts(self) -> Mapping[str, Rows]:
         """Of every detector, in order of time; of the reference those that no hand holds: only they are counted."""
         found: dict[str, list[Row]] = {label: [] for label in self.summary["detectors"]}
@@ -145,16 +109,6 @@ class RunView:
         """What the page says first, and whose session it is."""
         sentence = self.answers[0].sentence if self.hero is None else self.hero.sentence
         return f"{sentence.rstrip('.')}. Replay of {self.name}"
-
-    def address(self, fault: Fault) -> str:
-        """Where the page has a fault; the detector that was asked first needs no name."""
-        first = next(iter(self.summary["audit"]))
-        return moment_address(fault.kind, fault.number, "" if fault.label == first else fault.label)
-
-    def command(self, fault: Fault) -> str:
-        """What shows a fault in motion."""
-        by = f" --by {fault.label}" if len(self.answers) > 1 else ""
-        return f"replay view {self.folder} --{fault.kind} {fault.number}{by}"
 
     def filled(self, command: str) -> str:
         """A command with the names of this run."""
@@ -194,23 +148,6 @@ def _without_audit(summary: Mapping[str, Any], events: Rows) -> Hero:
     return Hero(tallied(Counter(row["name"] for row in events)) or NOT_LOOKED_FOR, lines)
 
 
-def faults_of(labels: Iterable[str], misses: Rows, false: Rows) -> dict[str, list[Fault]]:
-    """Faults of detectors, from the rows of their tables."""
-    found: dict[str, list[Fault]] = {label: [] for label in labels}
-    for kind, rows in ((FALSE, false), (MISS, misses)):
-        for row in rows:
-            why = row.get("why") or row["cause"]
-            noise = f" With tracker noise: {row['noise']}." if row.get("noise") else ""
-            found.setdefault(row["detector"], []).append(
-                Fault(
-                    label=row["detector"], kind=kind, number=row["number"], pair=(row["body_a"], row["body_b"]),
-                    start=row["start"], end=row["end"], frames=row["last"] - row["first"] + 1, what=row["kind"],
-                    unconfirmed=row["cause"] == Cause.BOUNDING_VOLUMES, why=f"{why}{noise}",
-                )
-            )  # fmt: skip
-    return found
-
-
 def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
     """What the doctor said of the recording, the worst first; a code of another version is left out."""
     return [
@@ -223,29 +160,6 @@ def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
     ]  # fmt: skip
 
 
-def faults_by_pair(view: RunView, label: str) -> list[list[Fault]]:
-    """Faults of each pair, the longest first; before all else the pair and the fault that the answer is about."""
-    answer = next(answer for answer in view.answers if answer.label == label)
-    first = None if answer.moment is None else (answer.moment.kind, answer.moment.number)
-
-    def weight(fault: Fault) -> tuple[bool, bool, int, int]:
-        same_kind = first is not None and fault.kind == first[0]
-        return (fault.kind, fault.number) == first, same_kind, fault.frames, -fault.number
-
-    groups: dict[Pair, list[Fault]] = {}
-    for fault in sorted(view.faults[label], key=weight, reverse=True):
-        groups.setdefault(fault.pair, []).append(fault)
-    return [*groups.values()]
-
-
-def key_fault(view: RunView, answer: Answer) -> Fault | None:
-    """The fault that an answer is about."""
-    if answer.moment is None:
-        return None
-    key = answer.moment.kind, answer.moment.number
-    return next((fault for fault in view.faults[answer.label] if (fault.kind, fault.number) == key), None)
-
-
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:
     """Stretches of a detector's lane by kind, or of the reference's; of one pair or of all."""
     found = _stretches(view, label, pair)
@@ -255,9 +169,9 @@ def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list
     kinds: dict[str, list[Span]] = {"right": [], "missed": [], "late": [], "false": []}
     for both in reference.keys() & found.keys():
         kinds["right"] += _shared(reference[both], found[both])
-    for fault in view.faults[label]:
-        if pair is None or fault.pair == pair:
-            kinds[fault.stretch].append((fault.start, fault.end))
+    for fault in view.faults.get(label, ()):
+        if pair in (None, fault.bodies):
+            kinds[lane_kind(fault.kind)].append((fault.start, fault.end))
     return kinds
 
 

@@ -11,23 +11,15 @@ from replay.comparison.loss import LOSS_MEANING
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.plots import Plot
-from replay.outputs.report.charts import KIND_WORDS, Lane, lane
 from replay.outputs.report.first_screen import RANK_COLUMNS
-from replay.outputs.report.run_view import FALSE, Fault, RunView, findings_of, spans
+from replay.outputs.report.run_view import RunView, findings_of
 from replay.outputs.run_tables import RANKING, effect_table
 from replay.outputs.words import NOTHING_SUSPICIOUS
-from replay.pipeline.answer import Answer
 from sessions.mcap_format.metadata import NOT_STATED
 
 Part = Table | Plot | str
 Fold = tuple[str, Sequence[Part]]
 """Parts below a line that opens them."""
-
-AROUND: Final = 0.35
-"""Share of a fault that its lane shows before and after it."""
-
-LEAST_AROUND: Final = 0.1
-"""Seconds."""
 
 MOST_FINDINGS: Final = 200
 """Findings listed; ``summary.json`` holds them all."""
@@ -43,20 +35,6 @@ GLOSSARY: Final = {
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
 }
-
-
-def lead_of(view: RunView, answer: Answer) -> str:
-    """How many faults."""
-    faults = view.faults[answer.label]
-    count = Counter(fault.stretch for fault in faults)
-    confirmed = any(fault.kind == FALSE and not fault.unconfirmed for fault in faults)
-    counts = []
-    if count["false"]:
-        counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
-    counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
-    over = next(rank for rank in view.ranking if rank.label == answer.label).phases
-    at = ", at the sampling offset nearest the mean" if over > 1 else ""
-    return f"{', '.join(counts)}{at}."
 
 
 def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
@@ -80,16 +58,6 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
 
 def _seconds(end: float | None) -> str:
     return "" if end is None else f"{end:.3f}"
-
-
-def fault_lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
-    """The reference above the detector, around a fault of one pair."""
-    around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
-    window = fault.start - around, fault.end + around
-    return [
-        (name, lane(spans(view, name, fault.pair), window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s"))
-        for name in (view.oracle, fault.label)
-    ]
 
 
 def folds(view: RunView) -> Iterator[Fold]:

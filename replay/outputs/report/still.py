@@ -12,7 +12,8 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.comparison.fault import Fault
-from replay.outputs.camera import across, standing, towards_user
+from replay.comparison.first_touch import at_touch
+from replay.outputs.camera import across, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.report.markup import filled
@@ -92,6 +93,7 @@ class Sight:
     glass: Placed
     point: FloatArray
     gap: FloatArray | None  # nearest points (2, 3) of the surfaces; ``None`` where they meet
+    away: FloatArray  # direction to look from
 
     @property
     def length(self) -> str:
@@ -103,8 +105,7 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     """A fault as SVG around a raster picture, and its colours in words; in the first of a page each part is named."""
     sight, factor, worded = _sight(result, label, fault), SHARPER[size], size == FIRST
     pixels = round(size[0] * factor), round(size[1] * factor)
-    away = _direction(result, sight, fault)
-    view = View.of(_shown(sight), away, pixels, round(WORDS * factor) if worded else 0)
+    view = View.of(_shown(sight), sight.away, pixels, round(WORDS * factor) if worded else 0)
     picture, shape = drawn(view, *_parts(sight, view), _background(pixels))
     strokes, middle = _arrow(sight, view, factor)
     how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
@@ -136,8 +137,12 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     ends = assembly.pairs[fault.pair].tolist()
     none = np.zeros(0, dtype=np.int64)
     faces, solids = [none, none], list[TriangleMesh | None]([None, None])
+    user = towards_user(assembly, result.session.scene, fault.frame, fault.point)
+    touch = fault.evidence.touch
     if fault.kind.is_miss:
-        assembly, row = standing(assembly, fault)
+        row = fault.frame
+        if touch is not None:
+            assembly, row = at_touch(assembly, fault.pair, touch), 0
         reference = result.detections[result.oracle]
         met = fault.evidence.faces if reference.face_sets is None else reference.faces(fault.frame, fault.pair)
         if met is not None:
@@ -156,7 +161,8 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     hollow = fault.evidence.hollow
     two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
     gap = None if fault.evidence.nearest is None else np.array(fault.evidence.nearest)
-    return Sight(two[0], two[1], np.asarray(fault.point), gap)
+    along = fault.evidence.normal if fault.kind.is_miss else np.zeros(3) if gap is None else gap[1] - gap[0]
+    return Sight(two[0], two[1], np.asarray(fault.point), gap, across(np.asarray(along), user))
 
 
 def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
@@ -173,14 +179,6 @@ def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[Triang
 def _volume(mesh: TriangleMesh) -> float:
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
     return abs(float((a * np.cross(b, c)).sum())) / 6
-
-
-def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
-    """From where to look."""
-    user = towards_user(result.assembly, result.session.scene, fault.frame, fault.point)
-    if fault.kind.is_miss:
-        return across(np.asarray(fault.evidence.normal), user)
-    return across(np.zeros(3) if sight.gap is None else sight.gap[1] - sight.gap[0], user)
 
 
 def _shown(sight: Sight) -> FloatArray:

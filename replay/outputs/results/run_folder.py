@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
+from replay.comparison.fault import Fault
 from replay.document.run_document import RunDocument
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
@@ -25,7 +26,7 @@ from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_ro
 from replay.outputs.results.reading import checked_contacts, checked_document, checked_table, read_json
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank, ranking
-from replay.pipeline.result_tables import COLUMNS
+from replay.pipeline.result_tables import COLUMNS, fault_of_row
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
 from replay.prepare.session_input import require_folder
@@ -179,6 +180,19 @@ class RunFolder:
     def answers(self) -> tuple[Answer, ...]:
         """What is said first of each audited detector, in the order of the ranking."""
         return tuple(Answer.of(answer) for answer in self.summary["answers"])
+
+    @cached_property
+    def faults(self) -> dict[str, list[Fault]]:
+        """Faults of every audited detector, false contacts first; ``RunFolderError``: no run writes such rows."""
+        faults: dict[str, list[Fault]] = {label: [] for label in self.summary["audit"]}
+        pairs = [pair["name"] for pair in self.summary["pairs"]]
+        for name in ("false", "misses"):
+            for row in self.rows(name):
+                try:
+                    faults[row["detector"]].append(fault_of_row(row, pairs))
+                except (ValueError, KeyError) as error:
+                    raise RunFolderError.unreadable(table_file(self.path, name), error) from error
+        return faults
 
     @property
     def picture(self) -> Path:

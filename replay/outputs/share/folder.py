@@ -122,4 +122,4 @@ def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
     told, names = run.summary.get("tradeoff"), ", ".join(session_names(run.summary))
     hero = Hero(str(told["answer"]), told["advice"]) if told else None
-    return RunView(run, run.rows, names, hero, pictured=pictured)
+    return RunView(run, run.rows, names, run.faults, hero, pictured=pictured)

@@ -19,9 +19,8 @@ from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import run_json
 from replay.cli.run_tables import fault_tables, run_screen, run_tables
 from replay.cli.terminal import terminal
+from replay.outputs.report.fault_cards import cards
 from replay.outputs.report.page import report_html, view_of
-from replay.outputs.report.run_view import faults_by_pair
-from replay.outputs.report.sections import fault_lanes
 from replay.outputs.rerun_log.moments import key_moments, log_moment_lists
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter
 from replay.outputs.results.parquet import with_keys
@@ -119,16 +118,10 @@ def entered(doing):
     return found
 
 
-def card(view):
-    """What a card is made of."""
-    fault = faults_by_pair(view, "it")[0][0]
-    return view.still(fault, False), fault_lanes(view, fault), view.address(fault), view.command(fault)
-
-
 WALKS = {
     "terminal": lambda result: printed(terminal(*fault_tables(result))),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
-    "page": lambda result: card(view_of(result)),
+    "page": lambda result: cards(view_of(result), "it"),
     "picture": lambda result: log_moment_lists(
         RecordingWriter(rr.RecordingStream("walk"), RecordingClock.of(result.assembly)), result, key_moments(result)
     ),
