@@ -1,0 +1,123 @@
+"""Constants of the chemistry as other data bases of the library phreeqc have them, by activities at equilibrium.
+
+    python tests/support/constant_sources.py
+
+prints log_k and enthalpy of every reaction that `constants.phr` names as a source, beside the value that stands there.
+"""
+
+import math
+import re
+from pathlib import Path
+
+import phreeqc
+
+from replay.effects.chemistry.formulas import atoms
+
+CONSTANTS = Path(__file__).parents[2] / "replay/effects/chemistry/constants.phr"
+FOLDER = Path(phreeqc.__file__).parent / "databases"
+FILES = {
+    "llnl": "llnl.dat", "sit": "sit.dat", "thermoddem": "PHREEQC_ThermoddemV1.10_15Dec2020.dat",
+    "minteq.v4": "minteq.v4.dat",
+}  # fmt: skip
+ELEMENTS = {
+    "F-": "F", "ClO-": {"": "Cl(1)"}, "IO3-": {"": "I(5)"}, "SO3-2": {"": "S(4)", "sit": "S(+4)"},
+    "S2O3-2": {"": "S(2)", "sit": "S(+2)"}, "Ox-2": "Ox", "NH4+": "N(-3)", "Ca+2": "Ca", "Mg+2": "Mg",
+    "Fe+2": {"": "Fe(2)"}, "Fe+3": {"": "Fe(3)"}, "Cu+2": "Cu", "Ag+": "Ag", "Ni+2": "Ni", "Zn+2": "Zn",
+}  # fmt: skip
+"""Ion of a reaction -> the element that brings it, by data base where they differ."""
+
+GAS_CONSTANT = 8.314462618
+COOLER_C, WARMER_C = 23.0, 27.0
+"""Temperatures whose difference gives the enthalpy."""
+
+_FORMATION = re.compile(r"^#+\s*Enthalpy of formation:\s*([-+]?[\d.]+)\s*(\S+)")
+_SOURCE = re.compile(r"^\tlog_k (\S+) # (\S+): (.+)$")
+
+
+def entries():
+    """Equation, log_k, kJ or nothing, source and reaction or book, of each constant."""
+    lines = CONSTANTS.read_text(encoding="utf-8").splitlines()
+    for row, line in enumerate(lines):
+        match = _SOURCE.match(line)
+        if match:
+            heat = lines[row + 1].split() if row + 1 < len(lines) else []
+            kilojoule = float(heat[1]) if heat[:1] == ["delta_h"] else None
+            yield lines[row - 1].strip(), float(match[1]), kilojoule, match[2], match[3]
+
+
+def log_k(source, reaction, celsius=25.0):
+    """log10 of the constant of a reaction at a temperature, from the activities of a solution at equilibrium."""
+    terms = []
+    for sign, side in zip((-1, 1), reaction.split(" = "), strict=True):
+        for term in side.split(" + "):
+            count, _, name = term.rpartition(" ")
+            terms.append((sign * float(count or 1), name))
+    elements = [ELEMENTS[name] for _, name in terms if name in ELEMENTS]
+    return quotient(
+        source, [one if isinstance(one, str) else one.get(source, one[""]) for one in elements], terms, celsius
+    )
+
+
+def quotient(source, elements, terms, celsius=25.0, pe=4.0):
+    """log10 of a reaction quotient in a solution of elements at equilibrium at pH 7.
+
+    ``terms``: (count, species or [phase]), below 0 of what is used up.
+    """
+    sums = [f'({many})*SI("{name[1:-1]}")' if name[0] == "[" else f'({many})*LA("{name}")' for many, name in terms]
+    library = phreeqc.Phreeqc()
+    library.LoadDatabase(str(FOLDER / FILES[source]))
+    text = f"SOLUTION 1\n temp {celsius}\n units mol/kgw\n pH 7\n pe {pe}\n"
+    text += "".join(f" {one} 1e-6\n" for one in elements)
+    text += f"USER_PUNCH\n -headings k\n 10 PUNCH {' + '.join(sums)}\n"
+    if library.RunString(text + "SELECTED_OUTPUT\n -reset false\n -high_precision true\nEND\n"):
+        raise ValueError(library.GetErrorString())
+    return library.GetSelectedOutput()["k"][0]
+
+
+def kilojoule(source, reaction):
+    """Enthalpy of a reaction at 25 degC by van 't Hoff's equation."""
+    cooler, warmer = (log_k(source, reaction, celsius) for celsius in (COOLER_C, WARMER_C))
+    inverse = 1.0 / (WARMER_C + 273.15) - 1.0 / (COOLER_C + 273.15)
+    return -1e-3 * GAS_CONSTANT * math.log(10.0) * (warmer - cooler) / inverse
+
+
+def enthalpies():
+    """(is a phase, atoms, charge) -> kJ/mol of formation by data base, from the comments of llnl.dat and sit.dat."""
+    table = {}
+    for source in ("llnl", "sit"):
+        equation, phases = "", False
+        for line in (FOLDER / FILES[source]).read_text(encoding="utf-8", errors="replace").splitlines():
+            text = line.strip()
+            phases |= line.startswith("PHASES")
+            if "=" in text and text[0] not in "#-":
+                equation = text
+            match = _FORMATION.match(text)
+            if match and equation:
+                left, _, right = equation.partition("=")
+                name = re.sub(r"^\d[\d.]*\s*", "", (left if phases else right).split(" + ")[0].strip())
+                value = float(match[1]) * (4.184 if match[2].startswith("kcal") else 1.0)
+                key = _makeup(name)
+                if key is not None and value:
+                    table.setdefault((phases, *key), {}).setdefault(source, []).append(value)
+    return table
+
+
+def _makeup(name):
+    """Atoms and charge of PHREEQC's formula; nothing where it is none."""
+    match = re.search(r"([+-])(\d*)$", name)
+    charge = int(match[1] + (match[2] or "1")) if match else 0
+    body = re.sub(r":(\d*)H2O", r".\1H2O", name[: match.start()] if match else name)
+    try:
+        return tuple(sorted(atoms(body).items())), charge
+    except ValueError:
+        return None
+
+
+if __name__ == "__main__":
+    for equation, ours, heat, source, reaction in entries():
+        if source in FILES:
+            print(
+                f"{equation}: {ours} {heat}; {source} {log_k(source, reaction):.3f} {kilojoule(source, reaction):.1f}"
+            )
+        else:
+            print(f"{equation}: {ours} {heat}; {source}, {reaction}")
