@@ -15,7 +15,7 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
-from cdcore.protocol import Motion, Verdict
+from cdcore.protocol import Motion
 
 STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""
@@ -34,6 +34,10 @@ time so, ``exact`` 0.97 (2026-11); 7 looks and 31 save less.
 Decide = Callable[[Motion, int, float], tuple[int, bool]]
 """``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
 apart by the margin."""
+
+DecideInside = Callable[[Motion, int, float], tuple[int, float]]
+"""``(now, pair, clearance)``: the verdict of a pair whose surfaces are CLEAR, by whether one body is inside the other,
+and the metres by which points may move before holes could change it; ``clearance``: what is left of the last ones."""
 
 
 @hot_kernel
@@ -73,10 +77,10 @@ def look_at_volumes(
     A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
     have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left shrinks
     from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: poses before,
-    steps and margins (P,).
+    steps (N,), margins and clearances (P,).
     """
     first, second = ends
-    before, steps, margins = memory
+    before, steps, margins, clearances = memory
     count, room = 0, box_room()
     seen = np.empty((1, len(first)), dtype=np.uint8)
     note_moves(poses, valid, spheres, before, steps)
@@ -85,6 +89,7 @@ def look_at_volumes(
         a, b = first[p], second[p]
         step = steps[a] + steps[b]
         margins[p] -= step
+        clearances[p] -= step
         if seen[0, p] == NO_POSE:
             verdict[p] = NO_POSE
         elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
@@ -100,12 +105,12 @@ class LivePairs:
 
     ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, that of a pair whose surfaces are
     CLEAR, by whether one body is inside the other; ``None`` where that is not asked. ``holed`` are pairs whose bodies
-    can get into each other through a hole: that surfaces are apart does not keep their verdict. ``verdict`` (P,): the
-    answer of the last look.
+    can get into each other through a hole: that surfaces are apart keeps their verdict no longer than their clearance.
+    ``verdict`` (P,): the answer of the last look.
     """
 
     def __init__(
-        self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], Verdict] | None,
+        self, broad: BroadPhase, decide: Decide, inside: DecideInside | None,
         holed: Collection[int] = (),
     ) -> None:  # fmt: skip
         self._decide, self._inside, spheres = decide, inside, broad.spheres
@@ -113,8 +118,8 @@ class LivePairs:
         self._volumes = spheres.spheres, broad.boxes.boxes, spheres.ends
         self._ends = list(zip(*spheres.ends, strict=True))
         bodies, pairs = len(spheres.spheres[0]), len(self._ends)
-        self._steps, self._margins = np.zeros(bodies), np.zeros(pairs)
-        self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins
+        self._steps, self._margins, self._clearances = np.zeros(bodies), np.zeros(pairs), np.zeros(pairs)
+        self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins, self._clearances
         self._named = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [FIRST_REACH] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
@@ -132,8 +137,6 @@ class LivePairs:
         """Metres by which it is worth to know that the surfaces of a pair are apart: some steps as long as the last."""
         if self._waits[pair]:
             self._waits[pair] -= 1
-            return 0.0
-        if pair in self._holed:
             return 0.0
         a, b = self._ends[pair]
         margin = float(self._steps[a] + self._steps[b]) * self._reach[pair]
@@ -172,7 +175,10 @@ class LivePairs:
         if self._inside is not None and columns:
             clear = [column for column in columns if verdict[column] == CLEAR]
             for column in clear:
-                verdict[column] = self._inside(now, column)
+                verdict[column], clearance = self._inside(now, column, self._clearances[column])
+                self._clearances[column] = clearance
+                if column in self._holed:
+                    self._margins[column] = min(self._margins[column], clearance)
             self._insides += len(clear)
         self._looks += 1
         self._surfaces += len(columns)

@@ -7,6 +7,8 @@ Source: S. Gottschalk, M. C. Lin, D. Manocha, OBBTree (1996); G. van den Bergen,
 complex deformable models using AABB trees (1997), for the six-axis form.
 """
 
+import numpy as np
+
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray
 
@@ -24,6 +26,24 @@ def apart_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b:
         if abs(d[0] * m[0, j] + d[1] * m[1, j] + d[2] * m[2, j]) > half_b[j] + reach + pad:
             return True
     return False
+
+
+@hot_kernel
+def gap_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray) -> float:
+    """A distance that the boxes certainly keep: the longest gap along a face normal; not positive without one."""
+    stay_one_function()
+    longest = -np.inf
+    for i in range(3):
+        gap = abs(d[i]) - half_a[i]
+        gap -= abs(m[i, 0]) * half_b[0] + abs(m[i, 1]) * half_b[1] + abs(m[i, 2]) * half_b[2]
+        if gap > longest:
+            longest = gap
+    for j in range(3):
+        gap = abs(d[0] * m[0, j] + d[1] * m[1, j] + d[2] * m[2, j]) - half_b[j]
+        gap -= abs(m[0, j]) * half_a[0] + abs(m[1, j]) * half_a[1] + abs(m[2, j]) * half_a[2]
+        if gap > longest:
+            longest = gap
+    return longest
 
 
 @hot_kernel

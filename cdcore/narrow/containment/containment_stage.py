@@ -20,16 +20,21 @@ from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
-from cdcore.narrow.containment.inside_by_winding import (
+from cdcore.narrow.containment.inner_parts import (
     AT_HOLE,
     BESIDE,
+    InnerParts,
+    OuterBoxes,
+    clearance_now,
+    mark_without_clearance,
+    reach_of_part,
+)
+from cdcore.narrow.containment.inside_by_winding import (
     MAY_REACH,
     UNDECIDED,
-    InnerParts,
     decide_by_winding,
     hulls_apart,
     outline_of,
-    reach_of_part,
     side_of_part,
     side_of_surface,
     worse,
@@ -47,11 +52,14 @@ from cdcore.narrow.containment.ray_parity import (
 )
 from cdcore.narrow.containment.winding_surface import PartKind, winding_surface
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import ByteArray, FloatArray, IntArray, place_points
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Body, Motion, Verdict
 
 ROOM_SLACK: Final = 1e-9
 """A part longer than the other's box by less than this share is still asked about."""
+
+WORTH_A_FILTER: Final = 3
+"""Parts that may lie in the other body: from so many on, one look at all of them saves more than it takes."""
 
 PROBES: Final = 4
 """Points tried before the exact answer."""
@@ -90,6 +98,25 @@ class Nesting(NamedTuple):
     size: float
 
 
+class NestingGroup(NamedTuple):
+    """All nestings of one body in another: their parts, the box of the outer body, and the largest of their sizes."""
+
+    nestings: list[Nesting]
+    parts: InnerParts
+    boxes: OuterBoxes
+    size: float
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Numbers of the inner and the outer body."""
+        return self.nestings[0].inner, self.nestings[0].outer
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether there is one nesting in one box: its clearance alone says whether the box may hold it."""
+        return len(self.nestings) == 1 and len(self.nestings[0].boxes) == 1
+
+
 @once_a_mesh
 def parts_of(mesh: TriangleMesh) -> list[Part]:
     """The connected parts of a mesh."""
@@ -119,7 +146,11 @@ def parity_decides(mesh: TriangleMesh) -> bool:
 @once_a_mesh
 def inner_parts_of(mesh: TriangleMesh) -> InnerParts:
     """The connected parts of a mesh in arrays, for the winding number of the other body."""
-    parts = parts_of(mesh)
+    return parts_in_arrays(parts_of(mesh))
+
+
+def parts_in_arrays(parts: Sequence[Part]) -> InnerParts:
+    """Parts as kernels read them."""
     counts = np.array([[len(part.probes), len(part.extremes)] for part in parts])
     first_point = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
     return InnerParts(
@@ -143,25 +174,34 @@ class WindingQuestion:
         self._ends, self._bodies = (inner, outer), len(meshes)
         self._inner_mesh = meshes[inner]
         self._parts, self._surface = inner_parts_of(meshes[inner]), winding_surface(meshes[outer])
+        self._boxes = OuterBoxes(self._surface.boxes, self._surface.holes, self._surface.first_hole)
         self._outlines = outline_of(meshes[inner]), outline_of(meshes[outer])
         self._size = size_of(meshes[inner]) + size_of(meshes[outer])
 
     def states(self, motion: Motion, frames: IntArray) -> IntArray:
         """INSIDE, OUTSIDE or UNDECIDED, (K,) for K frames."""
-        states = self._by_points(motion, frames)
+        states = np.zeros(len(frames), dtype=np.int64)
+        near = frames_without_clearance(motion, frames, self._ends, self._parts, self._boxes, self._size)
+        if not near.any():
+            return states
+        states[near] = self._by_points(motion, frames[near])
         reaching = np.flatnonzero(states == MAY_REACH)
         if len(reaching):
             meet = self._caps_over_motion.decide(motion.take(frames[reaching])).hits[:, 0]
             states[reaching] = np.where(meet, UNDECIDED, OUTSIDE)
         return states
 
-    def state_now(self, now: Motion) -> int:
-        """INSIDE, OUTSIDE or UNDECIDED in a motion of one frame."""
+    def state_now(self, now: Motion) -> tuple[int, float]:
+        """INSIDE, OUTSIDE or UNDECIDED in a motion of one frame, and metres of motion for which OUTSIDE stays."""
+        # Few arrays: to hand over those of both surfaces takes ten times as long as to compare boxes (2026-11).
+        clearance = clearance_now(now.rotations, now.translations, self._ends, self._parts, self._boxes, self._size)
+        if clearance > 0.0:
+            return OUTSIDE, clearance
         state = int(self._by_points(now, FIRST_FRAME)[0])
         if state != MAY_REACH:
-            return state
+            return state, 0.0
         meet, _ = self._caps_now.decide(now, 0, 0.0)
-        return UNDECIDED if meet == Verdict.CONTACT else OUTSIDE
+        return (UNDECIDED if meet == Verdict.CONTACT else OUTSIDE), 0.0
 
     def _by_points(self, motion: Motion, frames: IntArray) -> IntArray:
         """The same as far as points of the parts tell; MAY_REACH where caps must be asked."""
@@ -204,7 +244,7 @@ class WindingQuestion:
         placed = place_points(self._surface.grid.triangles, turns[frame, outer], places[frame, outer])
         state = OUTSIDE
         for part in range(len(parts.boxes)):
-            reach = reach_of_part(parts, part, self._surface, turn, move, margin)
+            reach = reach_of_part(parts, part, self._boxes, turn, move, margin)
             if reach == BESIDE:
                 continue
             # Vertices alone: where a point on a face lies is rounded.
@@ -246,10 +286,13 @@ class ContainmentStage:
             return 0
         for column, rows in rows_of_columns(columns):
             left = frames[rows]
-            for nesting in self._nestings[column]:
-                inside = self._inside(motion, nesting, left).view(np.bool_)
-                verdict[left[inside], column] = Verdict.CONTAINED
-                left = left[~inside]
+            for group in self._nestings[column]:
+                near = self._frames_near(motion, group, left)
+                for nesting in group.nestings if len(near) else ():
+                    inside = self._inside(motion, nesting, near).view(np.bool_)
+                    verdict[near[inside], column] = Verdict.CONTAINED
+                    near = near[~inside]
+                left = left[verdict[left, column] != Verdict.CONTAINED]
             for question in self.winding_questions[column]:
                 states = question.states(motion, left)
                 verdict[left[states == UNDECIDED], column] = Verdict.UNRESOLVED
@@ -258,23 +301,33 @@ class ContainmentStage:
         return len(frames)
 
     @property
-    def question(self) -> Callable[[Motion, int], Verdict] | None:
+    def question(self) -> Callable[[Motion, int, float], tuple[Verdict, float]] | None:
         """``verdict_now``, or ``None`` where containment is not asked."""
         return self.verdict_now if self._asked else None
 
-    def verdict_now(self, now: Motion, column: int) -> Verdict:
-        """CONTAINED, CLEAR or UNRESOLVED for a pair whose surfaces do not meet, in a motion of one frame."""
-        for nesting in self._nestings[column]:
-            if self._inside(now, nesting, FIRST_FRAME)[0]:
-                return Verdict.CONTAINED
-        verdict = Verdict.CLEAR
+    def verdict_now(self, now: Motion, column: int, clearance: float = 0.0) -> tuple[Verdict, float]:
+        """CONTAINED, CLEAR or UNRESOLVED for a pair whose surfaces do not meet, in a motion of one frame.
+
+        Beside it, the metres by which points may move against each other while it certainly stays CLEAR;
+        ``clearance``: what is left of those of an earlier frame.
+        """
+        if clearance > 0.0:
+            return Verdict.CLEAR, clearance
+        verdict, clearance = Verdict.CLEAR, np.inf
+        for group in self._nestings[column]:
+            poses = now.rotations, now.translations
+            stays = clearance_now(*poses, group.ends, group.parts, group.boxes, group.size)
+            clearance = min(clearance, stays)
+            if stays <= 0.0 and any(self._inside_now(now, group, nesting) for nesting in group.nestings):
+                return Verdict.CONTAINED, 0.0
         for question in self.winding_questions[column]:
-            state = question.state_now(now)
+            state, stays = question.state_now(now)
+            clearance = min(clearance, stays)
             if state == INSIDE:
-                return Verdict.CONTAINED
+                return Verdict.CONTAINED, 0.0
             if state == UNDECIDED:
                 verdict = Verdict.UNRESOLVED
-        return verdict
+        return verdict, clearance
 
     @cached_property
     def holed(self) -> list[int]:
@@ -297,9 +350,20 @@ class ContainmentStage:
         ]
 
     @cached_property
-    def _nestings(self) -> list[list[Nesting]]:
+    def _nestings(self) -> list[list[NestingGroup]]:
         """Per pair, the parts that could lie inside the other body at all."""
-        return [self._fitting(i, j) + self._fitting(j, i) for i, j in self._pairs]
+        return [
+            [group_of(nestings) for nestings in (self._fitting(i, j), self._fitting(j, i)) if nestings]
+            for i, j in self._pairs
+        ]
+
+    def _frames_near(self, motion: Motion, group: NestingGroup, frames: IntArray) -> IntArray:
+        """Those of K frames in which the outer body's box may hold a part of the group; all of them where few parts
+        are asked about.
+        """
+        if len(group.nestings) < WORTH_A_FILTER:
+            return frames
+        return frames[frames_without_clearance(motion, frames, group.ends, group.parts, group.boxes, group.size)]
 
     def _fitting(self, inner: int, outer: int) -> list[Nesting]:
         """The parts of a body that are no longer than the box of a part of the other one, if parity decides there."""
@@ -318,17 +382,51 @@ class ContainmentStage:
 
     def _inside(self, motion: Motion, nesting: Nesting, frames: IntArray) -> ByteArray:
         """1 where the part is inside the other body, else 0, (K,) for K frames without contact."""
-        inner, outer, part, boxes, grid, size = nesting
+        inner, outer, part, boxes, _, size = nesting
         turns, places, states = motion.rotations, motion.translations, np.zeros(len(frames), dtype=np.uint8)
         if mark_held(turns, places, frames, inner, outer, part.extremes, boxes, size, states):
-            decide_by_rays(turns, places, frames, inner, outer, part.probes, grid, size, states)
-            for k in np.flatnonzero(states == UNCERTAIN).tolist():
-                (point,), surface = (
-                    place_points(points, turns[frames[k], body], places[frames[k], body])
-                    for points, body in ((part.extremes[:1], inner), (grid.triangles, outer))
-                )
-                states[k] = point_inside(point, surface)
+            self._decide_held(motion, nesting, frames, states)
         return states
+
+    def _inside_now(self, now: Motion, group: NestingGroup, nesting: Nesting) -> bool:
+        """Whether a part of a group without clearance is inside the other body, in a motion of one frame."""
+        if not group.is_simple:
+            return bool(self._inside(now, nesting, FIRST_FRAME)[0])
+        states = np.full(1, UNCERTAIN, dtype=np.uint8)
+        self._decide_held(now, nesting, FIRST_FRAME, states)
+        return bool(states[0])
+
+    def _decide_held(self, motion: Motion, nesting: Nesting, frames: IntArray, states: ByteArray) -> None:
+        """Say where ``states`` (K,) are UNCERTAIN whether the part is inside; exactly where rounding leaves it open."""
+        inner, outer, part, _, grid, size = nesting
+        turns, places = motion.rotations, motion.translations
+        decide_by_rays(turns, places, frames, inner, outer, part.probes, grid, size, states)
+        for k in np.flatnonzero(states == UNCERTAIN).tolist():
+            (point,), surface = (
+                place_points(points, turns[frames[k], body], places[frames[k], body])
+                for points, body in ((part.extremes[:1], inner), (grid.triangles, outer))
+            )
+            states[k] = point_inside(point, surface)
+
+
+def group_of(nestings: list[Nesting]) -> NestingGroup:
+    """The nestings of one body in another as a group."""
+    no_holes = np.zeros((0, 2, 3)), np.zeros(2, dtype=np.int64)
+    return NestingGroup(
+        nestings=nestings,
+        parts=parts_in_arrays([nesting.part for nesting in nestings]),
+        boxes=OuterBoxes(nestings[0].grid.box[None], *no_holes),
+        size=max(nesting.size for nesting in nestings),
+    )
+
+
+def frames_without_clearance(
+    motion: Motion, frames: IntArray, ends: tuple[int, int], parts: InnerParts, boxes: OuterBoxes, size: float
+) -> BoolArray:
+    """In which of K frames a part of one body may lie in a box or at a hole of the other, (K,)."""
+    near = np.empty(len(frames), dtype=np.bool_)
+    mark_without_clearance((motion.rotations, motion.translations), frames, ends, parts, boxes, size, near)
+    return near
 
 
 def has_holes(mesh: TriangleMesh) -> bool:

@@ -9,15 +9,23 @@ every broad phase.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
-from cdcore.kernels.box_box import apart_on_all_axes
 from cdcore.kernels.compiling import kernel, stay_one_function
 from cdcore.kernels.vectors import dot
 from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.narrow.containment.inner_parts import (
+    AT_HOLE,
+    BESIDE,
+    WITHIN,
+    InnerParts,
+    OuterBoxes,
+    pose_of_inner,
+    reach_of_part,
+)
 from cdcore.narrow.containment.placed_points import margin_at, seen_point
 from cdcore.narrow.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
 from cdcore.narrow.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
@@ -46,18 +54,6 @@ FEW_CORNERS: Final = 48
 of 20,000 faces a live sample took 3 times as long."""
 
 
-class InnerParts(NamedTuple):
-    """I connected parts of a body: ``boxes`` (I, 2, 3) and ``points`` (p, 3), on faces first, then outermost vertices.
-
-    Those of part i begin at ``first_point[i]``, its vertices at ``first_extreme[i]``; next is ``first_point[i + 1]``.
-    """
-
-    boxes: FloatArray
-    points: FloatArray
-    first_point: IntArray
-    first_extreme: IntArray
-
-
 @once_a_mesh
 def outline_of(mesh: TriangleMesh) -> FloatArray:
     """Points (n, 3) that reach as far as the mesh in every direction: the corners of its hull, the outermost first."""
@@ -83,20 +79,15 @@ def decide_by_winding(
     inner, outer = ends
     crossings = np.zeros(len(surface.kinds), dtype=np.int64)
     only_open = np.all(surface.kinds == OPEN)
+    boxes = OuterBoxes(surface.boxes, surface.holes, surface.first_hole)
     seen, turn, move = np.empty(3), np.empty((3, 3)), np.empty(3)
     for k in range(len(frames)):
         frame = frames[k]
         margin = margin_at(places, frame, inner, outer, size)
-        for i in range(3):
-            move[i] = 0.0
-            for j in range(3):
-                move[i] += turns[frame, outer, j, i] * (places[frame, inner, j] - places[frame, outer, j])
-                turn[i, j] = 0.0
-                for n in range(3):
-                    turn[i, j] += turns[frame, outer, n, i] * turns[frame, inner, n, j]
+        pose_of_inner(turns, places, frame, ends, turn, move)
         states[k] = OUTSIDE
         for i in range(len(parts.boxes)):
-            reach = reach_of_part(parts, i, surface, turn, move, margin)
+            reach = reach_of_part(parts, i, boxes, turn, move, margin)
             if reach == BESIDE:
                 continue
             state = MAY_REACH if reach == AT_HOLE else UNCERTAIN
@@ -114,67 +105,6 @@ def decide_by_winding(
                 break
         if states[k] in (UNDECIDED, MAY_REACH) and hulls_apart(outlines, turn, move, margin):
             states[k] = OUTSIDE
-
-
-BESIDE: Final = 0
-"""A part of the inner body that is not within the box of any part of the outer one, nor near a hole: outside."""
-WITHIN: Final = 1
-"""It is within such a box and keeps away from holes: on one side of every part."""
-AT_HOLE: Final = 2
-"""It is near a hole, through which it may reach."""
-
-
-@kernel
-def reach_of_part(
-    parts: InnerParts, i: int, surface: WindingSurface, turn: FloatArray, move: FloatArray, margin: float
-) -> int:
-    """BESIDE, WITHIN or AT_HOLE for part ``i`` of the inner body, whose pose in the outer one's frame is given."""
-    stay_one_function()
-    half, d = np.empty(3), np.empty(3)
-    reach = BESIDE
-    for k in range(len(surface.kinds)):
-        if part_beside_box(parts, i, surface.boxes[k], turn, move, margin, half, d):
-            continue
-        for hole in range(surface.first_hole[k], surface.first_hole[k + 1]):
-            if not part_beside_box(parts, i, surface.holes[hole], turn, move, margin, half, d):
-                return AT_HOLE
-        if reach == BESIDE and extremes_within(parts, i, surface.boxes[k], turn, move, margin):
-            reach = WITHIN
-    return reach
-
-
-@kernel
-def part_beside_box(
-    parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray, margin: float, half: FloatArray,
-    d: FloatArray,
-) -> bool:  # fmt: skip
-    """Whether the box of part ``i`` is apart from a box (2, 3) of the outer body; ``half``, ``d`` (3,) are scratch."""
-    stay_one_function()
-    half_part = np.empty(3)
-    for a in range(3):
-        half[a] = 0.5 * (box[1, a] - box[0, a])
-        half_part[a] = 0.5 * (parts.boxes[i, 1, a] - parts.boxes[i, 0, a])
-        d[a] = move[a] - 0.5 * (box[0, a] + box[1, a])
-        for b in range(3):
-            d[a] += turn[a, b] * 0.5 * (parts.boxes[i, 0, b] + parts.boxes[i, 1, b])
-    return apart_on_all_axes(turn, d, half, half_part, margin)
-
-
-@kernel
-def extremes_within(
-    parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray, margin: float
-) -> bool:
-    """Whether a box (2, 3) of the outer body may hold part ``i``."""
-    stay_one_function()
-    for e in range(parts.first_extreme[i], parts.first_point[i + 1]):
-        for a in range(3):
-            x = move[a]
-            for b in range(3):
-                x += turn[a, b] * parts.points[e, b]
-            # What is not a number is kept: in poses far out a difference may be none.
-            if x < box[0, a] - margin or x > box[1, a] + margin:
-                return False
-    return True
 
 
 @kernel

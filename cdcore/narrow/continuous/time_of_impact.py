@@ -146,5 +146,5 @@ def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
 def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, start: Motion) -> bool | None:
     """Whether one is inside the other at the start; ``None`` where that is undecided."""
     stage = ContainmentStage([Body("A", mesh_a), Body("B", mesh_b)], np.array([[0, 1]]))
-    verdict = stage.verdict_now(start, 0)
+    verdict, _ = stage.verdict_now(start, 0)
     return None if verdict == Verdict.UNRESOLVED else verdict == Verdict.CONTAINED

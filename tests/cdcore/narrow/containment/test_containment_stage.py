@@ -36,7 +36,7 @@ def asked(inner, outer, motion=None, asked=True):
     )
     assert stage.mark(motion, frames, 0 * frames, verdict) == asked * len(motion)
     if asked:
-        live = [stage.question(motion.frames(frame, frame + 1), 0) for frame in frames]
+        live = [stage.question(motion.frames(frame, frame + 1), 0, 0.0)[0] for frame in frames]
         assert verdict[:, 0].tolist() == live
     return verdict[:, 0] == Verdict.CONTAINED
 

@@ -1,0 +1,125 @@
+"""A clearance is never longer than parts may move, and live samples that have one ask no winding number."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.kernels.box_box import gap_on_face_axes
+from cdcore.narrow.containment import containment_stage
+from cdcore.narrow.containment.containment_stage import frames_without_clearance, inner_parts_of, size_of
+from cdcore.narrow.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_part
+from cdcore.narrow.containment.winding_surface import winding_surface
+from cdcore.protocol import detect_live
+
+MARGIN = 1e-12
+
+
+def cup():
+    """Half a ball of 0.1 m beside a box that lacks a side."""
+    ball, box = ball_mesh(0.1, 24, 36), box_mesh([0.1] * 3)
+    bowl = TriangleMesh(ball.vertices, ball.faces[ball.triangles[:, :, 2].max(axis=1) <= 1e-9])
+    side = (box.triangles[:, :, 0] == 0.05).all(axis=1)
+    return merged(bowl, moved(TriangleMesh(box.vertices, box.faces[~side]), [0.3, 0.0, 0.0]))
+
+
+def boxes_of(mesh):
+    surface = winding_surface(mesh)
+    return OuterBoxes(surface.boxes, surface.holes, surface.first_hole)
+
+
+INNER = {
+    "ball": ball_mesh(0.02), "rod": box_mesh([0.01, 0.01, 0.15]),
+    "two parts": merged(box_mesh([0.02] * 3), moved(box_mesh([0.01] * 3), [0.06, 0.0, 0.0])),
+}  # fmt: skip
+
+
+def path(rng, count, step=0.004):
+    """A motion of a body at rest and one that strolls around it and turns."""
+    start = rng.uniform([-0.15, -0.15, -0.15], [0.4, 0.15, 0.15])
+    places = start + np.cumsum(rng.normal(scale=step, size=(count, 3)), axis=0)
+    turns = Rotation.from_rotvec(np.cumsum(rng.normal(scale=0.03, size=(count, 3)), axis=0)).as_matrix()
+    both = np.stack([np.tile(np.eye(3), (count, 1, 1)), turns], axis=1)
+    return Motion(np.arange(count) / 90, np.stack([0 * places, places], axis=1), both)
+
+
+@pytest.mark.parametrize("name", INNER)
+def test_parts_that_moved_less_than_their_clearance_are_beside(name):
+    mesh, rng = INNER[name], np.random.default_rng(7)
+    parts, boxes = inner_parts_of(mesh), boxes_of(cup())
+    size, seen = size_of(mesh) + size_of(cup()), 0
+    for _ in range(300):
+        turns = np.stack([np.eye(3), random_rotations(rng)])[None]
+        places = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
+        clearance = clearance_now(turns, places, (1, 0), parts, boxes, size)
+        if clearance <= 0.0:
+            continue
+        seen += 1
+        rotation = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
+        step = rotation @ [clearance, 0.0, 0.0] * rng.uniform(0.9, 1.0)
+        places[0, 1] += step
+        turn, move = np.empty((3, 3)), np.empty(3)
+        pose_of_inner(turns, places, 0, (1, 0), turn, move)
+        assert all(reach_of_part(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
+    assert seen > 30
+
+
+@pytest.mark.parametrize("name", INNER)
+def test_frames_that_a_clearance_leaves_out_are_beside(name):
+    mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
+    parts, boxes, size = inner_parts_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
+    for _ in range(40):
+        motion = path(rng, 60)
+        near = frames_without_clearance(motion, np.arange(60), (1, 0), parts, boxes, size)
+        turn, move = np.empty((3, 3)), np.empty(3)
+        for frame in np.flatnonzero(~near).tolist():
+            pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), turn, move)
+            assert all(reach_of_part(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
+        left_out += np.count_nonzero(~near)
+    assert left_out > 200
+
+
+@pytest.mark.parametrize("name", INNER)
+@pytest.mark.parametrize("asker", ["exact", "obb"])
+def test_live_samples_around_holes_agree_with_the_whole_motion(asker, name):
+    detector = create_detector(asker, [Body("cup", cup()), Body("inner", INNER[name])])
+    rng, codes = np.random.default_rng(9), set()
+    for _ in range(25):
+        motion = path(rng, 120)
+        offline = detector.detect(motion)
+        assert np.array_equal(detect_live(detector, motion).verdict, offline.verdict)
+        codes |= set(offline.verdict.ravel().tolist())
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.UNRESOLVED} <= codes
+
+
+def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
+    """It took twice as long when the arrays of both surfaces were handed to a kernel in every sample."""
+    asked, compared = [], []
+    decide, compare = containment_stage.decide_by_winding, containment_stage.clearance_now
+    monkeypatch.setattr(containment_stage, "decide_by_winding", lambda *given: asked.append(decide(*given)))
+    monkeypatch.setattr(
+        containment_stage, "clearance_now", lambda *given: compared.append(compare(*given)) or compared[-1]
+    )
+    places = np.array([0.0, 0.0, 0.035]) + np.random.default_rng(3).normal(scale=0.0005, size=(200, 3))
+    motion = Motion(np.arange(200) / 90, np.stack([0 * places, places], axis=1), np.tile(np.eye(3), (200, 2, 1, 1)))
+    detector = create_detector("exact", [Body("bowl", cup()), Body("ball", ball_mesh(0.02))])
+    session = detector.live()
+    for frame in range(200):
+        assert session.look(motion.frames(frame, frame + 1)) == [Verdict.CLEAR]
+    assert session.work["containment_tests"] > 150
+    assert not asked
+    assert len(compared) < 100
+
+
+def test_a_gap_of_boxes_is_no_longer_than_the_boxes_are_apart():
+    rng = np.random.default_rng(10)
+    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+    for _ in range(200):
+        half_a, half_b, turn = rng.uniform(0.1, 1.0, 3), rng.uniform(0.1, 1.0, 3), random_rotations(rng)
+        d = rng.normal(scale=1.5, size=3)
+        gap = gap_on_face_axes(turn, d, half_a, half_b)
+        points = (rng.uniform(-1.0, 1.0, (500, 3)) * half_b) @ turn.T + d
+        points = np.concatenate([points, (corners * half_b) @ turn.T + d])
+        distance = np.linalg.norm(np.maximum(np.abs(points) - half_a, 0.0), axis=1).min()
+        assert gap <= distance + 1e-12
