@@ -42,6 +42,15 @@ def winding_number(points: FloatArray, triangles: FloatArray) -> FloatArray:
 
 
 @kernel
+def winding_numbers(points: FloatArray, triangles: FloatArray) -> FloatArray:
+    """``winding_number`` face by face, in no more memory than the answer (n,)."""
+    numbers = np.empty(len(points))
+    for n in range(len(points)):
+        numbers[n] = winding_number_at(points[n], triangles, 0, len(triangles))
+    return numbers
+
+
+@kernel
 def winding_number_at(point: FloatArray, triangles: FloatArray, first: int, stop: int) -> float:
     """The generalised winding number of triangles ``first`` to ``stop`` of (f, 3, 3) at a point (3,)."""
     stay_one_function()

@@ -1,8 +1,9 @@
 """A surface that ray parity refuses, made ready for its winding number: parts, holes, and caps that close the holes.
 
 Parity has no answer for a mesh with holes, with faces drawn twice, or with parts that cross or lie in each other. Here
-faces that are drawn twice count once, every connected part is wound one way, and a fan of triangles from the middle of
-its rim closes every hole. Each part with its caps then goes round any point a whole number of times.
+faces that are drawn twice count once, walls between two cells of a solid not at all, every connected part is wound one
+way, and a fan of triangles from the middle of its rim closes every hole. Each part with its caps then goes round any
+point a whole number of times.
 
 A hole stands for missing faces, and its cap for those, where it is small or its cap continues the surface. Else it is
 an opening, as the mouth of a beaker of one wall: whether such a part is filled, nobody can tell from its surface.
@@ -21,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from cdcore.mesh import TriangleMesh, once_a_mesh, winding
 from cdcore.narrow.containment.closed_parts import parts_near_each_other, parts_that_meet
 from cdcore.narrow.containment.ray_parity import InsideGrid, build_inside_grid
+from cdcore.narrow.containment.winding_number import winding_numbers
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 TINY_FRACTION: Final = 1e-3
@@ -37,6 +39,12 @@ more."""
 SMOOTH_COSINE: Final = 0.7
 """Of the angle between a cap and the face beside it: 45 degrees or less continue the surface. The cap of a mouth stands
 upright on the wall around it; faces of an icosahedron are 42 degrees apart."""
+
+WALL_POINTS: Final = np.array([[1, 1, 1], [2.94, 0.03, 0.03], [0.03, 2.94, 0.03], [0.03, 0.03, 2.94]]) / 3.0
+"""Where in a face one looks whether all of it lies inside a solid: its middle, and near its corners."""
+
+MOST_WALL_TESTS: Final = 25_000_000
+"""Faces drawn from both sides times others: two seconds. Beyond, what has walls counts as having holes."""
 
 FEWEST_SIDES: Final = 4
 """Flat sheets that can enclose something: the sides of a tetrahedron."""
@@ -139,8 +147,7 @@ class _Part(NamedTuple):
 
 def _parts(mesh: TriangleMesh, exponent: int) -> list[_Part]:
     """The connected parts of a mesh, every face once, neighbours wound alike; lengths times 2 to the exponent."""
-    faces, corners, labels = _single_faces(mesh)
-    corners = np.ldexp(corners, exponent)
+    faces, corners, labels = _single_faces(mesh, exponent)
     flipped = _flips(faces)
     faces[flipped] = faces[flipped, ::-1]
     corners[flipped] = corners[flipped, ::-1]
@@ -190,14 +197,60 @@ def _extents(points: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(np.linalg.eigvalsh(away.T @ away)[::-1], 0.0))
 
 
-def _single_faces(mesh: TriangleMesh) -> tuple[IntArray, FloatArray, IntArray]:
-    """Merged faces (n, 3) with three different corners, each once; their corners (n, 3, 3) and number of part (n,)."""
+def _single_faces(mesh: TriangleMesh, exponent: int) -> tuple[IntArray, FloatArray, IntArray]:
+    """Merged faces (n, 3) with three different corners, each once; their corners (n, 3, 3), times 2 to the exponent,
+    and number of part (n,).
+
+    Without walls between the cells of a solid, as blocks have that are stacked side to side.
+    """
     a, b, c = mesh.merged_faces.T
     proper = np.flatnonzero((a != b) & (b != c) & (c != a))
-    _, first = np.unique(np.sort(mesh.merged_faces[proper], axis=1), axis=0, return_index=True)
-    kept = proper[np.sort(first)]
+    faces = mesh.merged_faces[proper]
+    _, first, face = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    first_corner, second, third = faces.T
+    # Whether the corners are an odd permutation of their numbers: so is one of the two sides of a face.
+    odd = (first_corner < second) ^ (second < third) ^ (third < first_corner)
+    sides = np.bincount(face.reshape(-1), weights=np.where(odd, -1.0, 1.0))
+    chosen = np.sort(first)
+    from_both_sides = sides[face.reshape(-1)[chosen]] == 0.0
+    kept = proper[chosen]
+    corners = np.ldexp(mesh.triangles[kept], exponent)
+    if from_both_sides.any() and not from_both_sides.all():
+        outer = ~_are_walls(mesh.merged_faces[kept], corners, mesh.components[kept], from_both_sides)
+        kept, corners = kept[outer], corners[outer]
     _, labels = np.unique(mesh.components[kept], return_inverse=True)
-    return mesh.merged_faces[kept].copy(), mesh.triangles[kept].copy(), labels.reshape(-1).astype(np.int64)
+    return mesh.merged_faces[kept].copy(), corners, labels.reshape(-1).astype(np.int64)
+
+
+def _are_walls(faces: IntArray, corners: FloatArray, components: IntArray, from_both_sides: BoolArray) -> BoolArray:
+    """Which faces (n, 3), with corners (n, 3, 3), lie inside what the one-sided faces of their component enclose, (n,).
+
+    Only faces drawn from both sides (n,) do. They bound no solid; counted once, each would leave edges of three faces
+    around it, which look like the rim of a hole.
+    """
+    walls = np.zeros(len(faces), dtype=np.bool_)
+    for component in np.unique(components[from_both_sides]).tolist():
+        inside = components == component
+        skin, doubled = np.flatnonzero(inside & ~from_both_sides), np.flatnonzero(inside & from_both_sides)
+        if not len(skin) or len(skin) * len(doubled) > MOST_WALL_TESTS:
+            continue
+        skin_faces, skin_corners = faces[skin], corners[skin]
+        flipped = _flips(skin_faces)
+        skin_faces[flipped] = skin_faces[flipped, ::-1]
+        skin_corners[flipped] = skin_corners[flipped, ::-1]
+        if _excess(skin_faces).any():
+            continue
+        points = np.einsum("kc,fcx->fkx", WALL_POINTS, corners[doubled]).reshape(-1, 3)
+        numbers = winding_numbers(points, skin_corners).reshape(-1, len(WALL_POINTS))
+        walls[doubled] = (np.abs(numbers) > 0.5).all(axis=1)
+    return walls
+
+
+def _excess(faces: IntArray) -> IntArray:
+    """How much oftener each edge along the faces is passed in its own direction than in the other one, (3n,)."""
+    start, end, edge, _ = _edges(faces)
+    net = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0)).astype(np.int64)
+    return np.where(start < end, net[edge], -net[edge])
 
 
 def _edges(faces: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
@@ -237,8 +290,7 @@ def _rims(faces: IntArray) -> Iterator[tuple[int, list[int]]]:
     An edge that is passed twice more in one direction than in the other belongs to two rims.
     """
     start, end, edge, _ = _edges(faces)
-    net = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0)).astype(np.int64)
-    excess = np.where(start < end, net[edge], -net[edge])
+    excess = _excess(faces)
     order = np.argsort(edge, kind="stable")
     order = order[excess[order] > 0]
     # Of the edges in the direction that prevails, as many as it prevails by.

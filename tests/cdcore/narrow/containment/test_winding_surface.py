@@ -90,6 +90,55 @@ def test_parts_of_mixed_winding_are_wound_alike():
     assert surface.signs.tolist() == [1]
 
 
+def cells(counts, sizes=(1.0, 1.0, 1.0)):
+    """Boxes side to side in a lattice, each with all of its faces: walls between two are drawn from both sides."""
+    return merged(*(moved(box_mesh(sizes), np.array(cell) * sizes) for cell in np.ndindex(*counts)))
+
+
+def from_both_sides(mesh, *faces):
+    return TriangleMesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[list(faces), ::-1]]))
+
+
+@pytest.mark.parametrize("wound", ["outwards", "inwards", "mixed"])
+@pytest.mark.parametrize("exponent", [-330, 0, 330])
+@pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)])
+def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
+    mesh = cells(counts)
+    faces = mesh.faces.copy()
+    reversed_faces = {"outwards": slice(0), "inwards": slice(None), "mixed": slice(0, 1)}[wound]
+    faces[reversed_faces] = faces[reversed_faces, ::-1]
+    surface = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), faces))
+    assert surface.kinds.tolist() == [PartKind.CLOSED]
+    assert surface.signs.tolist() == [-1 if wound == "inwards" else 1]
+    walls = sum((counts[axis] - 1) * 4 * np.prod(counts) // counts[axis] for axis in range(3))
+    assert len(surface.grid.triangles) == len(mesh.faces) - walls
+
+
+def test_a_fin_inside_a_solid_is_no_hole_and_one_outside_stays():
+    box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
+    for tip, kind, faces in (([0.0, 0.1, 0.1], PartKind.CLOSED, 12), ([0.0, -0.9, -0.9], PartKind.HOLED, 13)):
+        fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
+        surface = winding_surface(merged(box, fin))
+        assert surface.kinds.tolist() == [kind]
+        assert len(surface.grid.triangles) - len(surface.caps) == faces
+
+
+def test_sides_of_a_box_drawn_from_both_sides_are_no_walls():
+    box = box_mesh()
+    for faces in ([0], [0, 1], range(12)):
+        surface = winding_surface(from_both_sides(box, *faces))
+        assert surface.kinds.tolist() == [PartKind.CLOSED]
+        assert len(surface.grid.triangles) == 12
+
+
+def test_a_cell_drawn_from_both_sides_beside_a_solid_is_not_lost():
+    """Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside."""
+    double = cells((2, 1, 1))
+    second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
+    surface = winding_surface(from_both_sides(double, *second))
+    assert surface.kinds.tolist() == [PartKind.OPEN]
+
+
 def test_a_part_that_crosses_one_wound_the_other_way_is_noted():
     box, ball = box_mesh(), moved(ball_mesh(0.3), [0.5, 0.3, 0.2])
     backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
