@@ -116,16 +116,27 @@ class Shrinking:
                 return
 
     def _faces(self, body: int) -> None:
-        """Fewest faces of one body; a solid that must stay closed becomes the hull of fewest corners."""
+        """Fewest faces of one body; a solid that must stay one becomes the hull of fewest corners."""
         mesh = self.fault.bodies[body].mesh
-        if mesh.is_closed and len(mesh.faces) > 4 and not self._opens(body):
-            corners, fault = mesh.vertices[np.unique(mesh.faces)], self.fault
-            fewest(np.arange(len(corners)), lambda rows: self._takes(_with_hull, fault, body, corners[rows]))
+        if not mesh.is_closed or len(mesh.faces) <= 4 or self._opens(body):
+            fault = self.fault
+            rows = np.arange(len(fault.bodies[body].mesh.faces))
+            fewest(rows, lambda rows: self._takes(_with_faces, fault, {body: rows}))
+        self._hull(body)
+
+    def _hull(self, body: int) -> None:
+        """The hull of fewest corners, where it has fewer faces.
+
+        A solid that lost a face is still one, with all of its other faces; a tetrahedron has four.
+        """
+        before, mesh = (self.fault, self.doubts), self.fault.bodies[body].mesh
+        if len(mesh.faces) <= 4:
             return
-        fault = self.fault
-        fewest(
-            np.arange(len(fault.bodies[body].mesh.faces)), lambda rows: self._takes(_with_faces, fault, {body: rows})
-        )
+        corners, fault = mesh.vertices[np.unique(mesh.faces)], self.fault
+        if mesh.is_closed or self._takes(_with_hull, fault, body, corners):
+            fewest(np.arange(len(corners)), lambda rows: self._takes(_with_hull, fault, body, corners[rows]))
+        if len(self.fault.bodies[body].mesh.faces) >= len(mesh.faces):
+            self.fault, self.doubts = before
 
     def _opens(self, body: int) -> bool:
         """Whether any one of a few faces can go."""
