@@ -18,7 +18,6 @@ from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import ImpactSettings
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import (
-    PARTLY_DECIDED,
     Body,
     Detection,
     Motion,
@@ -124,9 +123,6 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         asked = self._containment.mark(motion, frames[clear], columns[clear], verdict)
         asked += self._mark_ways_through_holes(motion, surfaces, way, verdict)
         asked += self._passages.mark(motion, *legs, verdict)
-        unresolved = np.argwhere((verdict == Verdict.UNRESOLVED) & has_pose)
-        for t, p in unresolved.tolist():
-            reasons.setdefault((t, p), self._containment.words[p].removeprefix(PARTLY_DECIDED))
         clock.append(perf_counter())
         return self._detection(
             block,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from cdcore.errors import NotRecordedError
 from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
+from cdcore.protocol.reasons import Reasons
 from cdcore.protocol.verdict import Verdict, counts_as_contact
 
 Covers = Literal["instants", "intervals"]
@@ -25,18 +26,6 @@ SectionSource = Callable[[int, int, IntArray], FloatArray]
 
 MOST_PAIRS = 20
 """Pairs that a notebook lists of a detection."""
-
-DECIDED = "decided"
-"""Word in ``Detection.containment`` for a pair whose containment was decided in every frame."""
-
-PARTLY_DECIDED = "partly: "
-"""Begins the word of a pair whose containment may be UNRESOLVED in some frames; the reason follows."""
-
-REFUSED = "refused: "
-"""Begins the word of a pair whose containment is never decided; the reason follows."""
-
-INSIDE_UNDECIDED = "inside undecided: "
-"""Begins the reason of a pair-frame that is UNRESOLVED because a mesh does not tell its inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +45,7 @@ class Detection:
     work : counters: a total, or (T, P) uint32 where asked for.
     seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).
-    reasons : why (frame, pair) is UNRESOLVED or INVALID.
+    reasons : why (frame, pair) is UNRESOLVED or INVALID; a detector notes what ``containment`` does not say already.
     toi : {(frame, pair): (low, high)} seconds, interval of the time of impact where ``covers`` is intervals.
     """
 
@@ -77,6 +66,7 @@ class Detection:
 
     def __post_init__(self) -> None:
         readonly(self.verdict)
+        object.__setattr__(self, "reasons", Reasons(self.reasons, self.verdict, self.containment))
 
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
@@ -128,7 +118,7 @@ class Detection:
         return replace(
             self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,
             face_sets=None if self.face_sets is None else self.face_sets.take(frames),
-            reasons={(row[t], p): why for (t, p), why in self.reasons.items() if t in row},
+            reasons={(row[t], p): why for (t, p), why in _noted(self).items() if t in row},
             toi={(row[t], p): toi for (t, p), toi in self.toi.items() if t in row},
         )  # fmt: skip
 
@@ -206,10 +196,15 @@ def join(detections: Iterable[Detection]) -> Detection:
         face_sets=faces,
         work=_added([part.work for part in parts]),
         seconds=_added([part.seconds for part in parts]),
-        reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.reasons.items()},
+        reasons={(t + start, p): why for start, part in blocks for (t, p), why in _noted(part).items()},
         toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
         section_source=None if None in sources else partial(_section_in_block, sources, first),
     )
+
+
+def _noted(detection: Detection) -> Mapping[tuple[int, int], str]:
+    """The reasons that a detector noted one by one."""
+    return Reasons(detection.reasons, detection.verdict, ()).noted
 
 
 def _section_in_block(sources: list[Any], first: list[int], frame: int, pair: int, faces: IntArray) -> FloatArray:

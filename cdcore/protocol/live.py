@@ -13,6 +13,7 @@ from cdcore.protocol.blocks import blocks_in_order
 from cdcore.protocol.detection import Detection, join
 from cdcore.protocol.detector import Detector
 from cdcore.protocol.motion import Motion
+from cdcore.protocol.reasons import Reasons
 
 REST: Final = "rest"
 """The stage of what a look took beside its other stages."""
@@ -43,12 +44,16 @@ class LiveBlocks:
         self._answer = answer
         self.seconds: dict[str, float] = {}
         self.work: Counter[str] = Counter()
+        self.reasons: dict[int, str] = {}
+        """By pair, why the last look left it undecided, where the detector noted that."""
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
         found = self._answer(now)
         self.seconds = {stage: float(np.sum(spent)) for stage, spent in found.seconds.items()}
         self.work.update({name: int(np.sum(count)) for name, count in found.work.items()})
+        noted = Reasons(found.reasons, found.verdict, ()).noted
+        self.reasons = {pair: why for (_, pair), why in noted.items()}
         verdict: ByteArray = found.verdict[0]
         return verdict
 
@@ -90,16 +95,20 @@ def _looks(head: Detection, session: Live, motion: Motion) -> Detection:
     before = session.work.copy()
     verdict = np.empty((len(motion), len(head.pairs)), dtype=np.uint8)
     spent, whole = [], np.zeros(len(motion))
+    reasons: dict[tuple[int, int], str] = {}
     for k in range(len(motion)):
         now = motion.frames(k, k + 1)
         start = perf_counter()
         verdict[k] = session.look(now)
         whole[k] = perf_counter() - start
         spent.append(session.seconds)
+        if isinstance(session, LiveBlocks):
+            reasons |= {(k, pair): why for pair, why in session.reasons.items()}
     stages = dict.fromkeys(stage for one in spent for stage in one)
     seconds = {stage: np.array([one.get(stage, 0.0) for one in spent]) for stage in stages}
     seconds[REST] = np.maximum(whole - sum(seconds.values(), np.zeros(len(motion))), 0.0)
     work = {name: count - before[name] for name, count in session.work.items()}
     return replace(
-        head, times=motion.times, verdict=verdict, work=work, seconds=seconds, reasons={}, toi={}, section_source=None
-    )
+        head, times=motion.times, verdict=verdict, work=work, seconds=seconds, reasons=reasons, toi={},
+        section_source=None,
+    )  # fmt: skip

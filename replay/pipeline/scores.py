@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
-from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, is_undecided
+from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
 from replay.comparison.fault import MISS_KINDS
@@ -150,10 +150,7 @@ MOST_REASONS: Final = 3
 
 
 def reasons_of(detection: Detection) -> dict[str, int]:
-    """Why pair-frames are undecided, where the detector says so -> how many, the most frequent first.
-
-    A detector that is asked live gives no reason a frame; that of a pair stands in what it says of containment.
-    """
+    """Why pair-frames are undecided -> how many, the most frequent first."""
     return dict(_all_reasons(detection).most_common(MOST_REASONS))
 
 
@@ -163,15 +160,7 @@ def inside_undecided(detection: Detection) -> int:
 
 
 def _all_reasons(detection: Detection) -> Counter[str]:
-    found = Counter(detection.reasons.values())
-    explained = Counter(pair for _, pair in detection.reasons)
-    # A recorded detection says nothing of containment.
-    for pair, (words, verdict) in enumerate(zip(detection.containment, detection.verdict.T, strict=False)):
-        if words != DECIDED:
-            stated = Verdict.INVALID if words.startswith(REFUSED) else Verdict.UNRESOLVED
-            why = words.removeprefix(REFUSED).removeprefix(PARTLY_DECIDED)
-            found[why] += max(0, int((verdict == stated).sum()) - explained[pair])
-    return +found
+    return Counter(detection.reasons.values())
 
 
 def undecided_share(result: RunResult, label: str) -> dict[str, Any]:

@@ -5,12 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 from support.rows import ROWS
-from support.shapes import lab, random_rotations, unturned
+from support.shapes import box_mesh, lab, random_rotations, unturned
 from support.shared_data import DATA, needs_data
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
 from cdcore.protocol import Detector, counts_as_contact, detect_live
+from cdcore.protocol.reasons import NO_REASON
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.prepare.assemble import assemble
 from sessions.importers import import_session
@@ -278,3 +279,33 @@ def test_a_mesh_of_one_triangle_is_enough(name):
 
 def test_the_scene_of_these_tests_has_every_verdict_that_counts():
     assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(np.unique(whole("hybrid").verdict).tolist())
+
+
+@cache
+def undecided_scene():
+    """A cup that lacks its lid, an open sheet beside a block, and small bodies that go into and past them."""
+    box = box_mesh([0.2] * 3)
+    cup = TriangleMesh(box.vertices, box.faces[~(box.triangles[:, :, 2] == 0.1).all(axis=1)])
+    bodies = [Body("cup", cup), Body("block", box_mesh([0.2] * 3)), Body("probe", box_mesh([0.02] * 3))]
+    places = np.zeros((30, 3, 3))
+    places[:, 1] = [0.5, 0.0, 0.0]
+    places[:, 2, 2] = np.linspace(0.2, -0.2, 30)
+    places[15:, 2, 0] = np.linspace(0.0, 0.5, 15)
+    return bodies, unturned(places)
+
+
+@pytest.mark.parametrize("how", ["offline", "live", "stream"])
+def test_every_undecided_verdict_carries_a_reason(name, how):
+    bodies, motion = undecided_scene()
+    detector = create_detector(name, bodies)
+    found = {
+        "offline": lambda: detector.detect(motion),
+        "live": lambda: detect_live(detector, motion),
+        "stream": lambda: join(detector.stream(motion.blocks(7))),
+    }[how]()
+    undecided = np.argwhere((found.verdict == Verdict.UNRESOLVED) | (found.verdict == Verdict.INVALID))
+    assert {tuple(place) for place in undecided.tolist()} <= set(found.reasons)
+    reasons = [found.reasons[frame, pair] for frame, pair in undecided.tolist()]
+    assert all(reason and reason != NO_REASON for reason in reasons)
+    if any(word.startswith("partly: ") for word in found.containment):
+        assert (found.verdict == Verdict.UNRESOLVED).any()

@@ -1,0 +1,52 @@
+"""Every undecided verdict has a reason: the one noted, that of its pair, or that there is none."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from cdcore import Detection, Verdict, join
+from cdcore.protocol.reasons import NO_REASON
+
+U, X, N, C = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
+WORDS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
+
+
+def detection(verdict, reasons=(), containment=WORDS, start=0):
+    verdict = np.array(verdict, dtype=np.uint8)
+    times = start + np.arange(len(verdict), dtype=float)
+    return Detection(
+        "d", ("a", "b", "c"), np.array([[0, 1], [0, 2], [1, 2]]), times, verdict,
+        containment=containment, reasons=dict(reasons),
+    )  # fmt: skip
+
+
+def test_undecided_verdicts_get_the_reason_of_their_pair():
+    found = detection([[U, X, C], [C, C, U]])
+    assert found.reasons == {
+        (0, 0): "inside undecided: cup has holes", (0, 1): "not supported", (1, 2): NO_REASON,
+    }  # fmt: skip
+    assert len(found.reasons) == 3
+    assert detection([[U, C, C]], containment=()).reasons == {(0, 0): NO_REASON}
+
+
+def test_a_noted_reason_comes_before_that_of_the_pair():
+    found = detection([[U, N, C]], {(0, 0): "half a turn", (0, 1): "lost"})
+    assert found.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
+
+
+@pytest.mark.parametrize("place", [(0, 2), (5, 0), (-1, 0), (0, 3)])
+def test_what_is_decided_or_not_there_has_no_reason(place):
+    found = detection([[U, X, C]])
+    assert place not in found.reasons
+    with pytest.raises(KeyError):
+        found.reasons[place]
+
+
+def test_reasons_stay_with_their_frames_in_blocks_and_selections():
+    first, second = detection([[U, C, C]], {(0, 0): "noted"}), detection([[U, C, C], [C, X, C]], start=1)
+    joined = join([first, second])
+    expected = {(0, 0): "noted", (1, 0): "inside undecided: cup has holes", (2, 1): "not supported"}
+    assert joined.reasons == expected
+    assert joined.take(np.array([0, 2])).reasons == {(0, 0): "noted", (1, 1): "not supported"}
+    assert pickle.loads(pickle.dumps(joined)).reasons == expected
