@@ -11,6 +11,7 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
+from cdcore.protocol.reasons import NO_REASON
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
 from replay.comparison.fault import MISS_KINDS
@@ -150,7 +151,7 @@ MOST_REASONS: Final = 3
 
 
 def reasons_of(detection: Detection) -> dict[str, int]:
-    """Why pair-frames are undecided -> how many, the most frequent first."""
+    """Why pair-frames are undecided, where the detector says so -> how many, the most frequent first."""
     return dict(_all_reasons(detection).most_common(MOST_REASONS))
 
 
@@ -160,7 +161,7 @@ def inside_undecided(detection: Detection) -> int:
 
 
 def _all_reasons(detection: Detection) -> Counter[str]:
-    return Counter(detection.reasons.values())
+    return Counter(why for why in detection.reasons.values() if why != NO_REASON)
 
 
 def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
