@@ -14,7 +14,14 @@ from cdcore import Motion
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
-from replay.advice.open_guesses import DECIDE, MOST_QUESTIONS, open_rows, untried_lines
+from replay.advice.open_guesses import (
+    DECIDE,
+    MOST_QUESTIONS,
+    guess_lines,
+    open_rows,
+    untried_lines,
+    untried_rows,
+)
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.shared_motion import shared_motion
@@ -32,6 +39,7 @@ from sessions import Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject
 from sessions.scene_files.answers import answered, recording_assumptions
+from sessions.scene_files.pose_axes import follows_its_poses
 
 DEPTH_FRAMES: Final = 24
 """Contact frames of an alternative whose depth is measured, evenly chosen."""
@@ -155,11 +163,14 @@ def examine_assumptions(
             alternatives = []
             for value in dict.fromkeys((row.value, *row.alternatives)):
                 if value == row.value:
-                    alternatives.append(Alternative(value, row.description or value, current, is_current=True))
+                    alternatives.append(Alternative(value, _described(session, row, value), current, is_current=True))
                     continue
                 changed = answered(session, row, value)
                 description = _described(changed, row, value)
-                outcome = outcome_of(_assembled(changed, row, whole, thinned, frames))
+                if row.subject is Subject.POSE_AXES and follows_its_poses(session, changed):
+                    outcome = current
+                else:
+                    outcome = outcome_of(_assembled(changed, row, whole, thinned, frames))
                 alternatives.append(Alternative(value, description, outcome, is_current=False))
                 advance(1)
             different = _different(alternatives)
@@ -192,6 +203,8 @@ def _described(changed: Session, row: Assumption, value: str) -> str:
     """The words of the assumption as it stands in a changed recording."""
     for other in recording_assumptions(changed):
         if other.subject is row.subject and other.files == row.files and other.bodies == row.bodies:
+            if row.subject is Subject.POSE_AXES:
+                return f"{value} ({other.description})"
             return other.description or value
     return value
 
@@ -326,22 +339,33 @@ def outcome_words(outcome: Outcome) -> str:
     return f"{contacts}, at most {max(1.0, np.ceil(1e3 * outcome.deepest)):.0f} mm deep"
 
 
-def open_question_lines(session: Session, assembly: Assembly | None, progress: Progress) -> list[str]:
-    """Returns the open questions of a recording for the first screen of its run, one sentence each.
+@dataclass(frozen=True)
+class GuessLines:
+    """Sentences for the first screen of a run: open questions of its recording, and what was guessed besides."""
+
+    questions: list[str]
+    guesses: list[str]
+
+
+def first_screen_lines(session: Session, assembly: Assembly | None, progress: Progress) -> GuessLines:
+    """Returns the open questions of a recording, and in one more sentence everything else that its import guessed.
 
     ``assembly``: the recording as it was replayed; ``None``: it is made here. No file is named, since files may be
     called after people.
     """
     untried = untried_lines(session)
+    said = untried_rows(session)
     rows = open_rows(session)
     if not rows:
-        return untried
+        return GuessLines(untried, guess_lines(session, said))
     try:
         examined = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
         failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
-        return [*untried, *failed]
-    return [*untried, *(f"{question_sentence(question)} {DECIDE}" for question in examined.questions)]
+        return GuessLines([*untried, *failed], guess_lines(session, [*said, *rows]))
+    questions = [f"{question_sentence(question)} {DECIDE}" for question in examined.questions]
+    asked = [question.assumption for question in examined.questions]
+    return GuessLines([*untried, *questions], guess_lines(session, [*said, *asked]))
 
 
 def question_sentence(question: Question) -> str:

@@ -1,6 +1,6 @@
 """Sentences on what an import guessed: what its user may decide, and what was taken for sure; nothing is replayed."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 from replay.base.constants import RECORDING
@@ -16,8 +16,8 @@ MOST_NAMED: Final = 4
 
 DECIDE: Final = f"To decide: replay doctor {RECORDING} --look"
 
-GUESSED_SUBJECTS: Final = (Subject.LENGTH_UNIT, *DRAFTED)
-"""What the first screen of a run names where it was guessed; guessed axes of poses are in `info`."""
+GUESSED_SUBJECTS: Final = (Subject.POSE_AXES, Subject.LENGTH_UNIT, *DRAFTED)
+"""What the first screen of a run names where it was guessed."""
 
 
 def open_rows(session: Session) -> list[Assumption]:
@@ -30,17 +30,21 @@ def untried_lines(session: Session) -> list[str]:
     return [
         f"Not decided: {row.title_by_bodies}. Taken for {row.value}: {row.reason}. To decide: "
         f"{OPTIONS.get(row.subject, 'the mapping')} ({' or '.join(row.alternatives)}), and import again."
-        for row in recording_assumptions(session)
-        if row.is_open and row.subject not in CHANGEABLE
+        for row in untried_rows(session)
     ]
 
 
-def guess_lines(session: Session) -> list[str]:
-    """Returns one sentence on what an import guessed of poses and clock, or none; open guesses have their own."""
+def untried_rows(session: Session) -> list[Assumption]:
+    """Returns the open assumptions of a recording whose alternatives only another import can show."""
+    return [row for row in recording_assumptions(session) if row.is_open and row.subject not in CHANGEABLE]
+
+
+def guess_lines(session: Session, questions: Collection[Assumption] = ()) -> list[str]:
+    """Returns one sentence on what an import guessed of poses and clock, or none; ``questions`` have their own."""
     rows = [
         row
         for row in recording_assumptions(session)
-        if row.origin is Origin.GUESS and row.subject in GUESSED_SUBJECTS and not row.is_open
+        if row.origin is Origin.GUESS and row.subject in GUESSED_SUBJECTS and row not in questions
     ]
     if not rows:
         return []

@@ -20,6 +20,7 @@ from sessions.model.assumption import Assumption, Subject
 from sessions.model.frames import Status
 from sessions.model.scene import Pose, wanted_pairs
 from sessions.scene_files.answers import answered
+from sessions.scene_files.pose_axes import follows_its_poses
 
 MOST_FRAMES: Final = 12_000
 """Frames whose distances are looked up; of more, evenly chosen ones, as many as are replayed."""
@@ -79,6 +80,8 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
         return best_fitting_axes(session, assumption) != assumption.value
     if not _is_plain(session):
         return None
+    if assumption.subject is Subject.POSE_AXES and _all_follow(session, assumption):
+        return False
     frames = session.frames
     rows = _evenly(len(frames), MOST_FRAMES)
     values = (assumption.value, *assumption.alternatives)
@@ -98,6 +101,12 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     if _contacts_differ(scenes, candidates):
         return True
     return False if is_known else None
+
+
+def _all_follow(session: Session, row: Assumption) -> bool:
+    """Whether all meshes turn with the poses under every alternative."""
+    others = (value for value in row.alternatives if value != row.value)
+    return all(follows_its_poses(session, answered(session, row, value)) for value in others)
 
 
 def _scenes(session: Session, assumption: Assumption, values: Iterable[str], rows: Rows) -> list[_Scene]:

@@ -69,11 +69,10 @@ def with_open_questions(result: run_result.RunResult, progress: Progress) -> run
     """The result with the guesses of its recording's import, and of those the ones that change its contacts."""
     if not result.detections:
         return result
-    from replay.advice.assumptions import open_question_lines
-    from replay.advice.open_guesses import guess_lines
+    from replay.advice.assumptions import first_screen_lines
 
-    questions = open_question_lines(result.session, result.assembly, progress)
-    lines = {"open_questions": questions, "guesses": guess_lines(result.session)}
+    said = first_screen_lines(result.session, result.assembly, progress)
+    lines = {"open_questions": said.questions, "guesses": said.guesses}
     return replace(result, summary={**result.summary, **{key: kept for key, kept in lines.items() if kept}})
 
 

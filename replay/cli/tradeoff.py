@@ -69,7 +69,7 @@ def _tradeoff(
     session: Path, people: People, *, out: Path | None, force: bool, scene: Path | None, time_limit: float,
     picture: bool, as_json: bool, **asked: Any,
 ) -> int:  # fmt: skip
-    from replay.advice.assumptions import open_question_lines
+    from replay.advice.assumptions import first_screen_lines
     from replay.api.runner import write_watched
     from replay.base.constants import RECORDING
     from replay.cli.run_report import answer_cited
@@ -88,7 +88,8 @@ def _tradeoff(
     progress = TerminalProgress(people)
     with compiling_announced(people, alone=True), progress.stage("Trying settings", 100) as advance:
         done = tradeoff(held, time_limit=time_limit, watch=percent_of_settings(advance), **asked)
-    undecided = [line.replace(RECORDING, quote(str(session))) for line in open_question_lines(held, None, progress)]
+    said = first_screen_lines(held, None, progress)
+    undecided = [line.replace(RECORDING, quote(str(session))) for line in said.questions]
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from sessions.importers.given_meshes import MeshOptions
-from sessions.meshes.conventions import Convention
+from sessions.meshes.conventions import Convention, pose_axes_alternatives
 from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.model.assumption import (
     ASSUMPTIONS_FACT,
@@ -34,7 +34,16 @@ def pose_assumptions(frame: "SourceFrame", farthest: float) -> tuple[Assumption,
 
     ``farthest``: metres from the origin of the farthest position, as the unit was taken.
     """
-    axes = Assumption(Subject.POSE_AXES, frame.axes.name, frame.axes_origin, description=_description(frame.axes))
+    is_guess = frame.axes_origin is Origin.GUESS
+    axes = Assumption(
+        subject=Subject.POSE_AXES,
+        value=frame.axes.name,
+        origin=frame.axes_origin,
+        confidence=frame.axes_confidence,
+        description=_description(frame.axes),
+        reason="usual for this format" if is_guess else "",
+        alternatives=pose_axes_alternatives(frame.axes) if is_guess else (),
+    )
     handed_origin, reason = frame.axes_origin, ""
     if frame.axes.assumed_handedness:
         handed_origin, reason = Origin.GUESS, "the axes as text leave it out"

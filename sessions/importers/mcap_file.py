@@ -21,10 +21,12 @@ from sessions.mcap_format.catalogue import ChannelInfo
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
+from sessions.model.assumption import Confidence
 from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
-"""Axes where none are named: Foxglove and ROS both follow REP 103."""
+"""Axes where none are named: REP 103 defines those of ROS; programs that write Foxglove's messages may have others."""
+FOXGLOVE: Final = "foxglove."
 DIGITS: Final = re.compile("-?[0-9]{1,20}")
 NAMED_TOPICS: Final = 8  # Topics that an error names
 
@@ -54,7 +56,8 @@ def read_mcap(
         _add(source, channel, log_ns, message, tree)
     messages.account(ledger)
     tables, notes, joined = tree.tables(join=len(topics) > 1)
-    frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined)
+    confidence = Confidence.SURE if messages.are_of_ros else Confidence.OPEN
+    frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined, confidence)
     return imported(tables, frame, ledger, notes)
 
 
@@ -157,6 +160,11 @@ class _PoseMessages:
             for number, channel in catalogue.channels.items()
             if _kind(channel) in (*FRAMES, *POSES) and (not topics or channel.topic in topics)
         }
+
+    @property
+    def are_of_ros(self) -> bool:
+        """Whether every channel that is read has messages of ROS, whose axes REP 103 defines."""
+        return all(not channel.schema_name.startswith(FOXGLOVE) for channel in self._channels.values())
 
     @property
     def _own_cure(self) -> str:

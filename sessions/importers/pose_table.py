@@ -16,7 +16,7 @@ from sessions.importers.ledger import FACT, Ledger
 from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
-from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, assumptions_fact
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, assumptions_fact
 from sessions.model.session import Session
 from sessions.model.track import ScalarTrack, Track
 
@@ -59,17 +59,25 @@ class SourceFrame:
     clock: str
     assumed: tuple[str, ...] = ()
     axes_origin: Origin = Origin.FORMAT
+    axes_confidence: Confidence = Confidence.SURE
     units_origin: Origin = Origin.FORMAT
     clock_origin: Origin = Origin.FORMAT
     others: tuple[Assumption, ...] = ()
 
     @classmethod
     def in_axes(
-        cls, convention: str | None, usual: str, units: str, clock: str, assumed: Sequence[str] = ()
+        cls,
+        convention: str | None,
+        usual: str,
+        units: str,
+        clock: str,
+        assumed: Sequence[str] = (),
+        confidence: Confidence = Confidence.SURE,
     ) -> "SourceFrame":
         """In the axes that somebody named, else in those that are usual for a source, which is then assumed.
 
-        ``units``: ``""`` where the file states none; then that of the axes, or metres.
+        ``units``: ``""`` where the file states none; then that of the axes, or metres. ``confidence``: how sure the
+        usual axes are.
         """
         axes = convention_named(convention or usual)
         words = [] if convention else [f"axes {axes.name} ({axes.description})"]
@@ -82,6 +90,7 @@ class SourceFrame:
             clock=clock,
             assumed=(*words, *assumed),
             axes_origin=Origin.USER if convention else Origin.GUESS,
+            axes_confidence=Confidence.SURE if convention else confidence,
             units_origin=Origin.FILE if units else Origin.GUESS,
         )
 

@@ -26,6 +26,7 @@ from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import METRES, PoseTable, SourceFrame, Stream, imported, numbered, stamps_of
 from sessions.importers.stamps import Numbers, Stamps
 from sessions.meshes.conventions import convention as convention_named
+from sessions.model.assumption import Confidence
 from sessions.model.event import Event
 from sessions.model.session import Session
 from sessions.scene_files.toml_table import nearest
@@ -111,7 +112,8 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     for stream in streams:
         (notes if stream.data["clock_times"] else assumed).append(stream.clock)
     clock = "LSL clock of the recording computer, s"
-    frame = SourceFrame.in_axes(convention, min(kinds), max(units), clock, assumed)
+    confidence = Confidence.SURE if kinds == {UNITY_AXES} else Confidence.OPEN
+    frame = SourceFrame.in_axes(convention, min(kinds), max(units), clock, assumed, confidence)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(imported(tables, frame, ledger, notes, numbers), events=events)

@@ -74,6 +74,16 @@ class Convention:
         given = np.asarray(points, dtype=np.float64)
         return given[..., list(self.axes)] * np.array(self.signs, dtype=np.float64)
 
+    def source_points(self, points: ArrayLike) -> Array:
+        """Canonical points (..., 3) in the axes of the source: undoes `points`."""
+        given = np.asarray(points, dtype=np.float64) * np.array(self.signs, dtype=np.float64)
+        return given[..., np.argsort(self.axes)]
+
+    def source_quaternions(self, quaternions_xyzw: ArrayLike) -> Array:
+        """Canonical quaternions (..., 4), xyzw, in the axes of the source: undoes `quaternions`."""
+        given = np.asarray(quaternions_xyzw, dtype=np.float64)
+        return np.concatenate([self._determinant * self.source_points(given[..., :3]), given[..., 3:]], axis=-1)
+
     def quaternions(self, quaternions_xyzw: ArrayLike) -> Array:
         """Source quaternions (..., 4), xyzw, in the canonical frame; norms stay as they are."""
         given = np.asarray(quaternions_xyzw, dtype=np.float64)
@@ -121,6 +131,14 @@ def convention(name: str) -> Convention:
     right, up, back = (int(np.flatnonzero(row)[0]) for row in matrix)
     signs = round(matrix[0, right]), round(matrix[1, up]), round(matrix[2, back])
     return Convention(text, (right, up, back), signs, text, assumed_handedness=not states_handedness)
+
+
+def pose_axes_alternatives(axes: Convention) -> tuple[str, ...]:
+    """Returns the names of the conventions that poses may have, these axes first; of equal ones the first."""
+    different: dict[bytes, str] = {}
+    for row in (axes, *CONVENTIONS.values()):
+        different.setdefault((row.matrix + 0.0).tobytes(), row.name)
+    return tuple(different.values())
 
 
 def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:

@@ -14,11 +14,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, convention
-from sessions.meshes.mesh_axes import (
-    mesh_axes_alternatives,
-    mesh_axes_description,
-    mesh_axes_matrix,
-)
+from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import (
     ASSUMPTIONS_FACT,
@@ -32,7 +28,8 @@ from sessions.model.assumption import (
 from sessions.model.frames import Frames
 from sessions.model.session import Session
 from sessions.model.track import Track
-from sessions.scene_files.body_axes import pose_convention
+from sessions.scene_files.body_axes import axes_change, pose_convention
+from sessions.scene_files.pose_axes import with_pose_axes
 
 OPTIONS: Final = {
     Subject.MESH_AXES: "--mesh-axes",
@@ -44,7 +41,9 @@ OPTIONS: Final = {
 }
 """Subject -> the option of ``replay import`` that decides it."""
 
-CHANGEABLE: Final = frozenset({Subject.MESH_AXES, Subject.MESH_UNIT, Subject.LENGTH_UNIT, Subject.COLLIDER_AXES})
+CHANGEABLE: Final = frozenset(
+    {Subject.POSE_AXES, Subject.MESH_AXES, Subject.MESH_UNIT, Subject.LENGTH_UNIT, Subject.COLLIDER_AXES}
+)
 """Subjects that have another value in a recording without another import."""
 
 _IMPORTED_AXES: Final = re.compile(r"axes (\S+) \(")
@@ -101,7 +100,8 @@ def answered(session: Session, assumption: Assumption, value: str) -> Session:
 def with_answers_forgotten(session: Session) -> tuple[Session, int]:
     """Returns the recording as it was before its user answered, and how many answers were forgotten."""
     forgotten = 0
-    for row in recording_assumptions(session):
+    # Axes of poses last: what a mesh was taken for depends on them.
+    for row in sorted(recording_assumptions(session), key=lambda row: row.subject is Subject.POSE_AXES):
         if row.guessed_value:
             guess = replace(
                 row,
@@ -120,6 +120,8 @@ def _description(session: Session, assumption: Assumption, value: str) -> str:
     if assumption.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES):
         poses = known_convention(recording_assumptions(session), session.facts)
         return mesh_axes_description(value, convention(poses))
+    if assumption.subject is Subject.POSE_AXES:
+        return convention(value).description
     return ""
 
 
@@ -134,6 +136,8 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         changed = replace(session, meshes=_turned_meshes(session, before, after.value))
     elif before.subject is Subject.COLLIDER_AXES:
         changed = replace(session, colliders=_turned_colliders(session, before, after.value))
+    elif before.subject is Subject.POSE_AXES:
+        return _in_usual_unit(with_pose_axes(session, before, after), before.value, after.value)
     elif before.subject is Subject.MESH_UNIT:
         scale = UNITS[after.value] / UNITS[before.value]
         meshes = {name: _scaled(session.meshes[name], scale) for name in before.bodies}
@@ -146,6 +150,16 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         raise SessionError(f"the {before.title} cannot be changed in a recording; import it again, with {option}")
     written = assumptions_fact(after if row == before else row for row in rows)
     return replace(changed, facts={**changed.facts, ASSUMPTIONS_FACT: written})
+
+
+def _in_usual_unit(session: Session, before: str, after: str) -> Session:
+    """The recording with its lengths in the unit of a convention, where they were guessed to be in that of another."""
+    was, unit = (convention(name).unit or "m" for name in (before, after))
+    for row in recording_assumptions(session):
+        if row.subject is Subject.LENGTH_UNIT and row.origin is Origin.GUESS and row.value == was != unit:
+            others = [other for other in row.alternatives if other != unit]
+            return _changed(session, row, replace(row, value=unit, alternatives=(unit, *others)))
+    return session
 
 
 def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
@@ -162,10 +176,7 @@ def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
 def _turn_between(session: Session, before: str, after: str) -> NDArray[np.float64]:
     """The matrix (4, 4) from a mesh by one reading of its file's axes to the mesh by another."""
     poses = convention(known_convention(recording_assumptions(session), session.facts))
-    matrix = np.eye(4)
-    # The inverse of a signed permutation is its transpose.
-    matrix[:3, :3] = mesh_axes_matrix(after, poses) @ mesh_axes_matrix(before, poses).T
-    return matrix
+    return axes_change(before, poses, after, poses)
 
 
 def _turned_colliders(session: Session, before: Assumption, axes: str) -> dict[str, tuple[MeshData, ...]]:

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS, Convention, convention
@@ -45,6 +46,17 @@ def in_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:
     matrix = np.eye(4)
     matrix[:3, :3] = mesh_axes_matrix(axes, poses)
     return mesh if np.array_equal(matrix, np.eye(4)) else mesh.transformed(matrix)
+
+
+def axes_change(before: str, old: Convention, after: str, new: Convention) -> NDArray[np.float64]:
+    """Returns the matrix (4, 4) from a mesh by one reading of its file's axes to the mesh by another.
+
+    ``old`` and ``new`` are the conventions of the poses beside which the file is read.
+    """
+    matrix = np.eye(4)
+    # The inverse of a signed permutation is its transpose.
+    matrix[:3, :3] = mesh_axes_matrix(after, new) @ mesh_axes_matrix(before, old).T
+    return matrix
 
 
 def from_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:

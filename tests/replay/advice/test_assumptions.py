@@ -3,6 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 import trimesh
+from support.foxglove_json import write_transforms
 from support.planted_scenes import (
     FRAMES,
     PLATE,
@@ -227,3 +228,43 @@ def test_a_run_names_the_guesses_of_the_draft_on_its_first_screen(tmp_path):
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
     (line,) = doubts(replay.run(imported(), detectors="exact"))
     assert line.startswith("Guessed by the import: unit of lengths (m); unit of times (s). Why: replay info")
+
+
+def unity_poses_without_a_name(folder, kind):
+    """Poses of Unity in Foxglove's messages, which say no axes, and meshes as Unity's exporter writes them."""
+    axes = write_scene(folder, "unity", kind, exported=True)
+    rows = [line.split(",") for line in (folder / "take.csv").read_text().splitlines()[1:]]
+    write_transforms(
+        folder / "take.mcap", [(row[1], round(float(row[0]) * 1e9) + 10**9, row[2:5], row[5:]) for row in rows]
+    )
+    meshes = {name: folder / f"{name}.{kind}" for name in ("tool", "plate")}
+    return axes, lambda **more: import_session("mcap", folder / "take.mcap", meshes=meshes, **more)
+
+
+def test_poses_of_unnamed_axes_are_asked_for_where_meshes_do_not_follow(tmp_path):
+    axes, imported = unity_poses_without_a_name(tmp_path, "glb")
+    guessed = imported()
+    assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())
+    asked = {question.assumption.subject: question for question in examine_assumptions(guessed).questions}
+    right = [
+        row.value
+        for row in asked[Subject.POSE_AXES].alternatives
+        if np.array_equal(row.outcome.contact[:, 0], true_contact())
+    ]
+    assert right == ["unity"]
+    decided = answered(guessed, asked[Subject.POSE_AXES].assumption, "unity")
+    assert np.array_equal(examine_assumptions(decided).outcome.contact[:, 0], true_contact())
+    assert axes == "x-flipped" and Subject.POSE_AXES not in {
+        question.assumption.subject for question in examine_assumptions(decided).questions
+    }
+
+
+def test_guessed_axes_of_poses_that_change_nothing_are_named_and_not_asked(tmp_path):
+    _, imported = unity_poses_without_a_name(tmp_path, "obj")
+    session = imported(mesh_axes="body")
+    assert not examine_assumptions(session).questions
+    said = doubts(replay.run(session, detectors="exact"))
+    assert said[0].startswith("Guessed by the import: axes of poses (ros, not sure); unit of lengths (m).")
+    assert not any(
+        "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact"))
+    )

@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+from support.foxglove_json import write_transforms
+
+from sessions.importers import import_session
+from sessions.model.assumption import Origin, Subject
+from sessions.scene_files.answers import answered, recording_assumptions, with_answers_forgotten
+from sessions.scene_files.pose_axes import follows_its_poses
+
+OTHERS = ("canonical", "unity", "unreal", "z-up")
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """A recording of Foxglove's messages, whose axes nobody says, with an OBJ, a GLB and an STL."""
+    rng = np.random.default_rng(5)
+    for name, kind in (("cup", "obj"), ("rod", "glb"), ("jar", "stl")):
+        box = trimesh.creation.box((0.1, 0.2, 0.3))
+        box.apply_translation((0.01, 0.02, 0.03))
+        (tmp_path / f"{name}.{kind}").write_bytes(
+            data.encode() if isinstance(data := box.export(file_type=kind), str) else data
+        )
+    rows = [
+        (name, 10**9 + 11_000_000 * step, rng.normal(size=3), Rotation.random(random_state=step).as_quat())
+        for step in range(12)
+        for name in ("cup", "rod", "jar")
+    ]
+    write_transforms(tmp_path / "take.mcap", rows)
+    meshes = {"cup": tmp_path / "cup.obj", "rod": tmp_path / "rod.glb", "jar": tmp_path / "jar.stl"}
+    return lambda **more: import_session("mcap", tmp_path / "take.mcap", meshes=meshes, **more)
+
+
+def axes_of(session):
+    (row,) = [row for row in recording_assumptions(session) if row.subject is Subject.POSE_AXES]
+    return row
+
+
+def mesh_axes(session):
+    rows = [row for row in recording_assumptions(session) if row.subject is Subject.MESH_AXES]
+    return {body: row.value for row in rows for body in row.bodies}
+
+
+def assert_same(first, second):
+    # A unit scales positions and back, which rounds the last bit.
+    assert np.allclose(first.frames.position, second.frames.position, rtol=1e-15, atol=0)
+    assert np.array_equal(first.frames.quaternion_xyzw, second.frames.quaternion_xyzw)
+    for name, mesh in second.meshes.items():
+        assert np.array_equal(first.meshes[name].vertices, mesh.vertices), name
+        assert np.array_equal(first.meshes[name].faces, mesh.faces), name
+    for key in ("source_convention", "handedness", "conversions"):
+        assert {*first.facts[key].split("; ")} == {*second.facts[key].split("; ")}, key
+
+
+@pytest.mark.parametrize("axes", OTHERS)
+def test_an_answer_is_the_recording_that_the_option_imports(recording, axes):
+    guessed = recording()
+    row = axes_of(guessed)
+    assert (row.value, row.origin, row.is_open) == ("ros", Origin.GUESS, True)
+    assert {*row.alternatives} == {"ros", *OTHERS}
+    chosen = answered(guessed, row, axes)
+    option = recording(convention=axes)
+    assert_same(chosen, option)
+    assert mesh_axes(chosen) == mesh_axes(option)
+
+
+@pytest.mark.parametrize("axes", OTHERS)
+def test_a_forgotten_answer_leaves_the_recording_as_it_was(recording, axes):
+    guessed = recording()
+    chosen = answered(guessed, axes_of(guessed), axes)
+    forgotten, count = with_answers_forgotten(chosen)
+    assert count == 1
+    assert_same(forgotten, guessed)
+    kept, before = recording_assumptions(forgotten), recording_assumptions(guessed)
+    assert [(row.subject, row.value, row.origin) for row in kept] == [
+        (row.subject, row.value, row.origin) for row in before
+    ]
+    assert {*forgotten.facts["assumed"].split("; ")} >= {"axes ros (right-handed, +X forward, +Y left, +Z up)"}
+
+
+def test_answers_on_meshes_and_poses_are_forgotten_together(recording):
+    guessed = recording()
+    chosen = answered(guessed, axes_of(guessed), "unity")
+    (row,) = [row for row in recording_assumptions(chosen) if row.bodies == ("rod",) and "axes" in row.subject]
+    chosen = answered(chosen, row, "gltf")
+    forgotten, count = with_answers_forgotten(chosen)
+    assert count == 2
+    assert_same(forgotten, guessed)
+
+
+def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(recording):
+    guessed = recording(mesh_axes="body")
+    assert all(follows_its_poses(guessed, answered(guessed, axes_of(guessed), axes)) for axes in OTHERS)
+    mixed = recording()
+    assert not all(follows_its_poses(mixed, answered(mixed, axes_of(mixed), axes)) for axes in OTHERS)
+
+
+def test_axes_that_an_option_names_have_no_alternative(recording):
+    row = axes_of(recording(convention="z-up"))
+    assert row.origin is Origin.USER and row.alternatives == () and not row.is_open
