@@ -1,6 +1,5 @@
 """The guide's table of detectors, written from the detectors themselves: ``python .ci/choosing.py``."""
 
-import inspect
 import re
 from typing import Any, Final
 
@@ -9,7 +8,7 @@ from replay.guide.pages import FOLDER
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
 END: Final = "<!-- end of the table that choosing.py makes -->"
-HEAD: Final = "| name | kind | live | what it does | choose it when | it cannot |\n|---|---|---|---|---|---|"
+HEAD: Final = "| name | kind | choose it when | it cannot |\n|---|---|---|---|"
 
 
 def choosing_table() -> str:
@@ -26,13 +25,10 @@ def with_table(text: str, table: str, begin: str = BEGIN, end: str = END) -> str
 
 
 def _row(name: str, detector: type[Any]) -> str:
-    paragraph = (inspect.getdoc(detector) or "").split("\n\n")[0]
-    what = " ".join(paragraph.split()).replace("``", "`").removesuffix(".")
-    live = "yes" if detector.online else "no"
-    cells = (detector.kind, live, what, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
+    cells = (detector.kind, getattr(detector, "choose_when", ""), getattr(detector, "cannot", ""))
     return f"| `{name}` | " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 if __name__ == "__main__":
-    place = FOLDER / "detectors.md"
-    place.write_text(with_table(place.read_text("utf-8"), choosing_table()), encoding="utf-8")
+    glossary = FOLDER / "glossary.md"
+    glossary.write_text(with_table(glossary.read_text("utf-8"), choosing_table()), encoding="utf-8")

@@ -50,13 +50,13 @@ TWINS: Final = (
     Twin("mujoco[rate_hz=50]", "collider[shape=hull,rate_hz=50]"),
     Twin("physx[contact_offset_m=0.01]", "collider[shape=hull,skin_m=0.01]"),
     Twin("physx[contact_offset_m=0.01,rate_hz=50]", "collider[shape=hull,skin_m=0.01,rate_hz=50]"),
-    Twin("physx[shape=mesh,contact_offset_m=0.01]", "collider[shape=mesh,skin_m=0.01]"),
+    # PhysX and Bullet test no pair of two such meshes; two wands of 17,344 triangles take Rapier minutes a frame.
+    Twin("physx[shape=mesh,contact_offset_m=0.01]", "collider[shape=mesh,skin_m=0.01]", dense=False),
     Twin("rapier", "collider[shape=hull,skin_m=0.01]"),
     Twin("rapier[prediction_m=0]", "collider[shape=hull]"),
-    # Two wands of 17,344 triangles each take Rapier minutes a frame.
     Twin("rapier[shape=mesh]", "collider[shape=mesh,skin_m=0.01]", dense=False),
     Twin("bullet", "collider[shape=hull,skin_m=0.001]"),
-    Twin("bullet[shape=mesh]", "collider[shape=mesh,skin_m=0.001]"),
+    Twin("bullet[shape=mesh]", "collider[shape=mesh,skin_m=0.001]", dense=False),
 )
 
 
@@ -152,7 +152,7 @@ def tables(data: Path) -> str:
 if __name__ == "__main__":
     made = tables(Path(sys.argv[1]))
     if "--write" in sys.argv[2:]:
-        place = FOLDER / "real-engines.md"
-        place.write_text(with_table(place.read_text("utf-8"), made, BEGIN, END), encoding="utf-8")
+        results = FOLDER / "results.md"
+        results.write_text(with_table(results.read_text("utf-8"), made, BEGIN, END), encoding="utf-8")
     else:
         print(made)

@@ -1,7 +1,7 @@
-"""Makes the guide's page *Real recordings*: public recordings of VR hardware, audited with stated meshes.
+"""Makes a section of the guide's page *Results*: public recordings of VR hardware, audited with stated meshes.
 
 python .ci/real_recordings.py fetch FOLDER            prints the commands that put the recordings into FOLDER
-python .ci/real_recordings.py page FOLDER             prints the page, with what FOLDER and ../shared/data hold
+python .ci/real_recordings.py page FOLDER             writes the section, with what FOLDER and ../shared/data hold
 python .ci/real_recordings.py class FOLDER            runs the sessions of twelve participants, and writes their page
 python .ci/real_recordings.py pictures FOLDER         draws the pictures of the findings into .github/pictures
 """
@@ -17,17 +17,21 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import trimesh
+from choosing import with_table
 from scipy.spatial.transform import Rotation
 
 import replay
 from replay.base.tables import text_of
 from replay.cli.main import main
+from replay.guide.pages import FOLDER
 from replay.outputs.run_tables import ranking_table
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = Path(__file__).with_name("real_recordings.md")
+BEGIN = "<!-- begin of the section that real_recordings.py makes -->"
+END = "<!-- end of the section that real_recordings.py makes -->"
 
 LINEUP = {
     "hull50": "collider[shape=hull,rate_hz=50]", "mesh50": "collider[shape=mesh,rate_hz=50]", "paper": "hybrid-qaco",
@@ -310,23 +314,38 @@ def draw_lost(positions: np.ndarray, picture: Path) -> None:
     figure.savefig(picture, dpi=100)
 
 
-def page(folder: Path) -> str:
-    """The page: the text beside this module, with the tables and figures in the places for them."""
+def sources_table() -> str:
+    """Markdown: a row for each commit that recordings come from, with their names, device and licence."""
+    names: dict[tuple[str, str, str, str], list[str]] = {}
+    for recording in RECORDINGS:
+        key = (recording.device, recording.repository, recording.commit, recording.licence)
+        names.setdefault(key, []).append(f"{recording.name} (`{Path(recording.path).name}`)")
+    lines = ["| recordings | device | repository, commit | licence |", "|---|---|---|---|"]
+    for (device, repository, commit, licence), files in names.items():
+        link = f"[{repository}](https://github.com/{repository}), {commit[:7]}"
+        lines.append(f"| {', '.join(files)} | {device} | {link} | {licence} |")
+    return "\n".join(lines)
+
+
+def section(folder: Path) -> str:
+    """The section: the text beside this module, with its tables and figures filled in."""
     measured = list(rows(folder))
-    sources = ["| recording | device | repository, file, commit | licence |", "|---|---|---|---|"]
-    for one in RECORDINGS:
-        where = f"[{one.repository}](https://github.com/{one.repository}), `{Path(one.path).name}`, {one.commit[:7]}"
-        sources.append(f"| {one.name} | {one.device} | {where} | {one.licence} |")
     table = [HEAD, ["---"] * len(HEAD), *measured]
     text = TEXT.read_text("utf-8")
     text = text.replace("{measured}", "\n".join(f"| {' | '.join(cells)} |" for cells in table))
-    text = text.replace("{sources}", "\n".join(sources))
+    text = text.replace("{sources}", sources_table())
     for word, value in class_figures(folder).items():
         text = text.replace(f"{{{word}}}", value)
     for cells in measured:
         for heading, cell in zip(HEAD, cells, strict=True):
             text = text.replace(f"{{{cells[0]}: {heading}}}", cell)
-    return text
+    return text.rstrip("\n")
+
+
+def write_section(folder: Path) -> None:
+    """Put the section between its marks on the guide's page of results."""
+    results = FOLDER / "results.md"
+    results.write_text(with_table(results.read_text("utf-8"), section(folder), BEGIN, END), encoding="utf-8")
 
 
 def fetch_commands(folder: Path) -> Iterator[str]:
@@ -350,7 +369,7 @@ def fetch_commands(folder: Path) -> Iterator[str]:
 
 VERBS = {
     "fetch": lambda folder: print("\n".join(fetch_commands(folder))),
-    "page": lambda folder: print(page(folder).rstrip("\n")),
+    "page": write_section,
     "class": write_class,
     "pictures": draw_pictures,
 }

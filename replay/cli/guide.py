@@ -18,30 +18,29 @@ WIDEST: Final = 100
 @common
 @click.pass_context
 def command(context: click.Context, /, topic: str | None, script: bool, **_: bool) -> int:
-    """Print the page of the guide about TOPIC, or the list of all pages.
+    """Print the page of the guide about TOPIC, a page's name or a word of its headings, or the list of all pages.
 
-    Where the output is no terminal, it is the page's Markdown. A script that is here already is kept, unless it is the
-    same.
+    A pipe or a file gets the page's Markdown. --script never replaces another file.
 
     \b
     replay guide
-    replay guide audit
-    replay guide audit > audit.md
+    replay guide what-is-wrong
+    replay guide what-is-wrong > page.md
     replay guide unity --script
     """
     from replay.guide.pages import INDEX, find_topic, page, topics, write_scripts
 
     known = topics()
-    found = INDEX if topic is None else find_topic(topic, known)
-    if found is None:
+    name = INDEX if topic is None else find_topic(topic, {each: page(each) for each in known})
+    if name is None:
         from sessions.scene_files.toml_table import nearest
 
         raise click.UsageError(f"the guide has no page {topic!r}{nearest(str(topic), known)}", context)
     if script:
-        for path in write_scripts(found, Path.cwd()):
+        for path in write_scripts(name, Path.cwd()):
             click.echo(f"wrote {path.name}")
         return 0
-    text = page(found)
+    text = page(name)
     if sys.stdout.isatty():
         _show(text)
     else:

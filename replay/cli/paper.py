@@ -12,7 +12,9 @@ from replay.cli.options import ANY_PATH, reporting
 @click.command()
 @click.option("--quick", is_flag=True, help="Three columns, two poses each: under a minute once compiled.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of poses and searches.")
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write figure_7.png and figure_8.png here.")
+@click.option(
+    "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write figure_7.png and figure_8.png here (extra: plots)."
+)
 @reporting
 def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: People) -> int:
     """Regenerate Table I, Fig. 7 and Fig. 8 with exact truth; printed values stand in a column of their own.
@@ -26,7 +28,10 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
     """
     from replay.cli.terminal import terminal
     from replay.studies.paper import experiment
+    from replay.studies.paper.pictures import require_matplotlib, write_pictures
 
+    if out is not None:
+        require_matplotlib()
     size = experiment.QUICK if quick else experiment.FULL
     tables = experiment.run_paper(size, seed, TerminalProgress(people))
     told = [
@@ -36,7 +41,5 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
     plain = {"version": 5, "experiment": asdict(size) | {"seed": seed}, "tables": told}
     answer(as_json, plain, lambda: terminal(*(replace(table, title=f"{table.key}: {table.title}") for table in tables)))
     if out is not None:
-        from replay.studies.paper.pictures import write_pictures
-
         people.say(*(f"wrote {path}" for path in write_pictures(tables, out)))
     return OK

@@ -50,7 +50,8 @@ def command(
     and every triangle of every frame, the reference.
 
     Several, a folder of them or a text file that lists them, go into a folder of run folders; killed, the same command
-    goes on where it stopped. What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
+    goes on where it stopped. Options that you always use may stand in replay.toml beside the sessions: `replay guide
+    in-a-build`.
 
     \b
     replay run session.mcap --out run1

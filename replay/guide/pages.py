@@ -12,11 +12,12 @@ FOLDER: Final = Path(__file__).parent
 INDEX: Final = "README"
 """The page that a code host shows for the folder: it links all others, in reading order."""
 
-SCRIPTS: Final = {"unity": ("VrLabRecorder.cs", "VrLabColliders.cs")}
+SCRIPTS: Final = {"your-recording": ("VrLabRecorder.cs", "VrLabColliders.cs")}
 """Page -> files beside it that a reader takes along."""
 
 _LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
+_HEADING: Final = re.compile(r"^#{1,3} (.*)$", re.MULTILINE)
 _COMMENT: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
 
 
@@ -32,7 +33,7 @@ def page(topic: str) -> str:
 
 
 def write_scripts(topic: str, folder: Path) -> list[Path]:
-    """Write the scripts that belong to a page, such as the C# of ``unity``, into a folder; their paths.
+    """Write the scripts that belong to a page, such as the C# for Unity, into a folder; their paths.
 
     Raises ``OutputError``: the page has none, or another file of that name is there.
     """
@@ -49,10 +50,16 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
     return [folder / script.name for script in scripts]
 
 
-def find_topic(word: str, among: list[str]) -> str | None:
-    """The topic that a word means: the topic itself, or the only one that contains the word."""
-    found = [word] if word in among else [topic for topic in among if word.lower() in topic]
-    return found[0] if len(found) == 1 else None
+def find_topic(word: str, among: dict[str, str]) -> str | None:
+    """The topic that a word means: the topic itself, or the only one that has the word in its name or in a heading.
+
+    ``among``: topic -> text of its page.
+    """
+    if word in among:
+        return word
+    named = [topic for topic in among if word.lower() in topic]
+    headed = [topic for topic, text in among.items() if word.lower() in " ".join(_HEADING.findall(text)).lower()]
+    return next((matches[0] for matches in (named, headed) if len(matches) == 1), None)
 
 
 def for_terminal(text: str) -> str:

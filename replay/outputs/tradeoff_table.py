@@ -105,7 +105,7 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         f"Loss: {LOSS_MEANING}. A range is over 16 sampling offsets.",
         TIMES_ARE,
         *engine.notes,
-        "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
+        "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )
     columns = COLUMNS["engine"]
     return Table.of(columns if settings else columns[:-1], rows, title, notes)

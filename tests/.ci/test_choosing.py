@@ -3,7 +3,7 @@
 import pytest
 from support.scripts import script
 
-from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 from replay.guide.pages import page
 
 command = script("choosing")
@@ -11,17 +11,21 @@ BEGIN, END, choosing_table, with_table = command.BEGIN, command.END, command.cho
 
 
 def test_the_table_of_the_guide_is_current():
-    text = page("detectors")
+    text = page("glossary")
     assert with_table(text, choosing_table()) == text, "run the module that makes the table"
 
 
-def test_every_detector_has_one_row_of_six_cells_that_says_whose_answer_it_is_and_if_it_can_be_asked_live():
+def test_every_detector_has_a_row_with_its_kind():
     rows = choosing_table().splitlines()[2:]
     assert [row.split("`")[1] for row in rows] == list(DETECTORS | OPTIONAL)
-    assert {row.replace("\\|", "").count("|") for row in rows} == {7}
-    offline = [row.split("`")[1] for row in rows if row.split("|")[3].strip() == "no"]
-    assert offline == ["image-space", "continuous"]
+    assert {row.replace("\\|", "").count("|") for row in rows} == {5}
     assert {row.split("|")[2].strip() for row in rows} == {"own", "paper", "re-creation", "engine"}
+
+
+def test_the_page_names_the_detectors_that_cannot_run_live():
+    offline = [name for name in DETECTORS | OPTIONAL if not load_detector(name).online]
+    assert offline == ["image-space", "continuous"]
+    assert "All but `image-space` and `continuous` run frame by frame" in page("glossary")
 
 
 def test_only_what_stands_between_the_marks_is_replaced():

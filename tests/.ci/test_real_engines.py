@@ -50,8 +50,8 @@ def test_pair_frames_that_an_engine_cannot_test_are_not_supported_and_no_differe
 
 
 def test_the_page_has_a_table_of_every_twin_for_each_session():
-    made = with_table(page("real-engines"), "", BEGIN, END)
-    tables = page("real-engines")[made.index(BEGIN) :].split("### ")[1:]
+    made = with_table(page("results"), "", BEGIN, END)
+    tables = page("results")[made.index(BEGIN) :].split("### ")[1:]
     assert len(tables) == 1 + len(RECORDINGS)
     for twin in TWINS:
         assert sum(f"| `{twin.engine}` | `{twin.ours}` |" in table for table in tables) == (3 if twin.dense else 1)
@@ -70,7 +70,7 @@ def test_a_recording_gives_its_row_of_the_page_again(twin, recordings):
     pytest.importorskip(ENGINE_MODULE[twin.engine.partition("[")[0]])
     name, assembly = recordings
     row = command.twin_table(name, {twin: command.compare_twins(assembly, twin.engine, twin.ours)}).splitlines()[-1]
-    assert row in page("real-engines").partition(f"### {name}")[2].partition("### ")[0]
+    assert row in page("results").partition(f"### {name}")[2].partition("### ")[0]
 
 
 @pytest.fixture(scope="module")

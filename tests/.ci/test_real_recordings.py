@@ -20,7 +20,7 @@ def command():
 @pytest.fixture(scope="module")
 def printed(command):
     """Name of a recording -> the cells of its row on the page."""
-    lines = [line.strip("| ").split(" | ") for line in page("real-recordings").splitlines() if line.startswith("|")]
+    lines = [line.strip("| ").split(" | ") for line in page("results").splitlines() if line.startswith("|")]
     return {cells[0]: cells for cells in lines if len(cells) == len(command.HEAD)}
 
 
@@ -39,7 +39,7 @@ def test_every_recording_has_its_row_its_source_and_a_command_that_fetches_it(co
     lines = list(command.fetch_commands(tmp_path))
     assert all(shlex.split(line) for line in lines)
     for one in command.RECORDINGS:
-        assert one.repository in page("real-recordings") and re.fullmatch("[0-9a-f]{40}", one.commit)
+        assert one.repository in page("results") and re.fullmatch("[0-9a-f]{40}", one.commit)
         assert any(f"{one.commit}:{one.path}" in line and line.endswith(one.file) for line in lines)
 
 
@@ -64,3 +64,10 @@ def test_two_posts_stand_five_centimetres_beside_a_headset_at_rest_whichever_way
     across /= np.linalg.norm(across)
     gaps = [(right @ across).min() - (head @ across).max(), (head @ across).min() - (left @ across).max()]
     assert np.allclose(gaps, 0.05, atol=2e-3)
+
+
+def test_section_of_the_page_is_the_template_filled_in(command):
+    text = page("results").partition(command.BEGIN)[2].partition(command.END)[0].strip()
+    literal = re.split(r"\{[^{}]+\}", command.TEXT.read_text("utf-8").strip())
+    assert re.fullmatch(".+?".join(map(re.escape, literal)), text, re.DOTALL) and not re.search(r"\{[a-z]", text)
+    assert command.sources_table() in text

@@ -112,6 +112,6 @@ def test_no_step_writes_an_input_into_its_script():
 
 
 def test_the_table_of_exit_codes_has_those_that_the_verbs_end_with():
-    codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("ci"), re.MULTILINE)}
+    codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("in-a-build"), re.MULTILINE)}
     there = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
     assert codes == there

@@ -1,6 +1,6 @@
 """How much faster ``exact`` is than loops over python-fcl, coal and trimesh, and how its cost grows with a session.
 
-Run with ``-m bench -s`` for the figures; ``guide speed`` shows them.
+Run with ``-m bench -s`` for the figures; CONTRIBUTING shows them.
 """
 
 from functools import partial

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,12 @@ BEYOND_LARGEST: Final = 1.5
 """Sampled faces are drawn on a logarithm; *all* of them stand this factor right of the largest sample."""
 
 ROWS_OF_8: Final = ("contacts of which no pair is in the sample", "share of covered poses missed", "evaluations")
+
+
+def require_matplotlib() -> None:
+    """Raise ``OutputError`` where the library that draws the figures is not installed."""
+    if find_spec("matplotlib") is None:
+        raise OutputError('figures need matplotlib, which is not installed; pip install "vrlab-replay[plots]"')
 
 
 def write_pictures(tables: Sequence[Table], out: Path) -> list[Path]:

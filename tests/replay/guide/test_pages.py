@@ -9,7 +9,7 @@ from replay.guide.pages import FOLDER, INDEX, find_topic, for_terminal, page, to
 
 def test_the_index_links_every_page_once_and_no_other():
     assert sorted(topics()) == sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != INDEX)
-    assert topics()[0] == "audit" and topics()[-1] == "glossary"
+    assert topics()[0] == "your-recording" and topics()[-1] == "glossary"
 
 
 @pytest.mark.parametrize("topic", [INDEX, *topics()])
@@ -19,11 +19,23 @@ def test_a_page_begins_with_its_title_and_keeps_its_code_in_a_terminal(topic):
     assert block.findall(for_terminal(page(topic))) == block.findall(page(topic))
 
 
-def test_a_word_means_the_topic_or_the_only_one_that_contains_it():
-    known = ["audit", "paper", "class-study", "paper-plane"]
-    assert [find_topic(word, known) for word in ("audit", "Study", "paper", "p", "nonsense")] == [
-        "audit", "class-study", "paper", None, None,
-    ]  # fmt: skip
+def test_a_word_means_the_topic_or_the_only_match():
+    known = dict.fromkeys(["audit", "paper", "class-study", "paper-plane"], "") | {"recording": "# R\n## From Unity\n"}
+    words = ("audit", "Study", "paper", "p", "unity", "nonsense")
+    assert [find_topic(word, known) for word in words] == ["audit", "class-study", "paper", None, "recording", None]
+
+
+@pytest.mark.parametrize(
+    ("word", "topic"),
+    [
+        ("unity", "your-recording"), ("csv", "your-recording"), ("noise", "what-is-wrong"), ("ship", "what-to-ship"),
+        ("build", "in-a-build"), ("sql", "many-sessions"), ("cluster", "many-sessions"),
+        ("chemistry", "scenes-and-effects"),
+        ("personal", "files-and-promises"), ("hard", "hard-cases"), ("class", "class-study"), ("verdicts", "glossary"),
+    ],
+)  # fmt: skip
+def test_a_word_of_a_reader_leads_to_its_page(word, topic):
+    assert find_topic(word, {name: page(name) for name in topics()}) == topic
 
 
 def test_a_link_becomes_the_command_that_prints_its_page():

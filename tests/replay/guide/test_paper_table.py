@@ -4,6 +4,7 @@ import re
 from functools import reduce
 from importlib import import_module
 from itertools import takewhile
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -22,7 +23,8 @@ from sessions.geometry.rotations import quaternion_about
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import quaternion_from_euler
 
-SECTION = page("paper").partition("## Where everything of the paper is")[2].partition("\n## ")[0]
+CONTRIBUTING = (Path(__file__).resolve().parents[3] / ".github" / "CONTRIBUTING.md").read_text("utf-8")
+SECTION = CONTRIBUTING.partition("## Where everything of the paper is")[2].partition("\n## ")[0]
 ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in SECTION.splitlines() if line[:1] == "|"][2:]
 PLACES = {place for row in ROWS for place in re.findall("`([^`]+)`", row[2])}
 

@@ -25,8 +25,8 @@ from replay.pipeline.engine import compute
 from replay.prepare.flags import Flags
 from sessions import Event, Interval
 
-NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("data-set"), re.M | re.S)
-QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("data-set"), re.MULTILINE | re.DOTALL)
+NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("many-sessions"), re.M | re.S)
+QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("many-sessions"), re.MULTILINE | re.DOTALL)
 
 STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
 PLACES = {
@@ -120,7 +120,7 @@ def students(results):
     return [(student, len(some), mean(some)) for student, some in found.items()]
 
 
-RECOUNTS = {0: pairs_missed, 4: students}
+RECOUNTS = {0: pairs_missed, 1: students}
 
 
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
