@@ -30,7 +30,7 @@ def demo():
         ("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0),
     ],
 )
-def test_an_engine_and_its_re_creation_differ_only_where_contact_begins(twin, skin, early, late, demo):
+def test_engine_and_re_creation_differ_only_where_contact_begins(twin, skin, early, late, demo):
     pytest.importorskip(ENGINE_MODULE[twin.partition("[")[0]])
     counts = command.compare_twins(demo, twin, f"collider[shape=hull,skin_m={skin}]")
     posed = int(demo.motion.valid[:, demo.pairs].all(axis=2).sum())
@@ -41,7 +41,7 @@ def test_an_engine_and_its_re_creation_differ_only_where_contact_begins(twin, sk
         assert begin - late <= counts.gaps_mm[0] and counts.gaps_mm[1] <= begin + early
 
 
-def test_pair_frames_that_an_engine_cannot_test_are_not_supported_and_no_difference(demo):
+def test_pair_frames_an_engine_cannot_test_are_not_supported(demo):
     pytest.importorskip("pybullet")
     counts = command.compare_twins(demo, "bullet[shape=mesh,margin_m=0.001]", "collider[shape=mesh,skin_m=0.001]")
     assert counts.not_supported > 1000 and counts.ours_only == 0
@@ -49,7 +49,7 @@ def test_pair_frames_that_an_engine_cannot_test_are_not_supported_and_no_differe
     assert counts.equal + counts.engine_only + counts.not_supported == posed
 
 
-def test_the_page_has_a_table_of_every_twin_for_each_session():
+def test_page_has_a_table_of_every_twin_per_session():
     made = with_table(page("results"), "", BEGIN, END)
     tables = page("results")[made.index(BEGIN) :].split("### ")[1:]
     assert len(tables) == 1 + len(RECORDINGS)

@@ -26,14 +26,14 @@ def printed(command):
 
 @needs_data
 @pytest.mark.slow
-def test_the_rows_of_the_recordings_that_are_here_are_made_again(command, printed):
+def test_rows_of_available_recordings_are_reproduced(command, printed):
     made = list(command.rows(None))
     assert len(made) >= 5
     for cells in made:
         assert cells[: -command.TIMES] == printed[cells[0]][: -command.TIMES]
 
 
-def test_every_recording_has_its_row_its_source_and_a_command_that_fetches_it(command, printed, tmp_path):
+def test_every_recording_has_row_source_and_fetch_command(command, printed, tmp_path):
     names = [one.name for one in command.RECORDINGS]
     assert [name for name in printed if name in names] == names and len(names) >= 8
     lines = list(command.fetch_commands(tmp_path))
@@ -44,7 +44,7 @@ def test_every_recording_has_its_row_its_source_and_a_command_that_fetches_it(co
 
 
 @pytest.mark.parametrize("yaw", [0.0, 35.0])
-def test_two_posts_stand_five_centimetres_beside_a_headset_at_rest_whichever_way_it_looks(command, tmp_path, yaw):
+def test_two_posts_stand_beside_a_headset_in_any_direction(command, tmp_path, yaw):
     turn = Rotation.from_euler("y", yaw, degrees=True)
     x, y, z, w = turn.as_quat()
     file, mapping = tmp_path / "subject.txt", tmp_path / "columns.toml"

@@ -6,7 +6,7 @@ from support.scripts import script
 SIZES = vars(script("sizes"))
 
 
-def test_a_switch_of_a_verb_below_groups_is_one_option_and_what_is_hidden_or_common_is_none():
+def test_switch_is_a_single_option_and_hidden_switches_none():
     top, study = click.Group("replay"), click.Group("study")
     flags = [("--out", "-o"), ("--quick/--full",), ("-v", "--verbose"), ("--format", "format_")]
     options = [*map(click.Option, flags), click.Option(["--old"], hidden=True), click.Argument(["file"])]

@@ -56,7 +56,7 @@ def recordings(tmp_path):
 @needs_bash
 @pytest.mark.slow
 @pytest.mark.parametrize(("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), ("hybrid", 0)])
-def test_a_regression_fails_the_build_with_its_sentence_and_a_sound_detector_passes(recordings, detectors, ends_with):
+def test_regression_fails_the_build_and_sound_detector_passes(recordings, detectors, ends_with):
     code, shown, said = audited(recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs")
     assert (code, said) == (ends_with, f"exit-code={ends_with}\n")
     assert (recordings / "runs" / "bench" / "report.html").is_file()
@@ -65,7 +65,7 @@ def test_a_regression_fails_the_build_with_its_sentence_and_a_sound_detector_pas
 
 
 @needs_bash
-def test_words_of_an_input_are_data_and_an_error_stands_on_the_page(recordings):
+def test_action_inputs_are_data_and_errors_stand_on_the_page(recordings):
     code, shown, said = audited(recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1")
     assert (code, said) == (2, "exit-code=2\n") and "does not exist" in shown
     assert not (recordings / "ran").exists()
@@ -111,7 +111,7 @@ def test_no_step_writes_an_input_into_its_script():
     assert not [name for name, step in STEPS.items() if "${{" in step["run"]]
 
 
-def test_the_table_of_exit_codes_has_those_that_the_verbs_end_with():
+def test_exit_code_table_matches_the_verbs():
     codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("in-a-build"), re.MULTILINE)}
     there = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
     assert codes == there

@@ -142,7 +142,7 @@ def settings_of(path):
     return read_settings(path, click.Context(command))
 
 
-def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
+def test_every_toml_and_yaml_block_is_readable(tmp_path):
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_mapping import read_mapping
@@ -186,7 +186,7 @@ def used_commands():
                     yield name, words[1:]
 
 
-def test_every_command_that_is_written_somewhere_has_a_verb_and_options_there_are():
+def test_every_written_command_has_an_existing_verb_and_options():
     seen = set()
     for name, (verb, *words) in used_commands():
         context = click.Context(cli)
@@ -206,7 +206,7 @@ def test_every_command_that_is_written_somewhere_has_a_verb_and_options_there_ar
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
 
 
-def test_pages_install_from_this_copy_or_an_extra_there_is_of_what_is_installed():
+def test_pages_install_this_copy_or_an_existing_extra():
     for name, text in DOCUMENTS.items():
         for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE):
             extra = re.fullmatch(r'(?:-e "\.|"vrlab-replay)\[(\w+)\]"\s*', installed)

@@ -18,7 +18,7 @@ NAMED = [
 
 
 @pytest.mark.parametrize(("error", "root"), NAMED, ids=lambda item: getattr(item, "__name__", ""))
-def test_every_error_descends_from_its_root_says_what_it_is_and_shows_its_message(error, root):
+def test_every_error_descends_from_its_root_and_shows_its_message(error, root):
     assert issubclass(error, root) and "__doc__" in vars(error)
     assert str(error("say what to do")) == "say what to do" and str(error()) == ""
 

@@ -35,7 +35,7 @@ def test_a_facade_gives_what_its_typed_imports_say(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_name_that_is_not_there_is_answered_with_those_that_are(package):
+def test_unknown_name_is_answered_with_existing_names(package):
     facade = import_module(package)
     with pytest.raises(AttributeError, match=rf"'{package}' has no attribute 'Mash'; it has: .*{facade.__all__[-1]}"):
         _ = facade.Mash
@@ -73,7 +73,7 @@ for _ in range(2):
 
 
 @pytest.mark.slow
-def test_every_verb_can_be_called_twice_after_all_submodules_were_imported():
+def test_every_verb_works_twice_after_importing_all_submodules():
     done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr[-3000:]
 

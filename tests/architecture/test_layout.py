@@ -29,7 +29,7 @@ def test_the_top_level_holds_exactly_what_the_design_says():
     assert visible == TOP
 
 
-def test_tests_lie_where_the_module_lies_that_they_are_named_after():
+def test_tests_mirror_the_module_they_are_named_after():
     by_name = {}
     for path in modules():
         by_name.setdefault(path.stem, set()).add(Path("tests") / path.parent)

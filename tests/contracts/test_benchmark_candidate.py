@@ -12,7 +12,7 @@ from support.shared_data import BENCH, needs_bench
 
 
 @needs_bench
-def test_it_counts_the_face_pairs_python_fcl_counts_and_other_poses_of_the_same_meshes_anew():
+def test_benchmark_counts_python_fcl_pairs_and_renews_other_poses():
     spec = importlib.util.spec_from_file_location("workload", BENCH / "workload.py")
     sys.modules["workload"] = module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

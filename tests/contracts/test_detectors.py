@@ -57,7 +57,7 @@ def test_it_has_the_shape_of_a_detector(name, scene):
     assert isinstance(detector.settings, detector.Settings)
 
 
-def test_asked_again_with_and_without_faces_and_after_a_refused_motion_it_gives_the_same_answer(name, scene):
+def test_repeated_queries_give_the_same_answer(name, scene):
     bodies, motion = scene
     detector = create_detector(name, bodies)
     first = detector.detect(motion, faces=True)
@@ -69,7 +69,7 @@ def test_asked_again_with_and_without_faces_and_after_a_refused_motion_it_gives_
 
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
-def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, scene):
+def test_stream_equals_the_whole_for_any_block_size(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
     assert joined.digest == whole(name).digest
@@ -78,7 +78,7 @@ def test_a_stream_gives_the_answer_of_the_whole_for_any_block_size(name, block, 
         assert joined.faces_digest == whole(name).faces_digest
 
 
-def test_asked_live_it_gives_the_answer_of_the_whole_and_times_every_frame(name, scene):
+def test_live_answers_equal_the_whole_with_seconds_per_frame(name, scene):
     bodies, motion = scene
     answer = detect_live(create_detector(name, bodies), motion)
     assert answer.digest == whole(name).digest
@@ -106,7 +106,7 @@ def restless():
 
 
 @pytest.mark.parametrize("settings", LIVE, ids=str)
-def test_live_blocks_whole_and_turned_pairs_agree_on_bodies_that_jump_stand_and_lose_their_pose(settings):
+def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
     name, chosen = settings
     detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
     found = detector.detect(motion, faces=True)
@@ -179,7 +179,7 @@ def test_bodies_in_another_order_give_the_same_digests(name, scene):
         assert detection.faces_digest == whole(name).faces_digest
 
 
-def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
+def test_exactly_frames_without_a_pose_are_no_pose(name, scene):
     motion, detection = scene[1], whole(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
     assert either.any()
@@ -188,7 +188,7 @@ def test_a_frame_without_a_pose_is_no_pose_and_no_other_frame_is(name, scene):
         assert (detection.verdict[~either] != Verdict.NO_POSE).all()
 
 
-def test_numbers_of_a_pose_that_is_not_valid_are_not_looked_at(name, scene):
+def test_numbers_of_an_invalid_pose_are_ignored(name, scene):
     bodies, motion = scene
     translations, rotations = motion.translations.copy(), motion.rotations.copy()
     translations[~motion.valid], rotations[~motion.valid] = np.nan, np.inf
@@ -220,7 +220,7 @@ def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):
         detection.verdict[0, 0] = 1
 
 
-def test_times_and_names_come_back_as_they_went_in_with_work_and_seconds(name, scene):
+def test_detection_keeps_times_and_names_with_work_and_seconds(name, scene):
     bodies, motion = scene
     detection = whole(name)
     assert np.array_equal(detection.times, motion.times)

@@ -31,7 +31,7 @@ def test_verdicts_faces_and_counters_are_those_written_down(group):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", SLOW)
-def test_those_of_scenes_hard_cases_and_two_thousand_random_worlds_are_too(group):
+def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
     assert changes(group) == {}
 
 

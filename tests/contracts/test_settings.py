@@ -48,7 +48,7 @@ def assert_one_sentence(said, setting):
     assert "give " in said and "\n" not in said and len(said) < 300
 
 
-def test_a_bad_value_of_any_setting_is_refused_in_one_sentence_and_any_other_runs(name):
+def test_invalid_setting_is_refused_in_a_sentence(name):
     for setting in settings_of(name):
         for value in NEVER:
             assert_one_sentence(answer(name, **{setting: value}), setting)

@@ -43,7 +43,7 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
         assert row["ms"] > 0 and row["p99_ms"] > 0
 
 
-def test_colliders_that_came_with_the_recording_get_a_row_that_tells_them_from_hulls(plain):
+def test_recorded_colliders_get_a_row_distinct_from_hulls(plain):
     # A solid of half the size: contact at 0.74, none at 0.8 to 0.9, where the hull, which is the cube, has it.
     half = tuple(MeshData(0.5 * cube().vertices, cube().faces) for _ in "x")
     places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
@@ -66,7 +66,7 @@ def test_an_engine_that_is_not_installed_is_a_sentence(plain):
         replay.advise(cubes(PLACES), engine="mujoco")
 
 
-def test_where_nothing_is_wrong_it_says_so_and_a_row_that_is_the_oracle_is_left_out(plain):
+def test_faultless_session_says_so_and_omits_the_reference_row(plain):
     places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
     session = cubes(places, step_ns=11_111_111)
     assert replay.advise(session, engine="unreal").sentences[0] == "Row 1 gets each of 1 contact right."

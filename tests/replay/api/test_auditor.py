@@ -24,14 +24,14 @@ def test_several_sessions_are_summed_and_keep_their_own_runs():
     assert found.summary["slow"]["episodes"]["truth"] == 4 and found.summary["slow"]["missed"]["of"] == 8
 
 
-def test_all_detectors_share_one_run_folder_and_sessions_have_one_each(files, tmp_path):
+def test_detectors_have_a_common_run_folder_and_sessions_separate(files, tmp_path):
     replay.audit(files[0], detectors=[SLOW, "hybrid"], out=tmp_path / "one", picture=False)
     assert (tmp_path / "one" / "summary.json").is_file()
     found = replay.audit(files, detectors=SLOW, out=tmp_path / "two", picture=False)
     assert [result.out for result in found.results] == [tmp_path / "two" / "p", tmp_path / "two" / "q"]
 
 
-def test_a_folder_in_the_way_or_one_for_two_sessions_is_refused_before_any_work(files, tmp_path):
+def test_existing_or_shared_folder_is_refused_before_any_work(files, tmp_path):
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         replay.audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
     (tmp_path / "out" / "q").mkdir(parents=True)

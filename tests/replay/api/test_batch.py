@@ -29,7 +29,7 @@ def test_two_processes_give_the_digest_of_one(files, tmp_path):
     assert not one.failed and not one.kept
 
 
-def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(files, tmp_path):
+def test_finished_session_is_kept_and_incomplete_is_rerun(files, tmp_path):
     out = tmp_path / "runs"
     first = run_batch(files, out, settings=SETTINGS)
     when = (out / "s0" / "summary.json").stat().st_mtime_ns
@@ -43,7 +43,7 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when and not list(out.glob(".s2.*"))
 
 
-def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(files, tmp_path):
+def test_pictures_can_be_added_later_without_rerunning(files, tmp_path):
     out = tmp_path / "runs"
     first = run_batch(files[:2], out, settings=SETTINGS)
     drawn = run_batch(files[:2], out, settings={**SETTINGS, "picture": True})
@@ -53,7 +53,7 @@ def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(file
     assert read(out)["metrics"]["run"].to_pylist() == ["s0", "s1"]
 
 
-def test_a_changed_session_is_run_again_though_the_batch_was_killed_before_it_came_to_it(files, tmp_path, monkeypatch):
+def test_changed_session_reruns_after_a_killed_batch(files, tmp_path, monkeypatch):
     first = run_batch(files, tmp_path / "runs", settings=SETTINGS)
     write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
@@ -63,7 +63,7 @@ def test_a_changed_session_is_run_again_though_the_batch_was_killed_before_it_ca
     assert again.kept == ("s0", "s2") and again.digest != first.digest
 
 
-def test_a_session_whose_answer_was_lost_is_taken_as_it_is(files, tmp_path):
+def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
     found = []
     for became in ("", "kept"):
         assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked") == became
@@ -90,7 +90,7 @@ def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
     assert "s1.mcap" in batch.failed["s1"]
 
 
-def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files, tmp_path):
+def test_unrelated_folder_and_equal_file_names_are_refused(files, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):

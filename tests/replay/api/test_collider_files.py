@@ -44,7 +44,7 @@ def shipped(session, tmp_path_factory):
     return ship_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", max_false=0.3)
 
 
-def test_written_pieces_load_in_trimesh_are_convex_and_hold_their_mesh(session, shipped):
+def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
     names = {row["body"]: row["file"] for row in shipped.bodies}
     assert names == {"beaker": "beaker.glb", "rod": "rod.glb", "cube*": "cube-2.glb"}
     for row in shipped.bodies:
@@ -60,7 +60,7 @@ def test_written_pieces_load_in_trimesh_are_convex_and_hold_their_mesh(session, 
         assert load_mesh(shipped.folder / row["file"]) is not None
 
 
-def test_the_printed_figures_are_those_of_a_run_of_what_was_written(shipped):
+def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
     told = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
     assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
     again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
@@ -70,7 +70,7 @@ def test_the_printed_figures_are_those_of_a_run_of_what_was_written(shipped):
     assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over["smallest"], over["largest"]]
 
 
-def test_fewer_pieces_do_not_reach_it_and_more_are_not_written(session, shipped, tmp_path):
+def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
     pieces = {row["body"]: row["pieces"] for row in shipped.bodies}
     assert pieces == {"beaker": 8, "rod": 1, "cube*": 1}
     loose = ship_colliders(session, tmp_path / "loose", engine="unity", max_false=1.0)
@@ -100,7 +100,7 @@ def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
     assert not ship_colliders(session, tmp_path / "all", engine="mujoco", max_false=1.0, time_limit=None).time_up
 
 
-def test_before_and_after_are_printed_and_what_is_not_reached_fails(session, tmp_path, capsys):
+def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
     file = tmp_path / "s.mcap"
     write_session(session, file)
     words = ["tradeoff", str(file), "--engine", "unity", "--colliders", str(tmp_path / "made"), "--max-false"]
@@ -152,7 +152,7 @@ def farthest(points, others):
     ("engine", "convention", "importer", "metres"),
     [("unity", "unity", FLIP_X, 1.0), ("unreal", "unreal", SWAP_YZ, 0.01), ("unity", "gltf", FLIP_X, 1.0)],
 )
-def test_an_engine_puts_written_colliders_on_the_mesh_that_its_user_has(engine, convention, importer, metres, tmp_path):
+def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, metres, tmp_path):
     """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF."""
     cup = open_cup()
     in_engine = cup.vertices @ (importer.T if convention == "gltf" else np.eye(3))

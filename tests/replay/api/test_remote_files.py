@@ -54,7 +54,7 @@ STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytes
 
 
 @pytest.mark.parametrize("store", STORES, indirect=True)
-def test_sessions_and_runs_in_a_store_have_the_digest_of_those_here(store, tmp_path):
+def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
     there = run_batch(given, f"{store}/runs", settings=SETTINGS)
@@ -71,7 +71,7 @@ def test_sessions_and_runs_in_a_store_have_the_digest_of_those_here(store, tmp_p
 
 
 @pytest.mark.parametrize("store", STORES, indirect=True)
-def test_a_session_that_is_not_in_the_store_fails_alone_and_with_its_name(store, tmp_path, capsys):
+def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
     batch = run_batch(
         [f"{store}/sessions/{name}.mcap" for name in ("s0", "gone")], tmp_path / "runs", settings=SETTINGS
     )

@@ -46,7 +46,7 @@ class Tags(HTMLParser):
         self.words.append(data)
 
 
-def test_the_repr_of_a_run_its_session_and_its_detections_is_at_most_fifteen_lines(tmp_path):
+def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
     session = cubes(BUMP)
     crowd = replay.run(
         cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(12)}), detectors=MANY
@@ -66,7 +66,7 @@ def test_the_repr_of_a_run_its_session_and_its_detections_is_at_most_fifteen_lin
     assert [line.split()[0] for line in shown.split("\n")[1:8]] == ["detector", *ranked[:6]]
 
 
-def test_a_run_shows_its_ranking_and_its_answer_in_text_and_in_html(result, tmp_path):
+def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
     page = Tags(result._repr_html_())
     assert page.open == []
     for shown in (repr(result), " ".join(page.words)):
@@ -88,7 +88,7 @@ def test_what_came_from_a_recording_is_text_in_html():
         assert page.open == [] and "<b>a" in " ".join(page.words)
 
 
-def test_its_plot_is_a_frame_with_every_detector_over_its_cost_and_over_time(result):
+def test_plot_has_every_detector_over_cost_and_time(result):
     shown = unescape(result.plot()._repr_html_())
     assert shown.startswith("<iframe") and "Accuracy against cost, as losses: slow" in shown
     assert 'aria-label="slow: ' in shown and 'aria-label="exact: ' in shown
@@ -104,7 +104,7 @@ def test_a_written_run_is_that_run_with_a_folder(result, tmp_path):
 
 
 @pytest.mark.skipif(find_spec("rerun_notebook") is None, reason="the extra notebook is not installed")
-def test_it_is_viewed_in_a_notebook_whether_it_was_written_or_not(result, tmp_path):
+def test_notebook_view_works_for_written_and_unwritten_runs(result, tmp_path):
     from rerun.notebook import Viewer
 
     assert isinstance(result.view(), Viewer)

@@ -30,7 +30,7 @@ def test_the_machine_is_named_without_naming_user_or_host():
         ("processor\t: 0\nBogoMIPS\t: 50\n", platform.machine()),
     ],
 )
-def test_a_linux_processor_is_named_by_its_model_or_its_architecture(listed, named, tmp_path, monkeypatch):
+def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_path, monkeypatch):
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(module, "LINUX_PROCESSORS", tmp_path / "cpuinfo")
     assert processor() == platform.machine()
@@ -39,7 +39,7 @@ def test_a_linux_processor_is_named_by_its_model_or_its_architecture(listed, nam
 
 
 @pytest.mark.parametrize(("answer", "named"), [("Apple M2\n", "Apple M2"), (None, platform.machine())])
-def test_a_mac_is_asked_and_one_that_does_not_answer_is_named_by_its_architecture(answer, named, monkeypatch):
+def test_silent_mac_is_named_by_its_architecture(answer, named, monkeypatch):
     def asked(*_, **__):
         if answer is None:
             raise FileNotFoundError

@@ -21,14 +21,14 @@ def ends(part):
 
 
 @pytest.mark.parametrize("frames", [1, 40])
-def test_all_or_none_of_eighteen_contacts_says_what_eighteen_draws_say_however_long_they_are(frames):
+def test_interval_of_equal_answers_counts_contacts_not_frames(frames):
     none, whole = share_of_clusters([0] * 18, [frames] * 18), share_of_clusters([frames] * 18, [frames] * 18)
     assert ends(none) == wilson(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
     assert ends(whole) == wilson(18, 18) and (none["count"], none["of"], none["clusters"]) == (0, 18 * frames, 18)
     assert ends(share_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson(0, 18)
 
 
-def test_where_every_contact_loses_the_same_share_its_frames_say_as_much_as_independent_ones():
+def test_equal_fractions_in_every_contact_count_as_independent_frames():
     assert ends(share_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson(18, 180), abs=1e-9)
 
 
@@ -38,7 +38,7 @@ def test_contacts_lost_whole_say_no_more_than_their_number():
     assert low < few_low and few_high < high < few_high + 0.05
 
 
-def test_one_contact_or_one_that_outweighs_all_says_as_much_as_one_draw():
+def test_single_or_dominating_contact_counts_as_a_single_draw():
     assert ends(share_of_clusters([5], [10])) == wilson(0.5, 1)
     assert ends(share_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson(0.5, 1), abs=1e-3)
 

@@ -53,7 +53,7 @@ class Places:
             yield task, workers.LOST if dies else what.removeprefix("die once")
 
 
-def test_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(monkeypatch):
+def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
     monkeypatch.setattr(workers, "Workers", Places)
     told, dead = [], []
     tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
@@ -68,7 +68,7 @@ def test_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(mo
 
 @pytest.mark.slow
 @needs_sigkill
-def test_on_a_cluster_a_worker_that_always_dies_is_named_and_what_a_task_raised_is_raised():
+def test_cluster_names_a_dying_worker_and_raises_task_errors():
     kill = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
     failed = do_all(exec, {"a": ("",), "b": (kill,)}, 2)
     assert failed.keys() == {"b"} and failed["b"].count("tcp://127.0.0.1:") == 3
@@ -77,7 +77,7 @@ def test_on_a_cluster_a_worker_that_always_dies_is_named_and_what_a_task_raised_
 
 
 @pytest.mark.slow
-def test_a_scheduler_is_found_by_its_address_and_one_without_workers_is_said_to_have_none(monkeypatch):
+def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
@@ -99,7 +99,7 @@ def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch
 
 @pytest.mark.slow
 @needs_sigkill
-def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
+def test_local_workers_killed_while_starting_come_back():
     from dask import config
 
     with Workers(1) as pool:
@@ -114,7 +114,7 @@ def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
         assert {*pool._client.run(config.get, "distributed.worker.profile.enabled").values()} == {False}
 
 
-def test_one_after_the_other_every_task_is_done_and_told_and_failures_are_named():
+def test_sequential_tasks_are_all_done_and_failures_named():
     told, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
     assert do_all(str, tasks, 1, lambda *one: told.append(one)) == {"b": "it was not to be"}
     assert told == [("a", "done"), ("b", "it was not to be"), ("c", "done")]

@@ -23,11 +23,11 @@ def test_a_broken_gate_is_named_to_the_quiet_too(capsys):
     assert capsys.readouterr().err == "gate: it missed 1\n"
 
 
-def test_a_stage_says_share_and_time_left_and_its_time_when_done():
+def test_stage_prints_fraction_time_left_and_final_time():
     assert [pace(0.2, 3.0), pace(1.0, 14.2), pace(0.0, 5.0)] == [" 20 %  12 s left", "100 %  14 s", "5 s so far"]
 
 
-def test_where_there_is_no_terminal_a_long_stage_says_a_line_now_and_then_and_a_short_one_nothing(capsys):
+def test_without_a_terminal_only_long_stages_print_lines(capsys):
     progress = TerminalProgress(People(), every=0.05)
     with progress.stage("Short", 10) as advance:
         advance(10)
@@ -44,7 +44,7 @@ def test_where_there_is_no_terminal_a_long_stage_says_a_line_now_and_then_and_a_
 
 
 @pytest.mark.parametrize("long", [0.001, 99.0])
-def test_on_a_terminal_a_stage_shows_its_time_once_it_is_long(long, capsys, monkeypatch):
+def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
     monkeypatch.setattr("replay.cli.console.LONG", long)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with TerminalProgress(People()).stage("Waiting") as advance:
@@ -64,7 +64,7 @@ def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     assert [(name, total, done) for name, (total, done) in watched.stages.items() if total != done] == []
 
 
-def test_pieces_are_counted_with_rate_and_time_left_and_those_there_before_count_for_neither(capsys, monkeypatch):
+def test_existing_pieces_count_for_neither_rate_nor_time_left(capsys, monkeypatch):
     times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
     tell = counting(People(), 4)

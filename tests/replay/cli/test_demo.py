@@ -38,7 +38,7 @@ def test_a_class_goes_where_it_is_told(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_the_demo_can_be_repeated_where_it_stands_but_replaces_no_named_folder(tmp_path, monkeypatch, capsys):
+def test_demo_repeats_in_its_own_folder_and_replaces_no_other(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
         assert main(["demo", "--scene", "fast-ball", "-q"]) == 0

@@ -34,7 +34,7 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
 
 
 @pytest.mark.parametrize("kept", [True, False])
-def test_that_pieces_are_cut_first_is_said_where_none_are_kept(file, kept, tmp_path, monkeypatch, capsys):
+def test_missing_pieces_are_announced_before_cutting(file, kept, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path)
     if kept:
         (tmp_path / "cut-1.npz").touch()

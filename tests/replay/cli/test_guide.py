@@ -17,7 +17,7 @@ def test_piped_a_page_is_its_markdown(capsys):
 
 
 @pytest.mark.parametrize("topic", topics())
-def test_a_terminal_of_80_columns_shows_a_page_without_markup_or_longer_lines(topic, capsys, monkeypatch):
+def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "80")
     assert main(["guide", topic]) == 0
@@ -26,7 +26,7 @@ def test_a_terminal_of_80_columns_shows_a_page_without_markup_or_longer_lines(to
     assert "](" not in printed and "<!--" not in printed
 
 
-def test_the_scripts_of_a_page_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
+def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["guide", "unity", "--script"]) == 0 == main(["guide", "unity", "--script"])
     recorder = tmp_path / "VrLabRecorder.cs"

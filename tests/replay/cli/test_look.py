@@ -33,7 +33,7 @@ def contact(path):
     return verdict[:, 0] == 1
 
 
-def test_a_pipe_gets_the_question_the_pictures_exit_3_and_the_option_that_decides(recording, capsys):
+def test_pipe_gets_question_pictures_exit_3_and_deciding_option(recording, capsys):
     assert main(["doctor", str(recording), "--look"]) == 3
     said = capsys.readouterr()
     text = " ".join(said.out.split())
@@ -48,7 +48,7 @@ def test_a_pipe_gets_the_question_the_pictures_exit_3_and_the_option_that_decide
     assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
 
 
-def test_an_import_in_a_pipe_exits_with_3_until_its_guess_is_decided(tmp_path, capsys):
+def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
     write_scene(tmp_path, "ros", "glb")
     given = [f"--mesh={name}={tmp_path / name}.glb" for name in ("tool", "plate")]
     given += ["--mapping", str(tmp_path / "map.toml"), "-o", str(tmp_path / "s.mcap"), "--force"]
@@ -82,7 +82,7 @@ def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, c
 @pytest.mark.parametrize(
     ("replies", "axes"), [(["?", "x", "b"], "body"), ([""], "y-up")], ids=["answered", "left open"]
 )
-def test_a_terminal_is_asked_until_it_answers_or_leaves_the_question(recording, monkeypatch, replies, axes, capsys):
+def test_terminal_repeats_the_question_until_answered_or_left_open(recording, monkeypatch, replies, axes, capsys):
     monkeypatch.setattr(look.click, "prompt", lambda *_, **__: replies.pop(0))
     code = look.look_at(recording, look.People(), as_json=False, given={}, asks=True)
     assert code == (0 if axes == "body" else 3) and not replies

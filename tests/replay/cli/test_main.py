@@ -35,7 +35,7 @@ def failing(monkeypatch, error):
     monkeypatch.setattr(module.cli, "main", fail)
 
 
-def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatch, capsys):
+def test_exhausted_memory_is_a_sentence_and_numpy_warnings_stay_hidden(monkeypatch, capsys):
     failing(monkeypatch, MemoryError())
     assert main(["info"]) == 1
     said = capsys.readouterr().err
@@ -47,7 +47,7 @@ def test_a_full_memory_is_a_sentence_and_remarks_of_numpy_stay_inside(monkeypatc
     assert not seen
 
 
-def test_address_space_too_small_for_what_each_processor_takes_is_refused(monkeypatch, capsys):
+def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, capsys):
     resource = pytest.importorskip("resource")
     room = (200 << 20) + (os.cpu_count() or 1) * (64 << 20)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (room, room))
@@ -70,7 +70,7 @@ def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_every_error_is_one_sentence_and_shows_where_it_happened_when_asked(monkeypatch, capsys, error, code, words):
+def test_every_error_is_a_sentence_and_debug_shows_its_origin(monkeypatch, capsys, error, code, words):
     failing(monkeypatch, error)
     assert main(["info"]) == code
     said = capsys.readouterr().err
@@ -90,7 +90,7 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 @pytest.mark.skipif(os.name == "nt", reason="closed by `>&-`, and /dev/full, are POSIX")
 @pytest.mark.parametrize("where", [">&-", ">/dev/full", ">&- 2>&-"])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_standard_output_that_takes_nothing_ends_a_verb_in_one_sentence(tmp_path, where, unbuffered):
+def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
     write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
     words = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
     more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
@@ -102,7 +102,7 @@ def test_a_standard_output_that_takes_nothing_ends_a_verb_in_one_sentence(tmp_pa
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
-def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path):
+def test_ctrl_c_exits_130_and_leaves_nothing_behind(tmp_path):
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run")]
     # A shell starts what it runs in the background with Ctrl-C switched off, and children inherit that.
     program = subprocess.Popen(

@@ -5,7 +5,7 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.glb_tree import read_glb
 
 
-def test_a_mended_mesh_is_named_like_its_file_or_as_asked(tmp_path):
+def test_mended_mesh_is_named_after_its_file_or_as_requested(tmp_path):
     file, out = tmp_path / "cup.glb", tmp_path / "m.glb"
     file.write_bytes(mesh_to_glb(cube(), "x"))
     for words, name in (((), "m"), (("--body", "flask", "--force"), "flask")):

@@ -100,7 +100,7 @@ def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, fo
         assert "1 interval" in said.out and " ".join(said.out.split()).endswith(LIMIT)
 
 
-def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, tmp_path):
+def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(recording, tmp_path):
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(recording), "-o", str(out)]) == 0
     before, after = read_session(recording), read_session(out)
@@ -114,7 +114,7 @@ def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, 
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
 
 
-def test_stamps_of_a_device_stay_beside_their_frames_and_those_of_another_clock_are_not_told(recording, tmp_path):
+def test_minimised_device_stamps_stay_beside_their_frames(recording, tmp_path):
     before = read_session(recording)
     sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])
     before = replace(before, source=replace(before.frames, sample_ns=sample))

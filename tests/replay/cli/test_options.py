@@ -20,7 +20,7 @@ def test_options_mean_the_same_on_every_verb():
     assert eval(got.output) == told | {"force": False, "policy": (), "no_picture": False}
 
 
-def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_one(tmp_path, monkeypatch):
+def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])
     let_modules_here_be_found(["hybrid", ""])

@@ -18,7 +18,7 @@ def tiny(monkeypatch):
     monkeypatch.setattr(rows, "perf_counter", lambda: next(ticks) / 64)
 
 
-def test_tables_are_printed_and_the_same_wall_times_give_the_same_numbers_to_the_last_bit(tiny, capsys, tmp_path):
+def test_equal_wall_times_give_bitwise_equal_paper_tables(tiny, capsys, tmp_path):
     assert main(["paper", "--quick", "--out", str(tmp_path)]) == 0
     printed, said = capsys.readouterr()
     for words in ("Table I", "T1a", "F7e", "F8 search", "printed; hardware", "rapid-style"):
@@ -31,7 +31,7 @@ def test_tables_are_printed_and_the_same_wall_times_give_the_same_numbers_to_the
     assert told[0] == told[1]
 
 
-def test_quick_runs_to_the_end_and_complete_rows_find_every_face(capsys):
+def test_quick_paper_completes_and_complete_detectors_find_every_face(capsys):
     assert main(["paper", "--quick", "--format", "json"]) == 0
     tables = {one["key"]: one for one in json.loads(capsys.readouterr().out)["tables"]}
     assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7

@@ -19,7 +19,7 @@ from replay.pipeline.engine import compute
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
-def test_a_fix_that_the_run_measured_has_the_figures_of_a_run_with_it():
+def test_measured_fix_has_the_figures_of_its_own_run():
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
     fixed = compute(cubes(PLACES), detectors="often=discrete")
@@ -31,7 +31,7 @@ def test_a_fix_that_the_run_measured_has_the_figures_of_a_run_with_it():
     assert every.invented == audit["invented"]
 
 
-def test_a_fix_that_nobody_measured_says_so_and_its_command_runs():
+def test_unmeasured_fix_says_so_and_its_command_runs():
     gap = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
     assert "are worst" in answer.sentence
@@ -55,7 +55,7 @@ def test_the_first_sentence_has_the_colour_of_what_it_says(state, mark):
     assert sentence.style == STYLES[mark]
 
 
-def test_sources_stand_in_what_is_parsed_and_after_what_is_read(capsys):
+def test_sources_stand_in_json_and_after_the_text(capsys):
     sources = sources_behind(["exact"], {}.items())
     answer_cited(True, {"answer": 42}, list, sources)
     assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()

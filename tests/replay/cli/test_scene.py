@@ -75,7 +75,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     tried(path, count, read, path.name)
 
 
-def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it(files):
+def test_given_scene_replaces_all_of_the_recorded_scene(files):
     own, other = (replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
                   for more in ({}, {"scene": files / "other.toml"}))  # fmt: skip
     assert own.summary["session"]["scene"] == "own" and other.summary["session"]["scene"] == "other"
@@ -94,7 +94,7 @@ def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it
     assert held.detections["exact"].digest == other.detections["exact"].digest
 
 
-def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scene(files, capsys):
+def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):
     folder, out = files / "meshes", files / "csv.mcap"
     folder.mkdir()
     for name, edge in (("a", 10.0), ("B (Clone)", 0.1)):
@@ -128,7 +128,7 @@ def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scen
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SCENES, *CAPTURES])
-def test_the_first_scene_of_every_made_up_and_every_real_recording_runs_as_it_is(name, tmp_path):
+def test_drafted_scene_of_every_recording_runs_unchanged(name, tmp_path):
     file = tmp_path / "s.mcap"
     if name in SCENES:
         write_session(make_scene_session(name)[0], file)

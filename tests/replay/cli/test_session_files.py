@@ -14,7 +14,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(folder, monkeypatch):
+def test_list_resolves_files_from_its_folder_and_skips_comments(folder, monkeypatch):
     listed = folder / "list.txt"
     listed.write_text(f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder / 'a.mcap'}\n", "utf-8")
     monkeypatch.chdir("/")
@@ -23,7 +23,7 @@ def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(fold
     assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
 
 
-def test_a_url_in_a_list_is_one_and_a_store_that_does_not_answer_is_a_sentence(folder, monkeypatch):
+def test_unreachable_store_in_a_list_is_a_sentence(folder, monkeypatch):
     pytest.importorskip("upath")
     (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
     (file,) = session_files([folder / "list.txt"])
@@ -43,7 +43,7 @@ def test_a_url_in_a_list_is_one_and_a_store_that_does_not_answer_is_a_sentence(f
         (b"\xff\xfe", "is no text in UTF-8"),
     ],
 )
-def test_a_list_without_a_session_is_named_with_what_is_wrong_in_it(folder, text, said):
+def test_list_without_a_session_is_named_with_its_mistake(folder, text, said):
     (folder / "list.txt").write_bytes(text)
     with pytest.raises(click.UsageError, match=said):
         session_files([folder / "list.txt"])

@@ -18,7 +18,7 @@ def files(tmp_path):
     return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *asked])]
 
 
-def test_page_prints_the_associations_on_one_screen_and_writes_the_page(files, tmp_path, capsys, monkeypatch, snapshot):
+def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, monkeypatch, snapshot):
     monkeypatch.setenv("COLUMNS", "80")
     assert main(files) == 0
     printed, said = capsys.readouterr()
@@ -27,7 +27,7 @@ def test_page_prints_the_associations_on_one_screen_and_writes_the_page(files, t
     assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
 
 
-def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_path, capsys):
+def test_refused_study_is_a_sentence_with_its_rule(files, tmp_path, capsys):
     answers, _ = a_class(30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
     assert main(files) == 1
@@ -36,7 +36,7 @@ def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_p
 
 
 @pytest.mark.slow
-def test_page_says_first_whether_the_detector_matters_with_or_without_a_questionnaire(files, tmp_path, capsys):
+def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, capsys):
     words = [*files[:3], "--out"]
     assert main([*words, str(tmp_path / "alone")]) == 0
     printed, said = capsys.readouterr()

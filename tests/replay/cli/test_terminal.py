@@ -69,7 +69,7 @@ def at_width(drawn, width):
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("verb", VERBS)
-def test_at_every_width_every_word_and_number_of_a_verb_is_whole(shown, verb, width):
+def test_every_word_and_number_is_whole_at_every_width(shown, verb, width):
     lines, wide = at_width(shown[verb], width), at_width(shown[verb], 1000)
     assert wide and max(map(len, lines)) <= width
     words, all_words = (
@@ -86,7 +86,7 @@ SNAPSHOT = table(
 
 
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED), ("60", 60), ("140", 140)])
-def test_what_is_piped_is_as_wide_as_columns_says_and_ends_in_no_space(monkeypatch, capsys, columns, widest):
+def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
     monkeypatch.delenv("COLUMNS")
     if columns:
         monkeypatch.setenv("COLUMNS", columns)
@@ -96,7 +96,7 @@ def test_what_is_piped_is_as_wide_as_columns_says_and_ends_in_no_space(monkeypat
     assert not [text for text in lines if text != text.rstrip()]
 
 
-def test_a_path_or_a_sentence_alone_is_folded_for_people_and_whole_for_programs(monkeypatch, capsys):
+def test_single_sentence_folds_in_a_terminal_and_not_in_pipes(monkeypatch, capsys):
     text = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/terminal/is/wide/by/far.mcap"
     monkeypatch.delenv("COLUMNS")
     console_module.answer(False, None, lambda: text)
@@ -108,7 +108,7 @@ def test_a_path_or_a_sentence_alone_is_folded_for_people_and_whole_for_programs(
     assert [len(one) <= 40 for one in lines] == [True] * (len(lines) - 1) + [False]
 
 
-def test_no_name_becomes_a_tag_a_link_or_a_further_cell():
+def test_name_never_becomes_markup_or_an_extra_cell():
     hostile = ("a](http://x.y)<img src=x>|b", 1)
     lines = markdown(table("", ("pair", "frames"), [hostile, ("all", 1234)])).splitlines()
     assert lines[2:] == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]

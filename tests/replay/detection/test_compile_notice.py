@@ -46,7 +46,7 @@ def fresh_kernel(module):
     return njit(increased)
 
 
-def test_compiling_is_announced_once_and_the_end_says_what_it_took(started, monkeypatch):
+def test_compiling_is_announced_once_with_its_duration(started, monkeypatch):
     monkeypatch.syspath_prepend("")
     heard = Heard()
     with compiling_announced(heard):

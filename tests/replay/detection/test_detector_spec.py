@@ -85,6 +85,6 @@ def test_a_spec_written_out_reads_back(label, settings):
 
 
 @given(st.dictionaries(st.sampled_from("pqr"), st.one_of(values, st.text(max_size=5))))
-def test_a_label_made_up_for_settings_is_always_one_that_entity_paths_take(settings):
+def test_generated_label_is_a_valid_entity_path(settings):
     label = parse_detector(("discrete", settings)).label
     assert DetectorSpec(label, "x").label == label

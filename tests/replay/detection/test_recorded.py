@@ -41,7 +41,7 @@ def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
     assert np.flatnonzero(verdict).tolist() == frames
 
 
-def test_what_the_clock_leaves_open_is_the_cause_of_misses_within_it():
+def test_clock_residual_explains_misses_within_it():
     late = reported((4, "enter"), (5, "exit"), (9, "enter"), (11, "exit"), facts={RESIDUAL_FACT: "0.011"})
     assert [miss.cause for miss in column(late)[0].misses["recorded"]] == ["clock"]
     blind = reported((4, "enter"), (4, "exit"), facts={RESIDUAL_FACT: "0.011"})
@@ -67,7 +67,7 @@ def test_a_part_of_a_session_keeps_the_sessions_clock():
     assert (contact.start, contact.end) == (pytest.approx(0.08), pytest.approx(0.11))
 
 
-def test_reports_of_other_bodies_are_counted_and_a_session_without_any_is_refused():
+def test_reports_of_unknown_bodies_are_counted_and_none_is_refused():
     session = reported((4, "enter"), (4, "exit"))
     extra = LiveContact(0, "a", "Floor", "enter")
     found = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
@@ -87,7 +87,7 @@ def test_reports_of_other_bodies_are_counted_and_a_session_without_any_is_refuse
         ("4ab enter, 5ac enter", [(4, None)]),
     ],
 )
-def test_a_span_goes_from_a_begin_to_the_next_end_whoever_is_named_first(reports, spans):
+def test_report_lasts_from_begin_to_end_in_either_order(reports, spans):
     contacts = []
     for report in reports.split(", "):
         where, phase = report.split()
@@ -115,7 +115,7 @@ def engine_of(told, step=2):
     return replace(cubes(TAPS), live_contacts=tuple(reports))
 
 
-def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
+def test_reports_are_compared_first_without_request():
     session = engine_of(lambda begin, end: (begin, end))
     usual = ["hull50", "mesh50", "paper"]
     assert [*compute(session).comparisons] == ["recorded", *usual]
@@ -137,12 +137,12 @@ def test_where_reports_are_there_a_run_compares_them_unasked_and_first():
     ],
     ids=["between steps", "begins late", "ends early", "late as a whole", "early as a whole"],
 )
-def test_a_miss_of_an_engine_lies_between_its_steps_or_its_reports_are_late_or_early(begins, ends, step, causes):
+def test_engine_miss_lies_between_steps_or_is_late_or_early(begins, ends, step, causes):
     session = engine_of(lambda begin, end: (begin + begins, end + ends), step)
     assert Counter(miss.cause for miss in compute(session).misses["recorded"]) == causes
 
 
-def test_the_steps_of_an_engine_are_read_from_its_stamps_where_they_lie_on_a_grid():
+def test_engine_steps_are_read_from_stamps_on_a_grid():
     rng = np.random.default_rng(0)
     ticks = np.sort(rng.choice(2000, 24, replace=False))
     for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):

@@ -12,7 +12,7 @@ def assembly(frames=50):
     return assemble(cubes({"a": [0] * frames, "b": np.abs(np.linspace(-3, 3, frames))}))
 
 
-def test_settings_in_force_are_reported_with_the_answer_and_its_times():
+def test_detection_reports_its_settings_and_times():
     told = []
     run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=told.append)
     assert run.settings["rate_hz"] == 10 and "containment" in run.settings
@@ -29,7 +29,7 @@ def test_the_share_of_the_processor_is_of_the_looks_alone(monkeypatch):
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
-def test_a_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
+def test_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
     whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
     told = []
@@ -48,11 +48,11 @@ def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
 
 
 @pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
-def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(spec, seed):
+def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
     assert make_detector(parse_detector(spec), assembly(), 7).settings.seed == seed
 
 
-def test_a_search_is_watched_again_where_a_motion_is_not_one_of_hours(monkeypatch):
+def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):
     detector, motion = make_detector(parse_detector("qaco"), assembly(), 0), assembly().motion
     assert detecting.watched_again(detector, motion) is not None
     monkeypatch.setattr(detecting, "HELD_FRAMES", 49)

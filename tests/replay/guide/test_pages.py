@@ -13,7 +13,7 @@ def test_the_index_links_every_page_once_and_no_other():
 
 
 @pytest.mark.parametrize("topic", [INDEX, *topics()])
-def test_a_page_begins_with_its_title_and_keeps_its_code_in_a_terminal(topic):
+def test_page_starts_with_title_and_keeps_code_in_a_terminal(topic):
     block = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
     assert page(topic).startswith("# ")
     assert block.findall(for_terminal(page(topic))) == block.findall(page(topic))

@@ -29,7 +29,7 @@ ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in SECTIO
 PLACES = {place for row in ROWS for place in re.findall("`([^`]+)`", row[2])}
 
 
-def test_the_table_names_every_equation_table_figure_and_kind_of_detection():
+def test_table_names_every_equation_table_figure_and_detection_kind():
     said = " ".join(row[0] for row in ROWS)
     named = set()
     for first, last in re.findall(r"\((\d+)\)(?: to \((\d+)\))?", said):
@@ -79,7 +79,7 @@ def test_every_place_of_the_table_opens(place, run_folder):
         assert is_a_function(place)
 
 
-def test_equations_1_to_14_as_printed_place_points_as_the_functions_of_the_table_do():
+def test_printed_equations_move_points_as_the_functions_do():
     rng = np.random.default_rng(14)
     for _ in range(50):
         angles, scales, move = rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3), rng.normal(size=3)

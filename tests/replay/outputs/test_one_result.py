@@ -42,7 +42,7 @@ def blocks(text, mark):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_the_numbers_of_every_output_are_those_of_the_tables_and_of_the_letters(state, tmp_path):
+def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
     (truth, said, headline), result = STATES[state], run(state)
     write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))

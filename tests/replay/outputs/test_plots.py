@@ -20,11 +20,11 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
         assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
 
 
-def test_an_axis_of_values_far_apart_has_powers_of_ten_and_ends_at_the_one_that_is_reached():
+def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
     assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
 
 
-def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
+def test_curve_is_level_until_it_jumps():
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
     plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
     path = path_of(dict(plot.lines)["curve"])
@@ -32,7 +32,7 @@ def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
 
 
-def test_a_lane_has_its_stretches_where_they_are_in_its_window_and_a_short_one_as_a_line_too():
+def test_lane_draws_intervals_in_its_window_and_lines_for_short():
     drawn = lane({"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", mark=15.0)
     boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
     assert drawn.length == 10.0

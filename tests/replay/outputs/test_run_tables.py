@@ -35,13 +35,13 @@ def column(made, name):
     return [row[0] for row in made.only(name).cells()]
 
 
-def test_a_span_is_written_where_both_of_its_ends_are_known():
+def test_interval_is_written_where_both_ends_are_known():
     assert [span_words(1, end) for end in (2.5, 1, None)] == ["1.000 to 2.500", "1.000", ""]
     assert span_words(None, 1) == ""
 
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
-def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(away, known):
+def test_uncertain_first_touch_states_its_uncertainty(away, known):
     depth, turned = 1e-9, 1.5
     result = compute(grazing(away, depth, turned), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]

@@ -18,7 +18,7 @@ from sessions.model.scene import Pose, SceneBody
 MS = 1_000_000
 
 
-def test_a_motion_holds_the_poses_of_tracked_and_fixed_bodies_with_a_mesh_and_the_others_are_named():
+def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
     start = 1_709_283_600_000_000_000
     bodies = (
         SceneBody("bench", fixed=Pose()), SceneBody("a", proxy=True), SceneBody("ghost"),
@@ -39,7 +39,7 @@ def test_a_motion_holds_the_poses_of_tracked_and_fixed_bodies_with_a_mesh_and_th
     assert got.notes == ("body 'ghost' is declared in the scene but was not recorded",)
 
 
-def test_a_path_is_known_unless_a_gap_a_teleport_or_a_missing_pose_breaks_it():
+def test_path_is_known_without_gap_teleport_or_missing_pose():
     steps = np.array([10, 10, 10, 30, 31, 10, 10, 10]) * MS
     stamps = np.concatenate([[0], np.cumsum(steps)])
     status = np.ones((9, 2))
@@ -81,7 +81,7 @@ def test_a_jump_breaks_the_path_wherever_it_shows(session, breaks):
     assert [np.flatnonzero(~column)[1:].tolist() for column in linked.T] == breaks
 
 
-def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
+def test_cut_leaves_interpolation_at_its_border_unchanged():
     status = np.ones((6, 2))
     status[2, 0] = int(Status.ABSENT)
     session = framed(np.arange(6) * 10 * MS, status)
@@ -109,7 +109,7 @@ def partly_meshed(meshed, bare, places):
         (cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))), "leaves no pair of bodies with a mesh"),
     ],
 )
-def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why(session, words):
+def test_session_without_pairs_is_refused_with_the_reason(session, words):
     with pytest.raises(AssemblyError, match=words):
         assemble(session)
 
@@ -154,7 +154,7 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
     assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
 
 
-def test_runs_of_a_session_share_its_meshes_which_end_with_it():
+def test_runs_of_a_session_use_the_same_meshes():
     session = cubes({"a": [0.0, 0.1], "b": [3.0, 3.1]})
     first, again = (assemble(session).bodies for _ in range(2))
     assert all(one.mesh is other.mesh for one, other in zip(first, again, strict=True))

@@ -7,7 +7,7 @@ from sessions import Scene
 from sessions.model.scene import SceneBody
 
 
-def test_a_span_flags_its_body_all_it_carries_and_their_pairs_and_a_gap_everything_in_the_window():
+def test_flag_of_a_body_covers_children_pairs_and_gaps():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="c"), SceneBody("c")))
     assembly = assemble(cubes({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9)
     told = [("frozen", "c", 4, 5), ("frozen", "b", 5, 6), ("gap", "", 5, 5), ("teleport", "a", 1, 1)]

@@ -27,7 +27,7 @@ class Counted:
         return self.source.blocks(frames)
 
 
-def test_a_file_is_decoded_once_while_its_frames_can_be_held(monkeypatch):
+def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
     session = cubes(PLACES)
     assert decoded_once(session) is session
     source = Counted(session.source)
@@ -69,7 +69,7 @@ def told(result, low, high):
 
 
 @pytest.mark.parametrize("kind", ["file", "memory"])
-def test_a_part_of_a_recording_that_is_too_long_is_answered_as_in_the_whole(tmp_path, monkeypatch, kind):
+def test_window_of_a_long_recording_is_answered_as_the_whole(tmp_path, monkeypatch, kind):
     session, part = two_cubes(lost=(700, 701, 760, 1500)), (7.6, 9.0)
     if kind == "file":
         write_session(session, tmp_path / "long.mcap")
@@ -94,7 +94,7 @@ def test_a_part_of_a_file_is_read_and_nothing_else(tmp_path, too_long):
 
 
 @pytest.mark.parametrize("asked", [{}, {"start": 1.0}, {"end": 20.0}])
-def test_a_recording_that_is_too_long_is_refused_with_the_length_that_can_be_replayed(too_long, asked):
+def test_too_long_recording_is_refused_with_the_replayable_length(too_long, asked):
     with pytest.raises(AssemblyError, match=r"frames of 2 bodies.*at most 11 s with --start and --end") as refusal:
         compute(two_cubes(), detectors="exact", **asked)
     assert f"{FRAMES:,} frames" in str(refusal.value) or asked

@@ -29,7 +29,7 @@ MS, NO = 1_000_000, np.nan
         ([V, A, L, A, V], [0, 10, 20, 30, 40], [SEEN, HELD, NONE, NONE, SEEN], [0.0, 0.0, NO, NO, 4.0]),
     ],
 )
-def test_a_frame_without_a_sample_gets_a_pose_from_near_neighbours_or_none(status, stamps, origin, places):
+def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, places):
     session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
     parts = list(filled(session.blocks(100)))
     got, place, turn = (

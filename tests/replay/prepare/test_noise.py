@@ -20,7 +20,7 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
         (["50 ms, 1 cm"], TrackerNoise(position_rms_m=0.01, correlation_s=0.05)),
     ],
 )
-def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words, size):
+def test_noise_size_has_units_and_defaults_to_vive(words, size):
     assert parse_noise(words).usual == size
     assert parse_noise([f"cup={words[0]}"]).own == {"cup": size}
 
@@ -29,7 +29,7 @@ def one_tracker(size, copies=400, seed=1):
     return NoisyCopies(BodyNoise(("cup",), (0,), {"cup": size}), copies, seed)
 
 
-def test_copies_have_the_size_and_the_correlation_that_was_asked_for():
+def test_noisy_copies_have_the_requested_size_and_correlation():
     size = TrackerNoise(position_rms_m=0.002, rotation_rms_deg=0.3, correlation_s=0.05)
     error = one_tracker(size).errors(np.array([0.0, 0.01, 0.06, 2.0]))["cup"].swapaxes(0, 1)
     moved, turned = np.split(error, 2, axis=2)
@@ -40,7 +40,7 @@ def test_copies_have_the_size_and_the_correlation_that_was_asked_for():
         assert product == pytest.approx(np.exp(-apart / 0.05), abs=0.1)
 
 
-def test_a_copy_is_the_same_in_any_blocks_and_beside_any_other_body():
+def test_noisy_copy_is_independent_of_blocks_and_bodies():
     times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
     whole = one_tracker(VIVE, 5).errors(times)["cup"]
     parts = one_tracker(VIVE, 5)
@@ -50,7 +50,7 @@ def test_a_copy_is_the_same_in_any_blocks_and_beside_any_other_body():
     assert one_tracker(VIVE, 5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
 
 
-def test_what_one_tracker_carries_moves_with_it_and_what_is_fixed_does_not():
+def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
     poses = {name: along_x([at, at + 0.1, at, at]) for name, at in (("hand", 1.0), ("rod", 0.5))}
     bodies = (
         SceneBody("hand"),

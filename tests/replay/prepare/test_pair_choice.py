@@ -26,12 +26,12 @@ MOVING = {
         (Scene(), {}, [("lid", "glass"), ("bench", "hand"), ("glass", "lid")], {"hand-bench", "glass-lid"}),
     ],
 )
-def test_pairs_are_those_asked_for_else_the_scene_s_else_all_with_relative_motion(scene, moves, asked, expected):
+def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, asked, expected):
     got = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
     assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in got} == expected and got == sorted(got)
 
 
-def test_held_pairs_are_those_of_a_child_and_its_parent_and_of_a_hand_and_a_thing_of_its_group():
+def test_grasped_pairs_are_parent_child_and_hand_group():
     hands = (SceneBody(name, group="g", tags=("hand",)) for name in ("hand", "ghand"))
     scene = Scene(
         bodies=(*hands, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", parent="cup", group="g"))

@@ -4,7 +4,7 @@ from replay.prepare.policy import KINDS, LIMIT_S, PolicyRule, parse_policy
 from sessions.doctor.finding import CODES
 
 
-def test_every_kind_of_the_table_is_a_code_of_the_doctor():
+def test_every_policy_kind_is_a_doctor_code():
     assert KINDS.keys() <= CODES.keys()
 
 

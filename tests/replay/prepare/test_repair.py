@@ -47,7 +47,7 @@ def test_what_the_policy_refuses_stops_the_run_with_one_sentence(name):
         repair_session(draft.session(), parse_policy([f"{planted.code}=refuse"]))
 
 
-def test_a_path_is_known_where_the_poses_used_do_not_teleport():
+def test_path_is_known_where_used_poses_do_not_teleport():
     """As recorded the hand jumps to the origin and back; bridged it does not."""
     jumps = {"keep": [400, 420], "interpolate:1": [], "drop": [*range(400, 421)]}
     for action, broken in jumps.items():
@@ -57,7 +57,7 @@ def test_a_path_is_known_where_the_poses_used_do_not_teleport():
         assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, *broken]
 
 
-def test_what_the_doctor_calls_a_teleport_is_no_contact_between_frames():
+def test_doctors_teleport_is_no_contact_between_frames():
     """A jump of 0.15 m in one frame through a wall of 4 mm."""
     draft = clean()
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 2] + [0.0, 0.0, 0.2]
@@ -103,7 +103,7 @@ LOST, HELD, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
         (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [HELD] * 4 + [LOST] * 16),
     ],
 )
-def test_what_stands_in_for_a_lost_hand_is_what_the_policy_says(words, status):
+def test_policy_decides_the_pose_of_a_lost_hand(words, status):
     draft = lost_hand()
     if len(words) > 1:
         draft.arrays["position"][410, 1] = np.nan
@@ -134,7 +134,7 @@ def test_no_bridge_leads_beyond_the_last_good_sample():
     assert (repaired(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
 
 
-def test_of_a_part_all_is_said_in_seconds_of_the_whole_and_nothing_of_streams_that_lie_apart():
+def test_window_reports_seconds_of_the_whole_recording():
     draft = lost_hand()
     stamps = draft.arrays["stamp_ns"]
     apart = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])

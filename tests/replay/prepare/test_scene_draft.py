@@ -35,7 +35,7 @@ def bench(scene=None, **more):
     return Session.from_arrays(np.arange(COUNT) * STEP, tracks, {"top": top, **dict.fromkeys(tracks, small)}, scene)
 
 
-def test_near_pairs_and_what_is_held_are_found_and_the_text_is_a_scene_that_says_the_same():
+def test_drafted_scene_contains_near_pairs_and_groups():
     session, near = bench(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
     draft = drafted(session)
     assert {*map(frozenset, draft.near)} == near and draft.held == (("hand-right", "rod"),)
@@ -48,7 +48,7 @@ def test_near_pairs_and_what_is_held_are_found_and_the_text_is_a_scene_that_says
     assert {*map(frozenset, scene.pairs)} == near and "10.0 x 10.0 x 10.0 cm" in text
 
 
-def test_what_moves_with_a_hand_and_turns_in_it_is_not_held():
+def test_body_that_rotates_in_a_hand_is_not_grouped():
     places, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
     half = np.linspace(0, np.pi / 8, COUNT)
     turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
@@ -56,7 +56,7 @@ def test_what_moves_with_a_hand_and_turns_in_it_is_not_held():
     assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
 
 
-def test_what_the_recordings_own_scene_declares_is_kept_and_effects_ask_for_their_own_pairs():
+def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
     bodies = (SceneBody("top", fixed=Pose()), SceneBody("cup", mesh="gone.glb", tags=("glass",), extra={"mass": 0.1}))
     effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
 
@@ -71,7 +71,7 @@ def test_what_the_recordings_own_scene_declares_is_kept_and_effects_ask_for_thei
     assert kept(pairs=(("cup", "far"),)).pairs == (("cup", "far"),) and kept(effects=()).effects == ()
 
 
-def test_without_meshes_or_neighbours_it_is_a_scene_all_the_same():
+def test_draft_without_meshes_or_neighbours_is_a_scene():
     bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
     text = draft_text(bare, drafted(bare), {}, "A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
@@ -83,7 +83,7 @@ def test_without_meshes_or_neighbours_it_is_a_scene_all_the_same():
     assert parse_scene(draft_text(apart, drafted(apart), {}, "x")).pairs is None
 
 
-def test_of_a_recording_too_long_to_be_held_the_beginning_is_looked_at_and_the_text_says_so(monkeypatch):
+def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
     draft = drafted(bench())
     assert "first" in draft.seen and f"# Looked at: {draft.seen}" in draft_text(bench(), draft, {}, "x")

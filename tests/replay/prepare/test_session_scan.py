@@ -13,7 +13,7 @@ V, L, A = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
 MS = 1_000_000
 
 
-def test_a_body_moves_when_two_usable_samples_differ_and_not_when_only_lost_ones_do():
+def test_body_moves_when_two_usable_samples_differ():
     position = np.zeros((3, 3, 3))
     position[2, 0, 0] = 1e-12
     position[1, 1, 0] = 5.0
@@ -31,7 +31,7 @@ def test_a_body_moves_when_two_usable_samples_differ_and_not_when_only_lost_ones
         ([0, 0, 0], [1e200, 0, 0, 1], "has norm inf, not 1"),
     ],
 )
-def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
+def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
     where = np.zeros((5, 2, 3))
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
     where[3, 1], turn[3, 1] = position, quaternion
@@ -47,7 +47,7 @@ def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, 
 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
-def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamps, block):
+def test_kept_frames_are_running_maxima_and_others_are_counted(stamps, block):
     session = framed(stamps, np.ones((len(stamps), 1)))
     expected, repeated, backwards, latest = [], 0, 0, -1
     for stamp in stamps:

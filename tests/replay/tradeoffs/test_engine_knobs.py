@@ -15,7 +15,7 @@ from replay.errors import TradeoffError
 from replay.tradeoffs.engine_knobs import advice_words, engine_named, engines, lacking
 
 CHOICES = [(name, choice) for name, engine in engines().items() for choice in engine.choices]
-GUIDE = Path(replay.guide.__file__).with_name("engines.md").read_text("utf-8")
+GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)

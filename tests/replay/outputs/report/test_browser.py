@@ -39,7 +39,7 @@ def test_the_first_screen_holds_answer_picture_ranking_scatter_and_timeline(demo
         assert page.ask("document.querySelectorAll('.lane').length") >= 4
 
 
-def test_on_a_phone_the_picture_follows_the_sentence_and_the_ranking_is_a_stack(demo, tmp_path):
+def test_phone_page_shows_picture_after_sentence_and_stacked_ranking(demo, tmp_path):
     with opened(demo.as_uri(), tmp_path, (400, 800)) as page:
         places = [page.ask(f"{BOX}('{part}')[0]") for part in ("h1", ".hero .still", ".hero dl", ".rank", ".time")]
         assert places == sorted(places)
@@ -48,7 +48,7 @@ def test_on_a_phone_the_picture_follows_the_sentence_and_the_ranking_is_a_stack(
 
 
 @WIDTHS
-def test_nothing_is_clipped_and_a_checker_of_accessibility_finds_no_serious_fault(demo, tmp_path, width, scheme):
+def test_nothing_is_clipped_or_fails_accessibility_checks(demo, tmp_path, width, scheme):
     with opened(demo.as_uri(), tmp_path, (width, 800), scheme) as page:
         page.ask("for (const one of document.querySelectorAll('details')) one.open = true")
         assert page.ask("document.documentElement.scrollWidth <= innerWidth")

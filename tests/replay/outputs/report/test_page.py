@@ -59,7 +59,7 @@ def test_the_page_needs_nothing_from_outside_and_runs_no_script():
         ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
     ],
 )
-def test_an_experiment_has_its_result_as_headline_and_as_the_first_curve(scene, curve, headline):
+def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
     page = report_html(compute(synthetic_session(scene)[0], detectors=()))
     captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
     assert curve in "".join(captions) and headline in page[: page.index(captions[0])]

@@ -27,7 +27,7 @@ def wall(z, edge=4.0):
     return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
 
 
-def test_a_triangle_covers_the_pixels_whose_rays_meet_it_at_their_depth():
+def test_triangle_covers_the_pixels_of_rays_that_meet_it():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
@@ -49,7 +49,7 @@ def test_a_triangle_covers_the_pixels_whose_rays_meet_it_at_their_depth():
 
 
 @pytest.mark.parametrize("alpha", [1.0, 0.2])
-def test_what_is_behind_an_opaque_wall_is_hidden_and_behind_glass_is_seen(alpha):
+def test_opaque_wall_hides_and_glass_does_not(alpha):
     wall_of = Shape(wall(-1.0), (0.0, 0.0, 1.0), alpha)
     opaque, glass = ([wall_of], []) if alpha == 1 else ([], [wall_of])
     opaque.append(Shape(wall(-2.0), (1.0, 0.0, 0.0)))
@@ -61,7 +61,7 @@ def test_what_is_behind_an_opaque_wall_is_hidden_and_behind_glass_is_seen(alpha)
     assert (picture[..., 1].max() > 0.9) == (alpha < 1), "the yellow line between them"
 
 
-def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
+def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     result = steady("only false")
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST)[0]

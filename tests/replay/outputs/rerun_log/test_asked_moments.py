@@ -18,7 +18,7 @@ PLACE = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads":
 CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
 
 
-def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(recording):
+def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
     for place in read_bookmarks(recording):
         asked = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
         for by in ("", place.label) if asked else ():
@@ -43,21 +43,21 @@ CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
 @pytest.mark.parametrize(
     "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([place]) for place in CHANGED_PLACES)]
 )
-def test_a_recording_with_other_moments_than_a_run_writes_is_damaged(tmp_path, moments):
+def test_recording_with_foreign_moments_is_damaged(tmp_path, moments):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
         read_bookmarks(tmp_path / "run.rrd")
 
 
-def test_a_picture_of_an_earlier_version_is_one_sentence_and_not_said_to_be_without_moments(tmp_path):
+def test_earlier_picture_version_is_named_in_a_sentence(tmp_path):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
     with pytest.raises(RunFolderError, match="earlier version; run its session again"):
         _target(tmp_path / "run.rrd", 1, None, "")
 
 
-def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, drawn):
+def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):
     scene = replace(demo.session.scene, name="手 at the bench")
     bodies = tuple(replace(one, name="手") if one.name == "rod" else one for one in demo.assembly.bodies)
     run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))

@@ -7,7 +7,7 @@ from replay.outputs import camera
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 6.0, 7))
-def test_a_gap_is_seen_from_aside_on_the_side_of_the_user(turn):
+def test_gap_is_viewed_sideways_from_the_users_side(turn):
     along, user = np.array([np.cos(turn), 0.0, np.sin(turn)]), np.array([0.0, 0.0, 1.0])
     away = camera.across(0.02 * along, user)
     assert np.linalg.norm(away) == pytest.approx(1.0) and away[1] > 0.3

@@ -31,7 +31,7 @@ def test_a_long_session_is_strided_but_for_its_moments(demo):
 
 
 @pytest.mark.parametrize("lacks", ["face_sets", "section_source"])
-def test_contacts_without_faces_or_without_curves_are_no_error_and_not_drawn(demo, lacks):
+def test_contacts_without_faces_or_curves_are_not_drawn(demo, lacks):
     stream = rr.RecordingStream("test")
     memory, writer = stream.memory_recording(), RecordingWriter(stream, RecordingClock.of(demo.assembly))
     log_contacts(writer, "exact", demo.detections[demo.oracle], None)

@@ -24,9 +24,7 @@ def read(searching, drawn):
     return drawn(searching)
 
 
-def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(
-    searching, watched, read
-):
+def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watched, read):
     lost = [moment for moment in watched.searches if moment.kind == LOST]
     assert lost
     for moment in lost:

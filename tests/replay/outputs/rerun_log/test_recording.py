@@ -38,7 +38,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
 
 
-def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_bodies(demo, drawn):
+def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
     summary = {**demo.summary, "audit": {}, "oracle": ""}
     bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, summary=summary)
     room = drawn(bare)
@@ -48,7 +48,7 @@ def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_
     assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
 
 
-def test_a_body_that_no_effect_names_is_drawn_where_detectors_ask_it(drawn):
+def test_unnamed_body_is_drawn_where_detectors_query_it(drawn):
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
     places = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}

@@ -63,7 +63,7 @@ def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of file sizes")
 @pytest.mark.parametrize("kilobytes", [8, 100])
-def test_a_picture_that_does_not_fit_is_one_sentence_and_exit_1(kilobytes, tmp_path):
+def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
     write_session(cubes({"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}), tmp_path / "s.mcap")
     words = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
     command = [sys.executable, "-c", LIMITED, str(kilobytes * 1024), *map(str, words)]

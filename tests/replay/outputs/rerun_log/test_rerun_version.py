@@ -16,7 +16,7 @@ PROJECT = tomllib.loads((Path(__file__).resolve().parents[4] / "pyproject.toml")
 
 
 @pytest.mark.parametrize("there", ["0.22.1", "0.42.0", None])
-def test_another_rerun_is_named_before_the_work_and_needed_for_pictures_alone(there, tmp_path, monkeypatch, capsys):
+def test_other_rerun_version_is_named_first_and_only_for_pictures(there, tmp_path, monkeypatch, capsys):
     real = importlib.metadata.version
 
     def version(name):

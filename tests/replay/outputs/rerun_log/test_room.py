@@ -159,7 +159,7 @@ def colours(run, read):
 
 @pytest.mark.parametrize("name", ["rate", "hulls", "between", "late"])
 @pytest.mark.parametrize("column", [moments, words, curves, red_faces, cages, colours])
-def test_what_is_seen_at_a_cursor_is_what_the_result_says_of_that_time(column, name, runs, drawn):
+def test_scene_at_a_cursor_matches_the_result_at_that_time(column, name, runs, drawn):
     for seen, wanted in column(runs[name], drawn(runs[name])):
         assert np.shape(seen) == np.shape(wanted)
         assert np.allclose(seen, wanted, rtol=0.0, atol=PUSHED_OUT + 1e-6)

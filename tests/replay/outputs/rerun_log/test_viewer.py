@@ -28,7 +28,7 @@ def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
         start_viewer(headless=True)
 
 
-def test_a_recording_counts_as_open_when_all_of_it_has_arrived(tmp_path):
+def test_recording_is_open_once_all_of_it_arrived(tmp_path):
     empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
     arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
     states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]
@@ -76,7 +76,7 @@ def test_no_view_reports_an_error_and_one_recording_is_open(opened):
 
 
 @pytest.mark.slow
-def test_the_cursor_stands_on_the_moment_that_leads_and_is_paused(opened, recording):
+def test_paused_cursor_stands_on_the_leading_moment(opened, recording):
     place = next(one for one in read_bookmarks(recording) if one.leads)
     time.sleep(0.5)
     shown = opened.state().recordings[0]

@@ -67,7 +67,7 @@ def send_no_http(connection):
 
 
 @pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_part, send_no_http])
-def test_a_server_that_sends_no_whole_file_is_left_at_the_deadline(answer):
+def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
     with server(answer) as url:
         began = time.monotonic()
         with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):
@@ -75,7 +75,7 @@ def test_a_server_that_sends_no_whole_file_is_left_at_the_deadline(answer):
         assert time.monotonic() - began < 2
 
 
-def test_an_answer_of_another_program_on_the_port_is_not_taken():
+def test_reply_of_another_program_on_the_port_is_rejected():
     with server(send_all) as url:
         assert web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
         with pytest.raises(web_viewer._ServerEndedError):

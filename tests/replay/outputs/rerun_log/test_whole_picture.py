@@ -174,7 +174,7 @@ def seen(read, entity, over_time, ns):
 
 @pytest.mark.parametrize("share", [0.0, 0.31, 1.0, None])
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
-def test_no_view_is_empty_at_any_cursor_and_each_names_only_what_is_recorded(name, share, taps, drawn):
+def test_no_view_is_empty_or_names_unrecorded_paths(name, share, taps, drawn):
     read = drawn((PICTURES | SCENES)[name](taps))
     places, parts = read_bookmarks(read.path), layout_of(read.path)
     opens = sum(place.session_ns for place in places if place.leads)

@@ -37,7 +37,7 @@ def rows(tables):
 
 
 @pytest.mark.slow
-def test_few_files_hold_the_rows_of_all_run_folders_in_the_same_order(batch):
+def test_batch_tables_hold_all_rows_in_the_same_order(batch):
     files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
     assert len(files) == 3 * len(DATA_SET)
     for top in (batch, batch.parent):
@@ -46,7 +46,7 @@ def test_few_files_hold_the_rows_of_all_run_folders_in_the_same_order(batch):
     assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
 
 
-def test_of_a_folder_that_is_gone_no_row_stays_and_of_one_made_anew_the_rows_are_new(batch):
+def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
     shutil.rmtree(batch / "run003")
     metrics = pq.read_table(batch / "run007" / "metrics.parquet").slice(0, 1)
     pq.write_table(metrics, batch / "run007" / "metrics.parquet")
@@ -75,7 +75,7 @@ UNREADABLE = [
 
 
 @pytest.mark.parametrize("text", UNREADABLE)
-def test_a_list_of_parts_that_says_nothing_leaves_the_run_folders(batch, text):
+def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
     expected = rows(read(batch))
     (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
     assert rows(read(batch)) == expected
@@ -91,7 +91,7 @@ def test_a_damaged_part_leaves_the_run_folders(batch, length):
     assert by_run == expected
 
 
-def test_rows_of_a_part_that_name_another_folder_are_not_read(batch):
+def test_rows_that_name_another_folder_are_not_read(batch):
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     table = pq.read_table(file)
     names = ["../../elsewhere", *table["run"].to_pylist()[1:]]

@@ -124,7 +124,7 @@ RECOUNTS = {0: pairs_missed, 1: students}
 
 
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
-def test_a_question_of_the_guide_gives_what_a_recount_of_the_runs_gives(number, results, tables):
+def test_guide_question_equals_a_recount_of_the_runs(number, results, tables):
     db = duckdb.connect()
     for name, table in tables.items():
         db.register(name, table)
@@ -137,7 +137,7 @@ def test_a_question_of_the_guide_gives_what_a_recount_of_the_runs_gives(number, 
         ]
 
 
-def test_a_note_is_joined_with_its_contact_in_runs_with_other_detectors(tmp_path):
+def test_note_joins_its_contact_across_detectors(tmp_path):
     # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
     recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
     for rate in (20, 34, 100):
@@ -173,7 +173,7 @@ def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
     assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
 
 
-def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results, tmp_path):
+def test_newer_tables_are_refused_and_broken_tables_named(results, tmp_path):
     file = write_run_folder(results["one"], tmp_path / "one") / "events.parquet"
     newer = SCHEMA.replace("2", "3")
     pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
@@ -190,7 +190,7 @@ def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results,
 
 
 @pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
-def test_metrics_say_the_reference_the_vr_type_and_the_times_of_the_summary(stated, offline, tmp_path):
+def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
     recorded = replace(session("one"), facts=stated)
     found = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
     write_run_folder(found, tmp_path / "one")
@@ -205,9 +205,7 @@ def test_metrics_say_the_reference_the_vr_type_and_the_times_of_the_summary(stat
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 
-def test_a_single_run_is_a_data_set_and_one_half_written_or_denser_than_a_file_can_be_is_none(
-    results, tmp_path, monkeypatch
-):
+def test_single_run_is_a_data_set_unlike_an_incomplete_run(results, tmp_path, monkeypatch):
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     out = write_run_folder(results["one"], tmp_path / ".one.partial")

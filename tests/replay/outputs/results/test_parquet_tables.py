@@ -51,7 +51,7 @@ def test_the_tables_of_a_run_read_as_they_did(name, tmp_path, snapshot, monkeypa
     assert "\n".join(lines) == snapshot
 
 
-def test_a_long_frame_table_comes_in_parts_that_join_to_the_whole(monkeypatch):
+def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
     result = steady("several")
     (whole,) = tables.frame_table(result)
     monkeypatch.setattr(tables, "ROWS_PER_PART", 2)
@@ -60,7 +60,7 @@ def test_a_long_frame_table_comes_in_parts_that_join_to_the_whole(monkeypatch):
     assert [row for part in parts for row in part.to_pylist()] == whole.to_pylist()
 
 
-def test_every_column_says_what_it_holds_and_all_are_written_with_their_types():
+def test_every_column_is_described_and_written_with_its_type():
     for made in steady("several").tables.values():
         columns = made.columns
         assert len({column.name for column in columns}) == len(columns)

@@ -114,7 +114,7 @@ def test_every_moment_has_a_message_with_its_time(run, shared):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
 
 
-def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
+def test_every_miss_of_the_run_links_to_its_moment(run, shared):
     page, sent = (shared / "index.html").read_text(), moment_messages(shared)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
     rows = read_run_folder(run).rows("misses")
@@ -135,7 +135,7 @@ def texts_of(folder):
             yield file.name, repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches])
 
 
-def test_no_serial_no_path_and_no_name_of_a_person_is_in_a_run_or_in_the_shared_folder(run, shared):
+def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared):
     seen = {file.name for file in shared.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
@@ -231,7 +231,7 @@ def cursor_at(page, address):
 
 
 @pytest.mark.slow
-def test_the_folder_opens_by_itself_and_every_link_moves_the_picture(run, shared, tmp_path):
+def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared, tmp_path):
     url = (shared / "index.html").as_uri()
     with opened(url, tmp_path) as page:
         in_time(page)

@@ -110,7 +110,7 @@ QUESTIONS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
-def test_a_question_is_answered_by_clicks_as_a_recount_answers_it(question, page, db):
+def test_filter_clicks_answer_a_question_as_a_recount_does(question, page, db):
     (part, by, choose), columns, recount = QUESTIONS[question]
     shown = [row for row in rows(page, part, by, **choose) if "fewer than 5" not in row]
     # Less all others, a total would tell what a row of few students may not: one more row shows no figure.
@@ -146,7 +146,7 @@ def test_the_sessions_with_most_misses_lead_to_their_worst_miss(made, db):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else(made, tmp_path, scheme):
+def test_page_fits_a_phone_without_errors_or_requests(made, tmp_path, scheme):
     with opened(made[1].as_uri(), tmp_path, (400, 800), scheme) as page:
         assert page.ask("document.documentElement.scrollWidth") <= 400
         assert page.errors() == [] and page.requests() == [made[1].as_uri()]

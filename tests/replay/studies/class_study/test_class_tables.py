@@ -23,7 +23,7 @@ def every(made):
 
 
 @pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
-def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path, students, nobody, few):
+def test_class_below_five_students_lists_sessions_without_figures(tmp_path, students, nobody, few):
     runs, made = tables_of(tmp_path, 6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
     found = every(made)
@@ -50,7 +50,7 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
     assert ("There is none in the sessions with a pseudonym." in html) == (not known)
 
 
-def test_no_figure_of_few_students_follows_from_a_total_and_no_row_is_of_one_student(tmp_path):
+def test_small_cells_cannot_be_derived_from_totals(tmp_path):
     runs, _ = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
     one = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
@@ -79,7 +79,7 @@ def test_where_nothing_was_audited_the_page_says_so(tmp_path):
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
 
-def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
+def test_session_counts_once_and_left_out_sessions_are_listed(tmp_path):
     made_class(tmp_path / "a", 10, 10)
     before = every(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
@@ -93,7 +93,7 @@ def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
     assert "Runs left out" not in " ".join(before[0].notes)
 
 
-def test_students_named_in_a_file_are_counted_and_one_session_of_two_or_another_file_is_refused(tmp_path):
+def test_students_file_names_each_session_once(tmp_path):
     made_class(tmp_path / "runs", 6, 6, nobody=6, rare=0)
     named = tmp_path / "students.csv"
     named.write_text("session,student\n" + "".join(f"{k:016x},S{k}\n" for k in range(6)))

@@ -49,7 +49,7 @@ def hc3(group, values):
     return fit.params[1], fit.bse[1]
 
 
-def test_the_interval_has_the_errors_of_statsmodels_and_the_quantiles_of_permuted_residuals():
+def test_interval_uses_statsmodels_errors_and_permuted_residual_quantiles():
     random = np.random.default_rng(0)
     first, second = random.normal(3.0, 8.0, 5), random.normal(3.0, 1.0, 47)
     group = np.arange(52) >= 5

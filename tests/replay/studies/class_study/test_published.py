@@ -35,7 +35,7 @@ FOUND = {
 
 
 @pytest.mark.parametrize("found", FOUND)
-def test_of_the_printed_tables_one_row_and_the_label_contradict_themselves_and_each_is_told_why(remarks, found):
+def test_printed_tables_contradictions_are_explained(remarks, found):
     told = " ".join(one.message for one in remarks if (one.kind, one.row) == found)
     assert all(words in told for words in FOUND[found])
     others = {(one.kind, one.row) for one in remarks} - FOUND.keys()
@@ -43,7 +43,7 @@ def test_of_the_printed_tables_one_row_and_the_label_contradict_themselves_and_e
 
 
 @pytest.mark.parametrize("r", [0.107, 0.412, -0.6, 0.9])
-def test_fit_correlation_and_p_agree_with_a_regression_of_such_data(r):
+def test_fit_correlation_and_p_agree_with_regression(r):
     import statsmodels.api as sm
 
     x, rest = np.linalg.qr(np.column_stack([np.ones(52), np.random.default_rng(1).normal(size=(52, 2))]))[0][:, 1:].T

@@ -19,7 +19,7 @@ def fit(y, x):
     return regress(NAMES[: table.shape[1]], table, np.random.default_rng(0))
 
 
-def test_coefficients_fit_and_inflation_equal_the_stored_values_of_pingouin_and_statsmodels():
+def test_regression_equals_stored_pingouin_and_statsmodels_values():
     wanted = REFERENCE["multiple"]
     found = fit(SCORES[:, 3], SCORES[:, :3])
     assert [c.beta for c in found] == pytest.approx(wanted["beta"], abs=1e-10)
@@ -55,7 +55,7 @@ def test_p_holds_its_level_where_scatter_grows_with_predictor(monkeypatch):
     assert np.mean(rejected) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
 
 
-def test_no_p_is_zero_because_what_was_found_is_one_of_its_permutations():
+def test_permutation_p_is_never_zero():
     x = np.random.default_rng(3).normal(size=(60, 1))
     assert permutation_p(x[:, 0] - x.mean(), x - x.mean(), 0, np.random.default_rng(0)) == pytest.approx(1 / 5000)
 

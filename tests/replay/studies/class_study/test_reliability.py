@@ -46,7 +46,7 @@ def test_without_the_widening_it_is_what_scipy_gives(statistic):
     assert (low, high) == pytest.approx(tuple(other.confidence_interval), abs=0.012 * (high - low))
 
 
-def test_what_does_not_vary_has_a_point_and_what_is_not_there_has_none():
+def test_constant_items_have_a_point_estimate_and_absent_items_none():
     assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
     assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
     assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()

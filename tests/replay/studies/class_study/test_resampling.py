@@ -5,7 +5,7 @@ from replay.base.wilson import wilson
 from replay.studies.class_study.resampling import Resampling
 
 
-def test_a_ratio_is_the_sum_over_the_sum_and_only_students_with_a_base_stand_behind_it():
+def test_ratio_is_sum_over_sum_of_students_with_a_base():
     found = Resampling(8).ratio(np.array([1, 3, 0, 0, 0, 0, 0, 9]), np.array([4, 4, 2, 0, 0, 0, 0, 0]))
     assert (found.value, found.students) == (4 / 10, 3)
     assert 0.0 <= found.low < 0.4 < found.high <= 1.0

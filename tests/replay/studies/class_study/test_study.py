@@ -44,7 +44,7 @@ def rules(found):
     return {refused.rule for refused in found.refusals}
 
 
-def test_a_planted_association_is_found_and_an_absent_one_is_not():
+def test_planted_association_is_detected_and_nothing_else():
     answers, contacts = a_class(52, seed=3)
     found = analyse(ASKED, questionnaire(answers), metrics(contacts))
     ease, moved = found.coefficients
@@ -60,7 +60,7 @@ def finding(low, high, p):
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_conclusion_needs_both_p_and_interval_and_changes_where_one_detector_leaves_it_open(sign):
+def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
     found, *others = (
         finding(*sorted((sign * low, sign * 1.2)), p)
         for low, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
@@ -99,14 +99,14 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening(make(), "40 students") == f"40 students. Does the detector change a conclusion? {answer}"
 
 
-def test_a_result_of_one_number_of_students_says_it_once_and_what_is_associated_is_marked():
+def test_result_states_student_count_once_and_marks_associations():
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
     assert line == "No association was told from chance in 40 students"
     assert WORDS["conclusion"]("associated").mark and not WORDS["conclusion"]("refused").mark
 
 
-def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
+def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
     answers, contacts = a_class(30)
     table = metrics(contacts, detectors=("hybrid", "exact"), recall=(0.8, 1.0))
     assert analyse(ASKED, questionnaire(answers), table).detector == "exact"
@@ -117,7 +117,7 @@ def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
         analyse(ASKED, questionnaire(answers), table, detector="exakt")
 
 
-def test_behaviour_without_a_measured_recall_or_of_other_students_is_refused_and_the_answers_are_left(runs):
+def test_behaviour_without_recall_is_refused_and_answers_are_kept(runs):
     answers, contacts = a_class(30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
@@ -143,7 +143,7 @@ def test_misspelt_student_leaves_the_others_in_the_study():
 
 
 @pytest.mark.parametrize("count", [4, 5, 9])
-def test_fewer_than_ten_students_get_coefficients_without_p_and_four_are_no_study(count):
+def test_below_ten_students_no_p_and_four_are_refused(count):
     answers, contacts = a_class(count)
     if count == 4:
         with pytest.raises(StudyRefusedError, match="small-cell"):
@@ -166,7 +166,7 @@ def test_a_name_that_cannot_be_asked_about_is_answered(question, words):
 
 
 @pytest.mark.parametrize("left", [4, 5])
-def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_it_has(left):
+def test_group_with_fewer_than_five_answers_is_not_compared(left):
     answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
     found = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
@@ -187,7 +187,7 @@ def test_a_construct_that_only_four_students_answered_has_no_figure():
     assert rules(found) == {"small-cell"}
 
 
-def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_are():
+def test_student_with_several_sessions_counts_once_by_mean():
     answers, contacts = a_class(30)
     plain, table = metrics(contacts), metrics(contacts, sessions=2)
     apart = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
@@ -199,7 +199,7 @@ def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_
         assert (other.beta, other.low, other.high, other.p) == pytest.approx((one.beta, one.low, one.high, one.p))
 
 
-def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested():
+def test_unfittable_detector_counts_as_not_tested():
     answers, contacts = a_class(40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
     table["grasps"] = np.arange(80) // 2 % 7
@@ -233,7 +233,7 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     assert "All items together" in page and "All items together" not in few_students
 
 
-def test_a_folder_is_replaced_only_if_forced_and_a_study_and_no_file_of_it_holds_a_pseudonym(runs, tmp_path):
+def test_study_folder_needs_force_and_holds_no_pseudonym(runs, tmp_path):
     found = study()
     out = write_study(runs, found, tmp_path / "study", inputs={})
     for file in out.iterdir():

@@ -34,7 +34,7 @@ def test_a_larger_class_has_the_smaller_one_in_it():
 
 
 @pytest.mark.slow
-def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path):
+def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
     out, done = tmp_path / "class", []
     assert make_class(out, students=3, seed=1) == {}
     answers = read_questionnaire(out / "questionnaire.csv", read_codebook(out / "codebook.yaml"))
@@ -46,7 +46,7 @@ def test_a_class_on_disk_reads_back_and_a_session_that_is_there_is_kept(tmp_path
     assert done == [("S02", "done")] and (out / "sessions" / "S02.mcap").is_file()
 
 
-def test_a_folder_of_something_else_or_of_another_class_is_left_alone(tmp_path):
+def test_unrelated_or_other_class_folder_is_left_alone(tmp_path):
     (tmp_path / "mine.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
         make_class(tmp_path, students=5)

@@ -10,7 +10,7 @@ from replay.studies.paper.pictures import figure_8
 
 
 @pytest.mark.slow
-def test_samples_cover_as_many_poses_and_searches_of_covered_ones_take_as_long_as_they_did(snapshot, monkeypatch):
+def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
     for name, few in {"SIZES": (200, None), "SEARCHERS": ("random",), "LIMIT": 3000}.items():
         monkeypatch.setattr(feature_samples, name, few)
     found = feature_samples.search_samples("torus-sphere", 8, 1)
@@ -23,7 +23,7 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
     assert least([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is least([], 0) is least([1, 2], 10) is None
 
 
-def test_misses_for_want_of_a_pair_and_misses_of_the_search_are_counted_apart_and_drawn():
+def test_misses_without_a_sampled_pair_are_counted_and_drawn_separately():
     meeting = {size: [0, 1, 0, 2, 1] for size in SIZES}
     spent = {key: [9, 10, BUDGET + 1] for key in product(SEARCHERS, SIZES)}
     coverage, search = feature_sample_tables([Drawn("torus-sphere", meeting, spent)])

@@ -38,7 +38,7 @@ def test_the_wanted_number_of_faces_meets_and_exhaustion_agrees(target, number):
     assert np.array_equal(one.pairs, truth_of(one))
 
 
-def test_the_same_key_gives_the_same_fixture_and_another_number_or_seed_another():
+def test_fixture_depends_on_key_number_and_seed():
     one, again = fixture(100, 0), fixture.__wrapped__(100, 0)
     assert one is fixture(100, 0) and again is not one
     assert np.array_equal(one.motion.translations, again.motion.translations)

@@ -17,7 +17,7 @@ DRAWN = {
 
 
 @pytest.mark.slow
-def test_two_pictures_are_written_and_each_changes_with_every_table_it_is_drawn_from(small, tmp_path):
+def test_pictures_change_with_every_table_they_draw(small, tmp_path):
     written = write_pictures([*small.values()], tmp_path / "out")
     assert sorted((tmp_path / "out").iterdir()) == written and len(written) == 2
     for file, (draw, columns) in zip(written, DRAWN.items(), strict=True):

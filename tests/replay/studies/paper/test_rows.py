@@ -22,7 +22,7 @@ def groups(some):
 
 @some_poses
 @pytest.mark.parametrize("name", ROWS)
-def test_a_row_invents_nothing_and_a_complete_one_finds_every_face(name, some):
+def test_complete_detector_finds_every_face_and_none_invents(name, some):
     for group in groups(some):
         found = ask(name, make(name, group[0].bodies), group)
         assert (found["pairs"] == found["right_pairs"]).all() and (
@@ -36,7 +36,7 @@ def test_a_row_invents_nothing_and_a_complete_one_finds_every_face(name, some):
 
 @some_poses
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE])
-def test_cut_short_it_finds_some_faces_never_fewer_with_more_budget_and_invents_none(name, some):
+def test_larger_budget_never_finds_fewer_faces(name, some):
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])
         work = ask(name, make(name, bodies), group)["operations"].max()

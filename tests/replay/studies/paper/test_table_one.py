@@ -13,7 +13,7 @@ from replay.studies.paper.table_one import budget, spread, to_completion
 
 
 @pytest.mark.slow
-def test_printed_values_stand_below_the_heading_that_says_what_they_are(small):
+def test_printed_values_stand_below_their_explaining_heading(small):
     for key in ("Table I", "F7ab", "F7c"):
         heads = [head for head in small[key].head if re.search("print", head)]
         assert heads and all(PRINTED in head for head in heads)
@@ -36,13 +36,13 @@ WHOLE = (100, 10, 10, 4, 4, 4, 0, 0.001)
 """A pose of which every pair was found."""
 
 
-def test_recalls_are_of_all_poses_together_and_a_pose_is_whole_with_every_pair():
+def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
     answers = np.array([WHOLE, WHOLE, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER)
     (row,) = to_completion({"exact": answers}).rows
     assert row == ("exact", 3, 2, 25 / 3, 25 / 40, 10 / 20, 10 / 11, None, pytest.approx(2.0))
 
 
-def test_row_means_and_deviations_of_table_1_are_those_checked_by_hand():
+def test_table_1_means_and_deviations_match_hand_calculation():
     known = {"solid-style": (0.8659, 0.0472), "rapid-style": (0.8803, 0.0615), "hybrid-qaco": (0.9567, 0.0215)}
     assert known.keys() == PAPER.keys()
     for name, figures in known.items():

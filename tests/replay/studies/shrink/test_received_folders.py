@@ -52,7 +52,7 @@ def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
-def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, monkeypatch):
+def test_folder_settings_never_become_lines_of_the_written_test(folder, key, monkeypatch):
     attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
     tamper(folder, "detectors", slow={"settings": {"rate_hz": 25, key: attack}})
     main(["shrink", "run", "--miss", "1", "-o", "case"])
@@ -63,13 +63,13 @@ def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, 
 
 
 @pytest.mark.parametrize(("part", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
-def test_a_folder_that_tells_of_other_frames_than_its_recording_is_refused(folder, part, key, value, capsys):
+def test_folder_with_frames_unlike_its_recording_is_refused(folder, part, key, value, capsys):
     tamper(folder, part, **{key: value})
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_detector_of_ones_own_is_shrunk_when_the_user_names_it(folder, capsys):
+def test_own_detector_is_shrunk_when_the_user_names_it(folder, capsys):
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
     assert "--detector mine=sent_along:Blind" in " ".join(capsys.readouterr().err.split())

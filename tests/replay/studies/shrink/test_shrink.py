@@ -38,7 +38,7 @@ def test_what_must_be_there_is_all_that_is_left(count, data):
 
 
 @given(st.integers(1, 25), st.integers(0, 2**32))
-def test_of_what_is_left_none_can_go_alone_even_if_less_and_more_fail_by_chance(count, seed):
+def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
     random = np.random.default_rng(seed)
     known = {tuple(range(count)): True}
 
@@ -79,7 +79,7 @@ def nothing_can_go(fault):
             yield replace(fault, bodies=bodies)
 
 
-def test_a_miss_between_looks_ends_at_two_frames_and_two_faces_of_each(folder):
+def test_miss_between_samples_ends_at_two_frames_and_two_faces(folder):
     fault = of_run(read_run_folder(folder), miss=1, label="slow")
     done = least(fault)
     assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
@@ -87,7 +87,7 @@ def test_a_miss_between_looks_ends_at_two_frames_and_two_faces_of_each(folder):
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
 
 
-def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightly(tmp_path):
+def test_false_contact_is_shrunk_by_number_after_a_correct_start(tmp_path):
     """Contact at the frames 2 to 6; looks at 0, 4 and 8: what is said of 4 is held and false at 7."""
     write_session(cubes({"a": [0] * 10, "b": [3, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3, 3]}), tmp_path / "s.mcap")
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
@@ -101,7 +101,7 @@ def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightl
         of_run(opened, false=2)
 
 
-def test_a_pair_that_is_answered_rightly_alone_is_asked_about_before_every_other_pair(tmp_path):
+def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     write_session(cubes({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap")
     name = "support.planted_detectors:Distracted"
     run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
@@ -118,7 +118,7 @@ def test_contained_body_is_shrunk_to_one_in_a_tetrahedron():
     assert (done.motion.rotations == np.eye(3)).all()
 
 
-def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch, snapshot):
+def test_written_test_fails_on_its_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch, snapshot):
     out = tmp_path / "case"
     assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["after"] == "2 frames x 2 x 2 faces of 2 bodies"
@@ -130,7 +130,7 @@ def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tm
             test()
 
 
-def test_numbers_are_written_so_that_they_read_back_bit_for_bit(folder, tmp_path):
+def test_written_numbers_read_back_bit_for_bit(folder, tmp_path):
     fault = of_run(read_run_folder(folder), miss=1, label="slow")
     odd = fault.motion.translations + np.array([1 / 3, 1e-17, -(2.0**-60)])
     motion = Motion(fault.motion.times + 1 / 7, odd, fault.motion.rotations)
@@ -161,7 +161,7 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
         of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
 
 
-def test_a_run_with_another_scene_is_shrunk_with_that_scene_and_shipped_colliders_are_refused(folder, tmp_path):
+def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
     session, scene = folder.parent / "s.mcap", tmp_path / "other.toml"
     scene.write_text('[[body]]\nid = "a"\n[[body]]\nid = "b"\nshape = "box"\nsize = [0.9, 0.9, 0.9]\n')
     asked = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"

@@ -47,7 +47,7 @@ def with_needles(mesh):
     return MeshData([*mesh.vertices, *corners], [*needles, *mesh.faces])
 
 
-def test_faces_have_an_area_and_two_of_them_overlap_by_more_than_the_tolerance(tmp_path):
+def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
     bodies, motion, case = shrunk(tmp_path, with_needles(cube()), with_needles(cube()), TURNED)
     for body in bodies:
         a, b, c = body.mesh.triangles.transpose(1, 0, 2)
@@ -58,7 +58,7 @@ def test_faces_have_an_area_and_two_of_them_overlap_by_more_than_the_tolerance(t
 
 
 @pytest.mark.slow
-def test_no_shift_by_the_tolerance_ends_a_contact_of_faces_in_common_planes(tmp_path):
+def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
     bodies, motion, case = shrunk(tmp_path, cube(), cube(), (0, 0, 0, 1))
     last = motion.take(np.array([len(motion) - 1]))
     for way in itertools.product((-1, 0, 1), repeat=3):
@@ -76,7 +76,7 @@ def test_what_cannot_be_well_posed_is_said(tmp_path, capsys):
         assert "without an area" in " ".join(words.split())
 
 
-def test_a_face_is_thin_where_it_is_at_most_the_tolerance_high_wherever_it_stands():
+def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
     for height in (0.5 * TAU, 1.5 * TAU):
         face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
         assert thin_faces(face).tolist() == [height < TAU]

@@ -28,14 +28,14 @@ def test_a_detector_of_intervals_misses_none_of_them():
         assert one.words == "passed" and one.promised and one.reason == "", one
 
 
-def test_python_fcl_on_resting_glass_and_a_lattice_is_within_tolerance_and_without_tau_it_is_not():
+def test_python_fcl_errors_on_resting_glass_need_tau():
     told = run_cases(["hybrid"], [41, 42])
     assert all(one.missed == one.invented == one.refused == 0 for one in told) and told[1].within > 0
     (strict,) = run_cases(["hybrid"], [42], tau=0.0)
     assert strict.within == 0 and strict.missed + strict.invented > 0
 
 
-def test_a_missed_contact_is_within_tolerance_only_where_it_is_no_deeper():
+def test_missed_contact_is_within_tolerance_only_when_no_deeper():
     slab = box_mesh((8.0, 8.0, 1.0))
     # Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
     for other, place, within in (

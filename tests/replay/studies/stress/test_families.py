@@ -33,7 +33,7 @@ def test_degenerate_families_are_not_decided_by_the_float_filter_alone(number):
     assert left_open(FAMILIES[number - 1].pairs(400))[0] > 100
 
 
-def test_the_generic_family_needs_no_exact_arithmetic_and_meets_in_about_28_percent():
+def test_generic_family_needs_no_exact_arithmetic_and_meets_28_percent():
     pairs = FAMILIES[0].pairs(20_000)
     assert left_open(pairs) == (0, 0)
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02

@@ -75,7 +75,7 @@ def test_exact_is_right_on_a_sample_of_every_family():
 
 
 @pytest.mark.slow
-def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_tolerance_on_points():
+def test_python_fcl_behind_hybrid_fails_where_products_overflow():
     points, overflow = stress("hybrid", families=[FAMILIES[9], FAMILIES[15]], pairs=300).tallies
     assert points.within > 50 and points.missed == points.invented == 0
     assert overflow.missed > 5 and overflow.invented > 5 and overflow.within == 0
@@ -92,13 +92,13 @@ def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_to
         ("exact", "case", {"missed": 9, "promised": False}, False),
     ],
 )
-def test_a_detector_that_claims_exactness_and_fails_what_it_promised_breaks_the_gate(detector, kind, counts, broken):
+def test_wrong_detector_that_claims_exactness_breaks_the_gate(detector, kind, counts, broken):
     told = StressResult(1, 1, 0.0, (Tally(detector, kind, 3, "shared vertex", 5, 9, **counts),)).as_json()["broken"]
     assert len(told) == broken
     assert not told or "exact claims exactness and failed 9 of 9 questions of 03 shared vertex (seed 5)" in told[0]
 
 
-def test_what_is_inside_is_missed_by_who_says_clear_and_invented_by_who_sees_surfaces_meet():
+def test_containment_is_missed_by_clear_and_false_for_contact():
     said, truth = (np.array(words, dtype=np.uint8) for words in ([0, 1], [Verdict.CONTAINED] * 2))
     found = judged(said, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
     assert found["missed"].tolist() == [True, False] and found["invented"].tolist() == [False, True]

@@ -16,7 +16,7 @@ def scenes(number, seed=7):
 
 
 @pytest.mark.parametrize("number", sorted(SCENES.keys() - set(BETWEEN)))
-def test_exact_is_right_on_every_frame_of_every_scene_and_lists_the_faces_of_all_pairs(number):
+def test_exact_is_right_on_every_scene_frame_and_face_list(number):
     for scene in scenes(number):
         detection = create_detector("exact", scene.bodies).detect(scene.motion, faces=True)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
@@ -29,12 +29,12 @@ def test_cases_hold_contacts_and_misses(number):
     assert {0, 1} == {truth for scene in scenes(number) for truth in scene.truth.tolist()}
 
 
-def test_a_lifted_glass_is_clear_as_it_stands_and_a_sunk_one_meets_the_table():
+def test_lifted_glass_is_clear_and_sunk_glass_meets_the_table():
     for scene in resting(np.random.default_rng(0)):
         assert (scene.truth[0] == Verdict.CONTACT) == (float(scene.name.split()[2]) <= 0), scene.name
 
 
-def test_crossings_are_apart_at_both_ends_and_not_linked_to_each_other():
+def test_crossings_are_separate_at_both_ends_and_not_linked():
     motion = crossing(1.0, 7)
     height = motion.translations[:, 0, 2].reshape(7, -1)
     assert (height[:, 0] > 0.003).all() and (height[:, -1] < -0.003).all()
