@@ -13,6 +13,7 @@ from replay.effects.chemistry.components import (
     BASES,
     GASES,
     INERT,
+    METALS,
     PHASE_NAMES,
     PROTON,
     SOLIDS,
@@ -179,7 +180,8 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     for equation, phase in zip(equations, read, strict=True):
         for formula in equation.formulas:
             phases.add(formula, phase.get(formula, "") if phase.get(formula, "") in ("s", "g") else "")
-    for solid in sorted(named):
+    # What stands in a vessel dissolves, whether an equation names it or not.
+    for solid in sorted(named | bodies - phases.separate):
         phases.add(solid, "s")
     processes: list[Process] = []
     reactions = []
@@ -405,14 +407,16 @@ def _check_brought(one: Reaction, recipe: Recipe) -> None:
     declared, equation = one.declared, one.equation
     there = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
     there |= {formula for other in recipe.reactions if other is not one for formula in other.equation.products}
-    parts = [dict(dissolved_parts(formula)) for formula in there]
+    parts = [_dry(dissolved_parts(formula)) for formula in there]
     # A base brings protons below nothing, and water that it takes apart gives both.
     ions = {(part, many > 0) for held in parts for part, many in held.items()}
     for formula in equation.reagents:
-        mine = dict(dissolved_parts(formula))
-        as_ions = charge_of(formula) and all(
-            (part, many > 0) in ions for part, many in mine.items() if part not in (PROTON, WATER)
-        )
+        mine = _dry(dissolved_parts(formula))
+        # An ion that stands in a vessel may hold protons or none; a salt is there where all of its ions are.
+        needed = [(part, many > 0) for part, many in mine.items() if part != PROTON]
+        dissolved = parts_of(formula) is not None and one.phases.get(formula) not in ("s", "g")
+        ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
+        as_ions = dissolved and ionic and set(needed) <= ions
         if not (formula in there or mine in parts or as_ions):
             raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
 
@@ -441,6 +445,13 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
     made = {
         formula for one in recipe.reactions for formula in one.equation.formulas
         if formula in one.equation.products or formula + SOLID in formed
+    }  # fmt: skip
+    brought = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)}
+    ions = {part for formula in (*brought, *made) for part in heavy_parts(formula)}
+    # What PHREEQC or a solubility lets fall out needs no equation.
+    made |= {
+        one["solid"] for one in tables.get("precipitation", ())
+        if one["solid"] + SOLID in formed and set(heavy_parts(one["solid"])) <= ions
     }  # fmt: skip
     for one in tables.get("precipitation", ()):
         if one["solid"] + SOLID not in formed and not any(

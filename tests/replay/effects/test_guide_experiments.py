@@ -1,0 +1,79 @@
+"""Three experiments as a teacher writes them from the guide alone: Mohr's salt, nitre by temperature, copper ammine."""
+
+import numpy as np
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in
+
+from replay.effects.chemistry.salts import SOLUBILITY
+
+OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
+"""Degrees of the stopcock: some 2 mL run in."""
+
+MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
+"""0.1 mmol, for which 1 mL of 0.02 mol/L permanganate is equivalent."""
+
+
+@pytest.mark.parametrize("weighed", [True, False])
+@pytest.mark.parametrize(
+    ("equation", "names"),
+    [
+        ("MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O", "Fe^2+ and MnO4-"),
+        ("2 KMnO4 + 10 FeSO4 + 8 H2SO4 -> 2 MnSO4 + K2SO4 + 5 Fe2(SO4)3 + 8 H2O", "FeSO4 and KMnO4"),
+        ("2 KMnO4 + 10 (NH4)2Fe(SO4)2 + 8 H2SO4 -> 2 MnSO4 + K2SO4 + 5 Fe2(SO4)3 + 10 (NH4)2SO4 + 8 H2O",
+         "(NH4)2Fe(SO4)2 and KMnO4"),
+    ],
+)  # fmt: skip
+def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
+    """The salt is weighed or dissolved before; the equation is of ions or of any of its salts."""
+    solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": 0.0392 / 392.14 / 10e-3}
+    properties = {"solid": MOHR} if weighed else {}
+    flask = glass("flask", 10.0, properties=properties, solutes=solutes)
+    burette = glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN)
+    pink = ("colour", {"in": "flask", "species": "MnO4-"})
+    effects = run_in(OPEN, MIX, ("reaction", {"equation": equation}), pink, base=burette, acid=flask)
+    (event,) = effects["reaction"].output.named("end-point")
+    assert event.text.startswith(f"{names} are equivalent in flask after 1.00 mL")
+    (appears,) = effects["colour"].output.named("colour-change")
+    assert appears.time >= event.time and "appears" in appears.text
+
+
+@pytest.mark.parametrize("celsius", [20.0, 40.0, 60.0])
+@pytest.mark.parametrize("declared", [True, False])
+def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
+    """Warm water is poured on more salt than dissolves; with or without an equation."""
+    bodies = (
+        glass("a", 60.0, properties={"temperature_c": celsius}),
+        glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 60.0}, "temperature_c": celsius}),
+    )
+    equation = [("reaction", {"equation": "KNO3(s) -> K+ + NO3-"})] if declared else []
+    falls = ("precipitation", {"solid": "KNO3", "colour": "white"})
+    heat = {"of": "liquids", "ambient_c": celsius, "loss_w_per_k": 1e4, "heat_capacity_j_per_ml_k": 4.18}
+    effects = poured(
+        [0.0, *([60.0] * 3), *([0.0] * 200)], bodies, ("mixing", {"in": ["b"]}), *equation, falls, ("heat", heat)
+    )
+    (event,) = effects["precipitation"].events
+    water_g = effects["mixing"].series["b/volume"].values[-1]
+    table = SOLUBILITY["KNO3"]
+    expected = np.interp(celsius, list(table), list(table.values())) * water_g / 100.0
+    assert event.name == "dissolved" and event.values["mass_g"] == pytest.approx(expected, rel=0.02)
+
+
+def test_copper_is_titrated_to_its_ammine():
+    """Copper hydroxide falls out first and dissolves again; nearly all copper is the deep blue ammine at the end."""
+    burette = glass("burette", 50.0, solute="NH3", molar=6.0, cavity=COLUMN)
+    flask = glass("flask", 2.0, solute="CuSO4", molar=0.02)
+    effects = run_in(
+        OPEN, MIX,
+        ("reaction", {"equation": "CuSO4 + 4 NH3 -> Cu(NH3)4SO4"}),
+        ("reaction", {"equation": "Cu2+ + 2 NH3 + 2 H2O -> Cu(OH)2 + 2 NH4+"}),
+        ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
+        ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"}),
+        base=burette, acid=flask,
+    )  # fmt: skip
+    (falls,) = effects["precipitation"].events
+    assert falls.name == "precipitate" and falls.values["moles"] > 1e-5
+    assert effects["precipitation"].series["flask/Cu(OH)2"].values[-1] == 0.0
+    volume = effects["mixing"].series["flask/volume"].values[-1]
+    ammine = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]
+    assert ammine * volume == pytest.approx(0.02 * 2.0, rel=0.05)
+    assert effects["colour"].output.named("colour-change")[0].text == "the colour of Cu(NH3)4^2+ in flask appears"
