@@ -10,9 +10,9 @@ from typing import Any
 from replay.api.runner import opened, run
 from replay.errors import AuditError, TradeoffError
 from replay.pipeline.run_result import RunResult
+from replay.prepare.frame_times import frame_rate
 from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named, lacking
 from replay.tradeoffs.scoring import wrong_counts
-from replay.tradeoffs.settings import rate_of
 from sessions import Session
 
 
@@ -58,7 +58,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
     if 1 in absent:
         raise TradeoffError(f'{absent[1]} itself is asked and is not installed; pip install "vrlab-replay[engines]"')
-    frames_hz = rate_of(held.stamps() / 1e9)
+    frames_hz = frame_rate(held.stamps() / 1e9)
     there = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
     result = run(held, detectors={label: choice.asked(frames_hz) for label, choice in there.items()}, **asked)
     rows = [

@@ -41,9 +41,10 @@ from replay.outputs.results.run_folder import FolderKind, check_target, result_f
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_rate
 from replay.tradeoffs.engine_knobs import Engine, engine_named
 from replay.tradeoffs.scoring import Scoring
-from replay.tradeoffs.settings import FASTEST, Setting, rate_of
+from replay.tradeoffs.settings import FASTEST, Setting
 from sessions import MeshData, Session
 from sessions.meshes.mesh_axes import default_mesh_axes
 from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention
@@ -199,7 +200,7 @@ def ship_colliders(
     ready = prepared(
         held, progress=progress, **{key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
     )
-    every_frame = chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9)
+    every_frame = chosen.step_hz >= FASTEST * frame_rate(held.stamps() / 1e9)
     rate = {} if every_frame else {"rate_hz": chosen.step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(

@@ -13,26 +13,21 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import BoolArray, IntArray
-from cdcore.protocol import Explains, Explanation, HeldLooks, counts_as_contact
+from cdcore.protocol import Explains, Explanation, counts_as_contact
 from cdcore.protocol.settings import RateSettings
 from replay.comparison.delay import at_frame, constant_delay, reported
-from replay.comparison.evidence import grouped, measure_misses, spread_frames
+from replay.comparison.evidence import measure_misses
 from replay.comparison.fault import MISS_CAUSES, Cause, Fault, FaultKind
 from replay.comparison.misses import missed_faults
 from replay.comparison.outcome import Comparison, Episode, Outcome
+from replay.comparison.sample_budget import SampleBudget, grouped, spread_frames
 from replay.detection.recorded import RecordedDetector
 from replay.detection.run_detector import Run, holds_answers
+from replay.detection.sample_times import sampled_frames
 from replay.prepare.assembly import Assembly
 
-LOOKS_PER_MISS: Final = 16
-"""A longer miss is decided again in this many frames, evenly spread with both ends."""
-
-LOOKS_IN_ALL: Final = 4000
-"""Pair-frames decided again of one detector, some seconds of work; misses beyond one look each are *not examined*."""
-
-LOOKS_AT_ONCE: Final = 1024
-"""Looks whose faces are held together."""
-
+CAUSE_BUDGET: Final = SampleBudget(per_miss=16, total=4000, at_once=1024)
+"""Some seconds of work for each detector; misses beyond one frame each are *not examined*."""
 
 REPORTED: Final = {FaultKind.FOUND_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
 """When an engine reported the rest of a contact that it missed in part."""
@@ -86,7 +81,7 @@ class Audited:
         settings = getattr(self.detector, "settings", None)
         if not isinstance(settings, RateSettings):
             return None
-        return HeldLooks(0, settings.rate_hz, settings.sampling_offset_s).looks(self.motion.times)
+        return sampled_frames(self.motion.times, settings.rate_hz, settings.sampling_offset_s)
 
     @property
     def rate_hz(self) -> float | None:
@@ -119,20 +114,18 @@ def find_causes(
     frames = Counter(cause for causes in examined for cause in causes)
     for outcome, verdict in zip(comparison.outcome.T, by.oracle.verdict.T, strict=True):
         frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
-    explained = tuple(_with_cause(miss, causes) for miss, causes in zip(misses, examined, strict=True))
-    return explained, Causes(
+    explained = []
+    for miss, causes in zip(misses, examined, strict=True):
+        if causes:
+            cause, count = Counter(causes).most_common(1)[0]
+            miss = replace(miss, cause=cause, agreeing=(count, len(causes)))
+        explained.append(miss)
+    return tuple(explained), Causes(
         misses=dict(Counter(miss.cause for miss in explained)),
         pair_frames=dict(frames),
         examined=sum(map(len, examined)),
         missed=comparison.count(Outcome.MISSED),
     )
-
-
-def _with_cause(miss: Fault, causes: Sequence[Cause]) -> Fault:
-    if not causes:
-        return miss
-    cause, count = Counter(causes).most_common(1)[0]
-    return replace(miss, cause=cause, agreeing=(count, len(causes)))
 
 
 def first_failed(
@@ -182,7 +175,7 @@ def _causes(misses: Sequence[Fault], by: Audited, faces_of: Faces) -> Iterator[t
     """Yield the index of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = by.oracle.covers == "instants", by.subject
     reported_of = cache(lambda pair: reported(subject, by.oracle, pair))
-    for group in grouped(_samples(misses), lambda sample: len(sample[2]), LOOKS_AT_ONCE):
+    for group in grouped(_samples(misses), lambda sample: len(sample[2]), CAUSE_BUDGET.at_once):
         frames = np.unique([frame for _, _, sampled in group for frame in sampled])
         if not instants:
             # An interval is also decided at the frame where it begins.
@@ -222,8 +215,8 @@ Sample = tuple[int, int, list[int]]
 
 
 def _samples(misses: Sequence[Fault]) -> Iterator[Sample]:
-    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // max(1, len(misses))))
-    every = max(1, -(-len(misses) // LOOKS_IN_ALL))
+    most = CAUSE_BUDGET.frames_per_miss(len(misses))
+    every = max(1, -(-len(misses) // CAUSE_BUDGET.total))
     for index, miss in enumerate(misses):
         if index % every == 0:
             yield index, miss.pair, spread_frames(miss.first, miss.last, most).tolist()

@@ -1,29 +1,24 @@
 """Geometry of misses: faces, curve, point and normal, computed only in frames with a miss."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, TypeVar
 
 import numpy as np
 
 from cdcore import Detection, Motion
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.comparison.fault import Evidence, Fault
 from replay.comparison.first_touch import direction, first_touch
+from replay.comparison.sample_budget import SampleBudget, grouped, spread_frames
 from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 
 Place = tuple[int, int, int]
 Item = TypeVar("Item")
 
-LOOKS_PER_MISS: Final = 128
-"""A longer miss is examined in this many frames, evenly spread with both ends: at 90 Hz all frames of 1.4 s."""
-
-LOOKS_IN_ALL: Final = 20_000
-"""Pair-frames examined in all, some seconds of work; with more misses each is examined once, in its middle."""
-
-LOOKS_AT_ONCE: Final = 1024
-"""Looks whose faces are held together: some 25 MB when every look has a thousand face pairs in every pair."""
+EVIDENCE_BUDGET: Final = SampleBudget(per_miss=128, total=20_000, at_once=1024)
+"""At 90 Hz all frames of 1.4 s, and some seconds of work; 25 MB where each has a thousand face pairs in every pair."""
 
 TOUCHES_IN_ALL: Final = 500
 """Misses between frames whose moment is located, 25 ms each with meshes of 3,000 faces; those beyond, later in the
@@ -47,12 +42,12 @@ def measure_misses(
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
     by_place: dict[Place, Fault] = {(miss.pair, miss.first, miss.last): miss for miss in misses}
-    most = min(LOOKS_PER_MISS, max(1, LOOKS_IN_ALL // len(misses)))
+    most = EVIDENCE_BUDGET.frames_per_miss(len(misses))
     frames = {place: spread_frames(place[1], place[2], most) for place in by_place}
     middles = [body.mesh.referenced_vertices for body in assembly.bodies]
     middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
     touches = TOUCHES_IN_ALL if between else 0
-    for group in grouped(frames, lambda place: len(frames[place]), LOOKS_AT_ONCE):
+    for group in grouped(frames, lambda place: len(frames[place]), EVIDENCE_BUDGET.at_once):
         if isinstance(faces, Detection):
             queried, detection = np.arange(len(assembly.motion)), faces
         else:
@@ -121,27 +116,6 @@ def _middles_at(assembly: Assembly, middles: Sequence[FloatArray], pair: int, fr
         motion.rotations[frame, body] @ middles[body] + motion.translations[frame, body]
         for body in assembly.pairs[pair].tolist()
     ]
-
-
-def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
-    """Items in order, in groups of at most ``most`` in size; a larger item is a group by itself."""
-    group: list[Item] = []
-    used = 0
-    for item in items:
-        if group and used + size(item) > most:
-            yield group
-            group, used = [], 0
-        group.append(item)
-        used += size(item)
-    if group:
-        yield group
-
-
-def spread_frames(first: int, last: int, most: int) -> IntArray:
-    """At most ``most`` frames of a segment, evenly spread with both ends; a single one lies in the middle."""
-    if most == 1:
-        return np.array([(first + last) // 2])
-    return np.unique(np.round(np.linspace(first, last, most)).astype(np.int64))
 
 
 def _point(segments: FloatArray, length: FloatArray) -> FloatArray:

@@ -15,10 +15,10 @@ from replay.comparison.contact_counts import REPORTED
 from replay.comparison.contact_reach import contact_reach, offset_setting
 from replay.comparison.delay import at_frame
 from replay.comparison.episodes import column_runs
-from replay.comparison.evidence import spread_frames
 from replay.comparison.fault import Cause, Evidence, Fault, FaultKind
 from replay.comparison.misses import found_around
 from replay.comparison.outcome import Comparison, Outcome
+from replay.comparison.sample_budget import spread_frames
 from replay.detection.recorded import RecordedDetector
 from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly

@@ -17,6 +17,7 @@ from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
 from replay.pipeline.answer import RUN, SESSION
 from replay.pipeline.headline import price, undecided
 from replay.pipeline.run_result import RunResult
+from replay.words import duration
 
 MOST_LINES: Final = 15
 """Lines of a ``repr`` at most."""
@@ -94,7 +95,7 @@ def _what(result: RunResult) -> str:
     bodies = plural(len(result.assembly.bodies), "body", "bodies")
     pairs = plural(len(result.assembly.pairs), "pair")
     origin = f" of {result.session.origin}" if result.session.origin else ""
-    return f"Run{origin}: {len(motion):,} frames in {seconds:.1f} s, {bodies}, {pairs}"
+    return f"Run{origin}: {len(motion):,} frames in {duration(seconds)}, {bodies}, {pairs}"
 
 
 def _where(result: RunResult) -> str:

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
-from math import isnan
+from math import isfinite, isnan
 from typing import Any, Final
 
 from cdcore.detectors import settings_of
@@ -20,8 +20,8 @@ from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment
 from replay.pipeline.ranking import Rank, counts_over_offsets, fault_words, lost_words
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import detector_words, sentence_of
+from replay.prepare.frame_times import frame_rate
 from replay.words import frame_time, rate, share
-from sessions.doctor.timing import typical_step
 
 
 def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -229,9 +229,9 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | 
 
 
 def _recorded_rate(result: RunResult) -> str:
-    """`` (90 Hz)``, the usual rate of the recording; ``""`` of a single frame."""
-    step = typical_step(result.assembly.motion.times)
-    return f" ({rate(1.0 / step)})" if step else ""
+    """`` (90 Hz)``, the rate of the recording; ``""`` of a single frame."""
+    frames_hz = frame_rate(result.assembly.motion.times)
+    return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
 
 
 def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:

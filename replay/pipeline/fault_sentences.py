@@ -46,7 +46,7 @@ def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 def _what_became(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """What a detector made of a contact, as far as its answers right before and after a miss say it."""
-    pair, when = _pair(miss), f"at {miss.begin:.1f} s"
+    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_FOUND:
         return f"{label} never reported the contact of {pair} {when}"
@@ -76,7 +76,7 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, when = _pair(miss), f"at {miss.begin:.1f} s"
+    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
     if miss.kind == FaultKind.NEVER_FOUND and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
@@ -106,7 +106,7 @@ def _delayed(by: Audited, pair: int, delay: int) -> str:
 
 def why_false(false: Fault, label: str, by: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, when = _pair(false), f"at {float(by.motion.times[false.frame]):.1f} s"
+    pair, when = " and ".join(false.bodies), f"at {float(by.motion.times[false.frame]):.1f} s"
     gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
     shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
     if false.cause == Cause.HULL_FILLS_HOLLOW:
@@ -137,7 +137,7 @@ def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str)
     when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", contact_reach(by.detector, false.pair)
     offset = f"{label} reports contact from {length(reach)} on: its contact offset"
     if false.metres <= reach:
-        return f"{_pair(false)} are {length(false.metres)} apart {when}; {offset}."
+        return f"{' and '.join(false.bodies)} are {length(false.metres)} apart {when}; {offset}."
     return f"{shapes[:1].upper()}{shapes[1:]} do not meet {when}, and {gap}; {offset}."
 
 
@@ -145,7 +145,7 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
     """A false contact in frames between samples."""
     moment = float(by.motion.times[false.frame])
     long = duration_text(false.frames, false.end - false.start)
-    pair, when = _pair(false), f"at {moment:.1f} s"
+    pair, when = " and ".join(false.bodies), f"at {moment:.1f} s"
     if by.sampled is None:
         return (
             f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
@@ -186,10 +186,6 @@ def _reports(by: Audited, pair: int, frame: int) -> bool:
     """Whether a detector reports contact of a pair in a frame of the recording."""
     verdict = by.subject.verdict
     return 0 <= frame < len(verdict) and bool(counts_as_contact(verdict[frame : frame + 1, pair])[0])
-
-
-def _pair(fault: Fault) -> str:
-    return " and ".join(fault.bodies)
 
 
 def duration_text(frames: int, seconds: float) -> str:

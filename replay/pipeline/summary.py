@@ -11,7 +11,6 @@ import numpy as np
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
 from cdcore.numerics import FloatArray
-from cdcore.protocol import HeldLooks
 from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.file_hash import file_hash
 from replay.base.machine import machine, versions
@@ -20,6 +19,7 @@ from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.outcome import counts_by_pair
 from replay.detection.detector_spec import spec_text
 from replay.detection.run_detector import Run
+from replay.detection.sample_times import quantiles, sampled_frames
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import RunResult
@@ -27,6 +27,7 @@ from replay.pipeline.scores import pair_figures, score
 from replay.pipeline.settings import Lineup, RunSettings
 from replay.prepare.session_scan import SessionScan
 from sessions import Session
+from sessions.doctor.timing import typical_step
 from sessions.mcap_format.metadata import NOT_STATED
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption
 from sessions.scene_files.answers import recording_assumptions
@@ -90,7 +91,7 @@ def _session(result: RunResult, seen: SessionScan) -> dict[str, Any]:
         "id": session_digest(result), "recording": recording_mark(Path(session.origin)),
         "digest": result.treatment.digest,
         "scene": session.scene.name, "frames": len(times),
-        "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
+        "duration": float(times[-1] - times[0]), "median_step": typical_step(times),
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
         "first_stamp_ns": int(assembly.stamp_ns[0]), "left_out": list(assembly.left_out),
         "notes": list(assembly.notes), "facts": {k: v for k, v in session.facts.items() if k in REPORTED_FACTS},
@@ -165,22 +166,16 @@ def _seconds(run: Run) -> dict[str, Any]:
 def sample_figures(detection: Detection, rate_hz: float | None) -> dict[str, Any] | None:
     """Quantiles of seconds over the samples, in all and by stage, and the share of samples over budget.
 
-    A sample is a frame on which the detector ran: every one, or at ``rate_hz`` those at its ticks. In the frames
-    between, a detector only repeats its last answer: 99 of 100 frames of a slow detector at 0.5 Hz take nothing.
-    ``None``: frames were not timed one by one.
+    A sample is a frame on which the detector ran, as ``sampled_frames`` says. ``None``: frames were not timed one by
+    one.
     """
     total = frame_seconds(detection)
     if total is None or not len(total):
         return None
-    samples = HeldLooks(0, rate_hz).looks(detection.times)
-    by_stage = {name: _quantiles(np.asarray(value)[samples]) for name, value in detection.seconds.items()}
+    samples = sampled_frames(detection.times, rate_hz)
+    by_stage = {name: quantiles(np.asarray(value)[samples]) for name, value in detection.seconds.items()}
     over_budget = float(np.mean(total[samples] > BUDGET_MS / 1e3))
-    return {**_quantiles(total[samples]), "looks": int(samples.sum()), "over_budget": over_budget, "stages": by_stage}
-
-
-def _quantiles(seconds: FloatArray) -> dict[str, float]:
-    middle, high, higher, most = np.quantile(seconds, [0.5, 0.95, 0.99, 1.0]).tolist()
-    return {"median": middle, "p95": high, "p99": higher, "max": most}
+    return {**quantiles(total[samples]), "looks": int(samples.sum()), "over_budget": over_budget, "stages": by_stage}
 
 
 def frame_seconds(detection: Detection) -> FloatArray | None:

@@ -1,14 +1,22 @@
-"""When a frame is over: what lasts from one frame to another is as long in every output."""
+"""The rate of a recording, and when a frame is over: one definition for every output."""
 
+from math import inf
 from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.prepare.interpolation import BRIDGE_NS
+from sessions.doctor.timing import typical_step
 
 USUAL_STEPS: Final = 2.0
 """A next frame that is farther away than this many usual steps, and than what is bridged, comes after a gap."""
+
+
+def frame_rate(times: FloatArray) -> float:
+    """Return the frames per second of a recording with these times (T,), by its typical step; infinite of one frame."""
+    step = typical_step(times)
+    return 1.0 / step if step else inf
 
 
 def frame_ends(times: FloatArray) -> FloatArray:

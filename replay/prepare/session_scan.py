@@ -42,7 +42,6 @@ class SessionScan:
     stamp_ns : (T,) int64 of the frames kept, strictly increasing.
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
     moves : (N,) bool, whether any two usable samples of a body differ.
-    median_step_ns : median step between frames kept; 0 with fewer than two.
     jumps : what the doctor calls a teleport.
     """
 
@@ -51,7 +50,6 @@ class SessionScan:
     repeated: int
     backwards: int
     moves: BoolArray
-    median_step_ns: int
     jumps: Jumps
 
     @property
@@ -100,7 +98,6 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
         repeated=repeated,
         backwards=backwards,
         moves=np.asarray(moves),
-        median_step_ns=int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0,
         jumps=teleports(looked),
     )
 

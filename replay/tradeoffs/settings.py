@@ -10,9 +10,7 @@ from importlib.resources import files
 from math import inf
 from typing import Any, Final
 
-from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors, spec_text
-from sessions.doctor.timing import typical_step
 
 
 @dataclass(frozen=True)
@@ -96,12 +94,6 @@ def _of_row(
     for value in values:
         text = f"{value:g}"
         yield Setting(label.format(text), detector, {**shared, key: value}, line, text)
-
-
-def rate_of(times: FloatArray) -> float:
-    """Frames per second of a recording with these times (T,) in seconds, by the typical step; infinite of one frame."""
-    step = typical_step(times)
-    return 1.0 / step if step else inf
 
 
 def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:

@@ -16,15 +16,17 @@ from replay.base.machine import machine, versions
 from replay.cutting.compound import seconds_to_cut
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
+from replay.detection.sample_times import P99
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import Tradeoff
 from replay.pipeline.settings import RunSettings
 from replay.pipeline.summary import session_name
 from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_rate
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
-from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
-from replay.tradeoffs.timing import MEAN, P99, Clock, LiveFrames, Timed, known
+from replay.tradeoffs.settings import Setting, next_to_front, settings_list, settings_of
+from replay.tradeoffs.timing import MEAN, Clock, LiveFrames, Timed, known
 from sessions import Session
 
 if TYPE_CHECKING:
@@ -112,7 +114,7 @@ def tradeoff(
         if run.detectors is not None:
             settings = settings_of(run.detectors)
         else:
-            settings = settings_list(frames_hz=rate_of(motion.times), shipped=bool(session.colliders))
+            settings = settings_list(frames_hz=frame_rate(motion.times), shipped=bool(session.colliders))
         scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED), run.seed, run.tau, session)
         sweep = _Sweep(assembly, scoring, run.seed, deadline, settings)
         sweep.run(watch)

@@ -16,7 +16,8 @@ import numpy as np
 
 from cdcore import Motion
 from cdcore.numerics import BoolArray, FloatArray
-from cdcore.protocol import HeldLooks, Live, live_session
+from cdcore.protocol import Live, live_session
+from replay.detection.sample_times import sampled_frames
 
 if TYPE_CHECKING:
     from cdcore.kernels.compiling import Compiled
@@ -28,8 +29,7 @@ LEAD_FRAMES: Final = 10
 """Asked off the clock where turns do not follow one another: a jump in time is no frame of a live loop."""
 
 MEAN: Final = None
-P99: Final = 0.99
-"""What of the frames is a price: their mean, or a quantile."""
+"""Level of a price that is the mean over all frames; any other level is a quantile over samples."""
 
 TRIES: Final = 3
 """Passes in which kernels were compiled are taken again, so often."""
@@ -159,11 +159,10 @@ class LiveFrames:
 
     def samples(self, rate_hz: float | None) -> BoolArray:
         """Which timed frames a detector of this rate runs on, (count,): those at its ticks, all without a rate."""
-        looks = HeldLooks(0, rate_hz)
         found = []
         for lead, timed in self.turns:
             times = np.array([now.times[0] for now in (*lead, *timed)])
-            found.append(looks.looks(times)[len(lead) :])
+            found.append(sampled_frames(times, rate_hz)[len(lead) :])
         return np.concatenate(found)
 
     def live_pass(self, asked: Sequence[Timed], number: int = 0) -> list[FloatArray]:

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from replay import words
 from replay.base.shown import plural
 from replay.base.tables import Table, table
 from replay.comparison.loss import LOSS_MEANING
@@ -64,9 +65,9 @@ def folds(view: RunView) -> Iterator[Fold]:
     """Everything that few read, each below a line that says what it is."""
     summary = view.summary
     session = summary["session"]
-    rate = f", {1.0 / session['median_step']:.1f} Hz" if session["median_step"] else ""
+    rate = f", {words.rate(1.0 / session['median_step'])}" if session["median_step"] else ""
     bodies = plural(len(session["bodies"]), "body", "bodies")
-    frames = f"{session['frames']:,} frames in {session['duration']:.1f} s{rate}"
+    frames = f"{session['frames']:,} frames in {words.duration(session['duration'])}{rate}"
     yield (f"Recording: {frames}, {bodies}", [_fact_table(session)])
     yield (trust(summary), finding_parts(summary))
     audited = [rank.label for rank in view.ranking[:-1]]

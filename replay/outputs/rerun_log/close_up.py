@@ -144,7 +144,7 @@ def log_close_ups(
     writer: RecordingWriter, result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]
 ) -> None:
     """Send the eye, what each close-up says and measures, and the dots of the room."""
-    log_eyes(writer, EYE, nearest_moments(moments), eyes)
+    log_eyes(writer, EYE, nearest_moments(moments.keys()), eyes)
     # Each fault while it lasts; nothing at other times.
     faults = {time: fault for time, fault in moments.items() if isinstance(fault, Fault)}
     segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
@@ -234,7 +234,7 @@ def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Ey
         name = result.assembly.names[body]
         tags = tags_of(name, result.session.scene)
         rows = colours.setdefault(name, [])
-        for frame, later, time in nearest_moments(moments):
+        for frame, later, time in nearest_moments(moments.keys()):
             colour = see_through(tags) if body in hiding[time] else albedo(tags)
             rows.append((frame, later, FREE if body == free[time] else colour))
     return colours

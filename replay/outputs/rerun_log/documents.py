@@ -90,7 +90,8 @@ def replayed(result: RunResult) -> str:
     """How much was replayed, in a sentence."""
     times, assembly = result.assembly.motion.times, result.assembly
     span = float(times[-1] - times[0]) if len(times) else 0.0
-    return f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {plural(len(assembly.pairs), 'pair')}."
+    pairs = plural(len(assembly.pairs), "pair")
+    return f"{words.duration(span)}, {len(times):,} frames, {len(assembly.bodies)} bodies, {pairs}."
 
 
 def detector_text(result: RunResult, label: str) -> str:

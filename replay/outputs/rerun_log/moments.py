@@ -25,6 +25,7 @@ from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, req
 from replay.outputs.rerun_log.recording_reader import RecordingDamagedError, read_texts
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED
+from replay.words import length
 
 MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
@@ -139,7 +140,7 @@ def _line(moment: Fault | Episode, name: str, widths: tuple[int, int]) -> str:
     if isinstance(moment, Episode):
         return f"{line} {'':14}  {plural(moment.last - moment.first + 1, 'frame')}"
     late, what = (f"{moment.kind}: ", "curve") if moment.kind.is_miss else ("", "apart")
-    size = f"{moment.metres * 1e3:.1f} mm {what}" if moment.metres > 0 else ""
+    size = f"{length(moment.metres)} {what}" if moment.metres > 0 else ""
     # In a narrow view the end is cut: what tells moments apart comes first.
     return f"{line} {size:>14}  {late}{moment.cause}"
 

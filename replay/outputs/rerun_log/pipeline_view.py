@@ -289,25 +289,25 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
         marks += words_beside(eye, path[step], f"{number}  {text}", colour, right, up)
     if search.meets is not None:
         meets = np.asarray(search.meets)
-        away = 1e3 * float(np.linalg.norm(meets - path[-1]))
-        words = f"missed: the surfaces meet here, {away:.0f} mm away"
-        marks += [Mark(meets[None], MISSED, 8.0), *words_beside(eye, meets, words, MISSED, -0.05, 0.40)]
+        gap = words.length(float(np.linalg.norm(meets - path[-1])))
+        text = f"missed: the surfaces meet here, {gap} away"
+        marks += [Mark(meets[None], MISSED, 8.0), *words_beside(eye, meets, text, MISSED, -0.05, 0.40)]
     return marks
 
 
 def _way_words(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
     """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
-    best, apart = trace.best(), 1e3 * trace.distance[trace.best()]
+    best, gaps = trace.best(), trace.distance[trace.best()].tolist()
     last, ago = len(best) - 1, search.frame - search.looked
     by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
     if last:
-        yield 0, f"first pair: {apart[0]:.0f} mm apart", WHITE, 0.34, 0.24
+        yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
     if len(by_ants) and 0 < by_ants[-1] < last:
-        yield int(by_ants[-1]), f"best ant: {apart[by_ants[-1]]:.0f} mm", WHITE, 0.34, 0.10
+        yield int(by_ants[-1]), f"best ant: {words.length(gaps[by_ants[-1]])}", WHITE, 0.34, 0.10
     if search.kind == FOUND:
         yield last, "confirmed by the triangle test", ENDS[FOUND], 0.14, -0.34
     else:
-        end = f"{apart[-1]:.1f} mm apart; stopped at {run.look(search).evaluations:,} samples"
+        end = f"{words.length(gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
         yield last, f"{end}, {ago} frames ago" if ago else end, WHITE, 0.14, -0.34
 
 
@@ -319,9 +319,11 @@ def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
         cells[SEARCHED] += f", {waiting} as before"
     if search.kind == LOST:
         cells[CONFIRMED] += f", missed: {result.assembly.pair_name(search.pair)}"
-    times = [(stage, f"{1e3 * ms[search.frame]:.0f} µs") for stage, ms in stage_ms(run.detection).items()]
+    times = [(stage, words.duration(ms[search.frame] / 1e3)) for stage, ms in stage_ms(run.detection).items()]
     total = total_ms(run.detection)[search.frame]
-    price = f"{total:.2f} ms for this frame: {words.share(total / BUDGET_MS)} of a {HEADSET_HZ:g} Hz frame"
+    price = (
+        f"{words.frame_time(total / 1e3)} for this frame: {words.share(total / BUDGET_MS)} of a {HEADSET_HZ:g} Hz frame"
+    )
     left = table("", ("stage", "pairs that it leaves"), [*cells.items()])
     return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
 

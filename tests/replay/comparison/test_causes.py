@@ -13,6 +13,7 @@ from cdcore.protocol import Explanation
 from replay.comparison.causes import Audited, find_causes, first_failed
 from replay.comparison.compare import compare
 from replay.comparison.fault import MISS_CAUSES, Cause
+from replay.comparison.sample_budget import SampleBudget
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import Session
@@ -159,8 +160,8 @@ def test_the_first_stage_that_failed_is_the_cause(told, cause):
 
 
 def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
-    monkeypatch.setattr("replay.comparison.causes.LOOKS_IN_ALL", 10)
-    monkeypatch.setattr("replay.comparison.causes.LOOKS_AT_ONCE", 3)
+    budget = SampleBudget(per_miss=16, total=10, at_once=3)
+    monkeypatch.setattr("replay.comparison.causes.CAUSE_BUDGET", budget)
     session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
     result = compute(session, detectors="support.planted_detectors:Blind")
     words = Counter(miss.cause for miss in result.misses["Blind"])

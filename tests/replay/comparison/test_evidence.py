@@ -3,8 +3,9 @@ import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
-from replay.comparison.evidence import LOOKS_PER_MISS, grouped, measure_misses, spread_frames
+from replay.comparison.evidence import EVIDENCE_BUDGET, measure_misses
 from replay.comparison.fault import Fault, FaultKind
+from replay.comparison.sample_budget import grouped, spread_frames
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
 
@@ -55,8 +56,8 @@ def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
 
 def test_long_misses_are_looked_at_evenly_with_both_ends():
     assert spread_frames(3, 9, 10).tolist() == list(range(3, 10)) and spread_frames(4, 10, 1).tolist() == [7]
-    many = spread_frames(0, 10_000, LOOKS_PER_MISS)
-    assert (len(many), many[0], many[-1]) == (LOOKS_PER_MISS, 0, 10_000) and np.ptp(np.diff(many)) <= 1
+    many = spread_frames(0, 10_000, EVIDENCE_BUDGET.per_miss)
+    assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
 
 
 def test_groups_keep_the_order_and_are_no_larger_than_asked_but_where_one_item_is():

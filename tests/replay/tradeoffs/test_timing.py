@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from support.shapes import unturned
 
-from replay.tradeoffs.timing import LEAD_FRAMES, MEAN, P99, TURN_FRAMES, Clock, LiveFrames, Timed, known
+from replay.detection.sample_times import P99
+from replay.tradeoffs.timing import LEAD_FRAMES, MEAN, TURN_FRAMES, Clock, LiveFrames, Timed, known
 
 
 class Sleepy:

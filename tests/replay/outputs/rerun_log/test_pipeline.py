@@ -8,6 +8,7 @@ from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.palette import MISSED, SERIES
 from replay.outputs.rerun_log.pipeline_view import FOUND, LOST, search_runs
 from replay.outputs.rerun_log.recording_file import packed
+from replay.words import length
 
 LABEL = "paper"
 ROOT = f"pipeline/{LABEL}"
@@ -32,8 +33,8 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
         assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == packed([MISSED])[0]
         section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
-        words = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
-        assert words.startswith("missed") and f"{1e3 * np.linalg.norm(np.subtract(stop, meets)):.0f} mm" in words
+        text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
+        assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meets)))) in text
     found = next(moment for moment in watched.searches if moment.kind == FOUND)
     assert read.at(f"{ROOT}/search/dots", "Points3D:colors", found.frame)[-1] == packed([SERIES[2]])[0]
 

@@ -51,10 +51,10 @@ def moments(run, read):
     there = {(place.label, place.kind, place.number): place.session_ns for place in places}
     assert {name for name in there if name[0]} == {name for name, *_ in faults(run)}
     for name, fault, shown, size in faults(run):
-        ns, millimetres = there[name], f" {1e3 * size:.1f} mm "
+        ns, written = there[name], f" {length(size)} "
         assert 0 <= ns - nanoseconds(run, *shown) < 10, "of one frame each has a nanosecond of its own"
         assert lines[ns].startswith(" ".join([*map(str, name), pair_name(fault.pair)]))
-        assert not size > 0 or millimetres in lines[ns]
+        assert not size > 0 or written in lines[ns]
         (said,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
