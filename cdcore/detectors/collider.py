@@ -50,7 +50,7 @@ class ColliderSettings(RateSettings):
 
     ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, the convex pieces that
     came with the body; or shipped, the colliders that came with the recording, and the hull of a body that has none.
-    ``pieces``, ``method`` and ``bodies`` are of a compound, for whoever cuts the meshes: the most pieces, how they are
+    ``pieces``, ``method`` and ``cut`` are of a compound, for whoever cuts the meshes: the most pieces, how they are
     cut, and the names of the bodies that are cut, joined by ``+``; ``""``: all. ``skin_m``: metres around each body
     within which it is already in contact, the contact offset of an engine: two bodies are in contact from twice that
     distance on.
@@ -59,7 +59,7 @@ class ColliderSettings(RateSettings):
     shape: str = choice("hull", (*SHAPES, COMPOUND, SHIPPED))
     pieces: int = whole(16, 1, 4096)
     method: str = choice("coacd", CUT_METHODS)
-    bodies: str = text("", "names of bodies, joined by +")
+    cut: str = text("", "names of bodies, joined by +")
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 
 

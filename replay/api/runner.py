@@ -55,7 +55,7 @@ def run(
             check_target(target, force=force)
     with fetched(session_or_path) as here:
         result = compute(opened(here, scene), settings, progress=progress, **changes)
-    result = with_open_questions(result, progress)
+    result = with_measured_fixes(with_open_questions(result, progress), progress)
     if request:
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
@@ -74,6 +74,16 @@ def with_open_questions(result: run_result.RunResult, progress: Progress) -> run
     said = first_screen_lines(result.session, result.assembly, progress)
     lines = {"open_questions": said.questions, "guesses": said.guesses}
     return replace(result, summary={**result.summary, **{key: kept for key, kept in lines.items() if kept}})
+
+
+def with_measured_fixes(result: run_result.RunResult, progress: Progress) -> run_result.RunResult:
+    """The result with the Fix of its colliders measured, in the time that its settings give."""
+    limit = float(result.summary["settings"]["fix_time"])
+    if limit <= 0.0 or not result.answers:
+        return result
+    from replay.advice.measured_fix import measured_fixes
+
+    return measured_fixes(result, limit, progress)
 
 
 def opened(given: Session | str | Path, scene: str | Path | None) -> Session:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, counting, show
-from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
+from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, reporting, require_free
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
@@ -31,12 +31,13 @@ STUDENTS: Final = 52
 @click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
 @click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
+@fix_time
 @jobs
 @force
 @reporting
 def command(
     session_only: bool, students: int | None, jobs: int, out: Path | None, force: bool, as_json: bool, people: People,
-    **made: Any,
+    fix_time: float | None, **made: Any,
 ) -> int:  # fmt: skip
     """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders.
 
@@ -46,8 +47,8 @@ def command(
     replay demo --class 52 -o class
     """
     if students is not None:
-        if session_only or made["noise"]:
-            raise click.UsageError("--class makes a folder of sessions; leave out --session-only and --noise")
+        if session_only or made["noise"] or fix_time:
+            raise click.UsageError("--class makes a class; leave out --session-only, --noise and --fix-time")
         return _demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
     from replay.cli.run_report import report_run
     from sessions.synthetic.truth import truth_path
@@ -63,7 +64,8 @@ def command(
         return 0
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
-    result = _demo(folder, force or out is None, people, **made)
+    seconds = FIX_SECONDS if fix_time is None else fix_time
+    result = _demo(folder, force or out is None, people, fix_time=seconds, **made)
     seconds = result.summary["session"]["duration"]
     people.say(f"Made up a {seconds:.0f} s session: {folder / SESSION}")
     return report_run(result, people, as_json=as_json, recording=folder / SESSION)
@@ -81,8 +83,8 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     return truth_path(file)
 
 
-def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
-    from replay.api.runner import write_watched
+def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: Any) -> "RunResult":
+    from replay.api.runner import with_measured_fixes, write_watched
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
     from sessions import read_session
@@ -94,7 +96,8 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
         with progress.stage("Making up the session"):
             truth = _record(file, **made)
         session = read_session(file)
-        result = compute(session, seed=made["seed"], progress=progress)
+        result = compute(session, seed=made["seed"], fix_time=fix_time, progress=progress)
+        result = with_measured_fixes(result, progress)
         write_watched(result, out, progress, force=force, picture=True, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)
 

@@ -170,6 +170,10 @@ lineup = together(
 )  # fmt: skip
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
+FIX_SECONDS = 20.0
+FIX_TIME_WORDS = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
+fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_WORDS)
+
 POLICY_WORDS = (
     "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
 )

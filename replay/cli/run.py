@@ -7,12 +7,14 @@ import click
 
 from replay.cli.console import People, TerminalProgress
 from replay.cli.options import (
+    FIX_SECONDS,
     MARKDOWN,
     OUT_ANYWHERE,
     SESSIONS_ANYWHERE,
     SHARE,
     Number,
     answering,
+    fix_time,
     jobs,
     lineup,
     replaying,
@@ -38,6 +40,7 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
 @click.option("--max-invented", type=SHARE, metavar="SHARE", help=INVENTED_WORDS)
 @click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_WORDS)
+@fix_time
 @replaying
 @answering("text", "json", MARKDOWN)
 def command(
@@ -71,6 +74,7 @@ def command(
     how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
     if len(files) > 1 or how["scheduler"] is not None or several(sessions):
+        asked["fix_time"] = asked["fix_time"] or 0.0
         if how["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
@@ -81,6 +85,7 @@ def command(
     from replay.cli.run_report import close_run, report_run
 
     people.say(f"replaying {files[0]}")
+    asked["fix_time"] = FIX_SECONDS if asked["fix_time"] is None else asked["fix_time"]
     progress = TerminalProgress(people)
     result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **asked)
     broken = limits.broken(result.summary["audit"], [result.summary])

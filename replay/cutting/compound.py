@@ -5,7 +5,9 @@ from dataclasses import replace
 from typing import Any
 from urllib.parse import quote, unquote
 
+from cdcore.bounding.hull import hull_collider
 from cdcore.detectors.collider import ColliderSettings
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.protocol import Body, Solids
 from replay.cutting.convex_solids import solids_of
 from replay.cutting.piece_store import Cut, Watch, convex_pieces
@@ -15,27 +17,44 @@ from replay.errors import DetectorSpecError
 def with_pieces(bodies: Sequence[Body], settings: ColliderSettings, watch: Watch | None = None) -> tuple[Body, ...]:
     """The bodies with at most ``settings.pieces`` convex pieces each as colliders; equal meshes are cut once.
 
-    Where ``settings.bodies`` names some, only these are cut: others keep the colliders that they have, else a hull.
+    Where ``settings.cut`` names some, only these are cut: others keep the colliders that they have, else their hull.
     Raises ``DetectorSpecError``: there is no body of such a name; and as ``convex_pieces``.
     """
-    names = {unquote(name) for name in settings.bodies.split("+")} if settings.bodies else {b.name for b in bodies}
+    names = {unquote(name) for name in settings.cut.split("+")} if settings.cut else {b.name for b in bodies}
     unknown = ", ".join(sorted(names - {body.name for body in bodies}))
     if unknown:
         known = ", ".join(body.name for body in bodies)
         raise DetectorSpecError(f"no body {unknown} to cut into convex pieces; there are: {known}")
-    solids: dict[tuple[str, bool], Solids] = {}
     made = []
     for body in bodies:
-        chosen = body.name in names
-        if not chosen and body.colliders is not None:
+        if body.name in names:
+            made.append(replace(body, colliders=_solids(Cut(body.mesh, settings.method, settings.pieces), watch)))
+        elif body.colliders is None:
+            made.append(replace(body, colliders=_hull_of(body.mesh)))
+        else:
             made.append(body)
-            continue
-        key = body.mesh.content_hash, chosen
-        if key not in solids:
-            cut = Cut(body.mesh, settings.method if chosen else "hull", settings.pieces if chosen else 1)
-            solids[key] = solids_of(convex_pieces(cut, watch))
-        made.append(replace(body, colliders=solids[key]))
     return tuple(made)
+
+
+def _solids(cut: Cut, watch: Watch | None) -> Solids:
+    """The pieces of a mesh, kept as long as the mesh: detectors of one run share them and their trees."""
+    if hull_collider(cut.mesh) is cut.mesh:
+        return Solids((cut.mesh,), cut.mesh)
+    solids = _of_mesh(cut.mesh)
+    key = cut.name, cut.most
+    if key not in solids:
+        solids[key] = solids_of(convex_pieces(cut, watch))
+    return solids[key]
+
+
+@once_a_mesh
+def _of_mesh(_mesh: TriangleMesh) -> dict[tuple[str, int], Solids]:
+    return {}
+
+
+def _hull_of(mesh: TriangleMesh) -> Solids:
+    hull = hull_collider(mesh)
+    return Solids((hull,), hull)
 
 
 def seconds_to_cut(bodies: Sequence[Body], settings: Mapping[str, Any]) -> float:
@@ -46,7 +65,7 @@ def seconds_to_cut(bodies: Sequence[Body], settings: Mapping[str, Any]) -> float
 
 
 def names_as_setting(names: Sequence[str]) -> str:
-    """Names of bodies as the setting ``bodies`` takes them: signs that mean something in a spec as ``%2C``."""
+    """Names of bodies as the setting ``cut`` takes them: signs that mean something in a spec as ``%2C``."""
     text = "+".join(quote(name, safe="") for name in names)
     # Read as a setting, this text is a number or a truth value: written with its first sign as a code, it is a name.
     return text if not _reads_as_value(text) else f"%{ord(text[0]):02X}{text[1:]}"

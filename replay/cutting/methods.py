@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore.bounding.collider_shapes import box_collider, capsule_collider, sphere_collider
 from cdcore.bounding.hull import hull_collider
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray, IntArray
 from replay.cutting import sectors
 from replay.cutting.sectors import Ladder, round_axis, sector_ladder
@@ -52,7 +52,12 @@ def method_of(name: str, mesh: TriangleMesh) -> str:
     """The row of the table for a mesh: that of the name, and of ``auto`` the quickest that can cut it."""
     if name != AUTO:
         return name
-    return "sectors" if mesh.is_closed and round_axis(mesh) is not None else "vhacd"
+    return "sectors" if _is_round(mesh) else "vhacd"
+
+
+@once_a_mesh
+def _is_round(mesh: TriangleMesh) -> bool:
+    return mesh.is_closed and round_axis(mesh) is not None
 
 
 def _single(make: Callable[[TriangleMesh], TriangleMesh]) -> Callable[[TriangleMesh, int], Ladder]:

@@ -41,6 +41,9 @@ USUAL_FACES: Final = 3000
 MOST_FACES: Final = 150_000
 """Of a mesh that is cut: beyond, every method takes minutes and gigabytes."""
 
+SHIPPED: Final = Path(__file__).parent / "shipped"
+"""Pieces of the instruments and hands that come with the project: a first demo does not wait for them."""
+
 Watch = Callable[[], None]
 """Called while pieces are cut; raises to end that."""
 
@@ -160,11 +163,17 @@ def cache_folder() -> Path:
 
 def ladder_file(cut: Cut) -> Path:
     """Where the pieces of a cut are kept before the limits of engines are applied."""
-    return cache_folder() / f"cut-{cut.key}.npz"
+    return _kept_file(f"cut-{cut.key}.npz")
 
 
 def _pieces_file(cut: Cut) -> Path:
-    return cache_folder() / f"pieces-{cut.most}-{cut.key}.npz"
+    return _kept_file(f"pieces-{cut.most}-{cut.key}.npz")
+
+
+def _kept_file(name: str) -> Path:
+    """The file of a name among those that come with the project, else in the user's cache folder."""
+    shipped = SHIPPED / name
+    return shipped if shipped.is_file() else cache_folder() / name
 
 
 def _ladder(cut: Cut) -> Ladder:
@@ -177,11 +186,11 @@ def _ladder(cut: Cut) -> Ladder:
 
 
 _in_memory: dict[str, Ladder] = {}
-"""Pieces that could not be kept: the cache folder cannot be written."""
+"""Pieces that could not be kept: their file cannot be written."""
 
 
 def _is_kept(cut: Cut) -> bool:
-    """Whether the pieces are kept; a damaged file is removed."""
+    """Whether the pieces are kept, in a file that is whole."""
     file = ladder_file(cut)
     if cut.key in _in_memory:
         return True
@@ -190,17 +199,17 @@ def _is_kept(cut: Cut) -> bool:
     except FileNotFoundError:
         return False
     except Exception:  # whatever a damaged file raises, it is made again
-        with suppress(OSError):
-            file.unlink()
         return False
     return True
 
 
 def _keep(cut: Cut, folder: Path) -> None:
     """Take what a process left into the cache folder: whole or not at all, another process may be reading."""
-    made = folder / f"{cut.key}.out.npz"
+    made, file = folder / f"{cut.key}.out.npz", ladder_file(cut)
     try:
-        with whole_file(ladder_file(cut), OSError, parents=True) as stream:
+        if file.parent == SHIPPED:  # damaged, and not ours to replace
+            raise PermissionError
+        with whole_file(file, OSError, parents=True) as stream:
             stream.write(made.read_bytes())
     except OSError:
         _in_memory[cut.key] = _read_ladder(made)

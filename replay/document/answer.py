@@ -43,11 +43,13 @@ class Fix(Struct, frozen=True):
     words : what to do, and where it was measured its metrics.
     measured : whether they were measured on this session.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
+    setting : the detector whose metrics these are, as ``replay run --detectors`` takes it; ``""``: it is in the run.
     """
 
     words: str
     measured: bool
     command: str = ""
+    setting: str = ""
 
 
 class Answer(Struct, frozen=True):

@@ -126,6 +126,7 @@ class SettingsRecord(Record, frozen=True):
     seed: int
     tau: float
     offline: bool
+    fix_time: Seconds = 0.0
 
 
 class Window(Record, frozen=True):

@@ -47,6 +47,7 @@ class Fix:
     words: str  # what to do, and where it was measured its figures
     measured: bool  # whether the figures are those of this session
     command: str = ""  # what measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none
+    setting: str = ""  # the detector whose figures these are, where it is none of the run
 
 
 @dataclass(frozen=True)

@@ -136,6 +136,14 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
     return Fix("Not known. A small test of this fault is made by", False, command)
 
 
+def pieces_may_help(result: RunResult, rank: Rank) -> bool:
+    """Whether the larger fault of a detector comes from colliders that convex pieces can replace."""
+    spec, fault = parse_detector(f"fix={rank.setting}"), _key_fault(result, rank)
+    if spec.name != "collider" or spec.settings.get("shape") == "mesh" or rank.undecided:
+        return False
+    return fault is not None and fault.cause in COLLIDER_CAUSES
+
+
 class _Runs:
     """The detectors of a run by all of their settings, and what each loses."""
 
@@ -164,7 +172,7 @@ class _Runs:
 
 def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The settings that decide answers: pieces are those of a compound, and an offset belongs to the session."""
-    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces", "method", "bodies"}
+    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces", "method", "cut"}
     return {key: value for key, value in settings.items() if key not in unused}
 
 

@@ -260,7 +260,8 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             advance(EXAMINING)
     return replace(
         result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
-        phases=detected.offsets, counts=counts, holdings=reference.holdings, loose=reference.contacts,
+        phases=detected.offsets, counts=counts, reference=reference,
+        holdings=reference.holdings, loose=reference.contacts,
     )  # fmt: skip
 
 

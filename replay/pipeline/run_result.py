@@ -14,6 +14,7 @@ from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
 from replay.comparison.outcome import Comparison, Episode
+from replay.comparison.tolerance import Reference
 from replay.effects.effects_runner import EffectRun
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank
@@ -100,6 +101,7 @@ class RunResult:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
+    reference: Reference | None = None  # the oracle's contacts, and what is within tolerance of them
     counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     loose: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds

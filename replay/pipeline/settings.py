@@ -45,6 +45,7 @@ class RunSettings:
     seed : of every random stream.
     tau : metres; a disagreement about less is *within tolerance*.
     offline : hand every detector the whole motion at once, also those that can be asked frame by frame.
+    fix_time : seconds in which the Fix of colliders may be measured, after everything else; 0: it is not.
 
     Raises ``DetectorSpecError``: a step rate that is no positive number.
     """
@@ -61,8 +62,11 @@ class RunSettings:
     seed: int = 0
     tau: float = TAU
     offline: bool = False
+    fix_time: float = 0.0
 
     def __post_init__(self) -> None:
+        if not (isfinite(self.fix_time) and self.fix_time >= 0.0):
+            raise DetectorSpecError(f"the time for a fix is {self.fix_time}; give seconds, 0 for none")
         if not (isfinite(self.step_rate) and self.step_rate > 0.0):
             raise DetectorSpecError(f"the step rate is {self.step_rate}; give steps a second, like 50")
 

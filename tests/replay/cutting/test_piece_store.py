@@ -27,6 +27,7 @@ FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 @pytest.fixture(autouse=True)
 def cache(monkeypatch, tmp_path):
+    monkeypatch.setattr(piece_store, "_in_memory", {})
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     return tmp_path / "cache"
 
@@ -142,11 +143,11 @@ def test_what_is_not_cut_in_time_is_named(monkeypatch):
 def test_any_name_of_a_body_survives_a_setting(name):
     bodies = [Body(name, BEAKER), Body("other", BEAKER)]
     text = names_as_setting([name])
-    spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,bodies={text}]")
+    spec = parse_detector(f"collider[shape=compound,pieces=8,method=auto,cut={text}]")
     made = with_pieces(bodies, ColliderSettings(**spec.settings))
     assert [len(body.colliders.parts) > 1 for body in made] == [True, False]
 
 
 def test_a_body_that_is_not_there_cannot_be_cut():
     with pytest.raises(DetectorSpecError, match="no body cup to cut into convex pieces; there are: beaker"):
-        with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", bodies="cup"))
+        with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))

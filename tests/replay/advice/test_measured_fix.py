@@ -1,0 +1,141 @@
+"""A Fix of colliders is measured on the session, gives its figures when asked again, and names what it could not do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.shapes import revolved_mesh
+from support.small_worlds import STEP_NS, cube
+
+from cdcore import TriangleMesh
+from replay import words
+from replay.advice import measured_fix
+from replay.advice.measured_fix import measured_fixes
+from replay.api.runner import run
+from replay.base.progress import Silent
+from replay.cli.main import main
+from replay.cutting import piece_store
+from replay.cutting.piece_store import Cut
+from replay.pipeline.engine import compute
+from replay.pipeline.ranking import counts_over_offsets, lost_words
+from replay.studies.synthetic_sessions import synthetic_session
+from sessions import MeshData, Session, write_session
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+
+
+@pytest.fixture(autouse=True)
+def cache(monkeypatch, tmp_path):
+    monkeypatch.setattr(piece_store, "_in_memory", {})
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+
+
+def stirred(beaker, name="beaker"):
+    """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then."""
+    meshes = {name: beaker, "rod": revolved_mesh(ROD, 8)}
+    axis = int(np.argmax(np.ptp(beaker.vertices, axis=0)))
+    count, side = 60, (axis + 1) % 3
+    places = {body: np.zeros((count, 3)) for body in meshes}
+    places["rod"][:, axis] = 0.05
+    places["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    poses = {body: (place, still) for body, place in places.items()}
+    data = {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()}
+    return Session.from_arrays(np.arange(count) * STEP_NS, poses, data)
+
+
+BEAKER = revolved_mesh(WALL, 24)
+
+
+@pytest.mark.parametrize("subject", ["hull50", "collider[shape=hull]", "collider[shape=box,rate_hz=50]"])
+def test_a_measured_fix_asked_again_gives_its_figures(subject):
+    session = stirred(BEAKER)
+    first = run(session, detectors=f"subject={subject},exact", fix_time=60)
+    fix = first.answers[0].fix
+    assert fix.measured and "Split beaker into" in fix.words
+    again = run(session, detectors=f"it={fix.setting},subject={subject},exact")
+    audit = again.summary["audit"]["it"]
+    missed, late = (counts_over_offsets(audit, name) for name in ("contacts_missed", "contacts_in_part"))
+    false = audit.get("phases", audit)["invented"]["share"]
+    assert f"{words.share(false)} false" in fix.words
+    assert (lost_words(missed, late, audit["contacts"]) or "none missed or late") in fix.words
+    loss = {rank.label: rank.loss for rank in again.ranking}
+    assert loss["it"] < loss["subject"]
+    pieces = len(again.detectors["it"].parts["beaker"])
+    assert f"into {pieces} convex pieces:" in fix.words
+    assert first.summary["answers"][0]["fix"]["setting"] == fix.setting
+
+
+def test_a_name_of_any_signs_can_be_asked_again():
+    first = run(stirred(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
+    fix = first.answers[0].fix
+    again = run(stirred(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")
+    assert fix.measured and len(again.detectors["it"].parts["a,b [c]+"]) > 1
+
+
+def test_without_time_nothing_is_measured():
+    result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
+    assert not result.answers[0].fix.measured
+    assert measured_fixes(result, 0.0, Silent()) is result
+
+
+def test_a_body_with_holes_keeps_its_hull_and_says_so():
+    holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
+    result = run(stirred(holed), detectors="subject=hull50,exact", fix_time=60)
+    fix = result.answers[0].fix
+    assert not fix.measured and fix.words.startswith("beaker keeps its hull: its surface has holes")
+
+
+def test_bodies_that_are_not_cut_in_time_are_named(monkeypatch):
+    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=1)
+    fix = result.answers[0].fix
+    assert not fix.measured and fix.words.startswith("Not reached within 1 s: beaker (about ")
+
+
+def test_pieces_that_are_no_better_are_not_advised(monkeypatch):
+    """A hull of the beaker in place of its pieces is as wrong as its hull."""
+    result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
+    monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: piece_store.hull_of(BEAKER.vertices))
+    (answer,) = measured_fixes(result, 60.0, Silent()).answers
+    assert not answer.fix.measured and answer.fix.words.startswith("Convex pieces of beaker make it no better")
+
+
+def test_only_bodies_that_are_not_convex_are_cut():
+    session = stirred(BEAKER)
+    meshes = {**session.meshes, "beaker": cube(0.035)}
+    result = compute(replace(session, meshes=meshes), detectors="subject=collider[shape=sphere,rate_hz=50],exact")
+    (answer,) = measured_fixes(result, 60.0, Silent()).answers
+    assert answer.fix is None or not answer.fix.measured
+
+
+def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
+    write_session(stirred(BEAKER), tmp_path / "s.mcap")
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Fix Split beaker into" in said and "measured here in" in said
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--fix-time", "0"]) == 0
+    assert "Split beaker into" not in capsys.readouterr().out
+
+
+def test_bodies_of_the_demo_come_cut():
+    session, _ = synthetic_session("bench-bumps", 0, None)
+    assert measured_fix.FIRST == 16
+    for mesh in session.meshes.values():
+        cuts = [Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", most) for most in (4, 8, 16, 32)]
+        assert [cut.seconds for cut in cuts] == [0.0] * 4
+
+
+@pytest.mark.slow
+def test_shipped_pieces_are_those_that_cutting_gives(monkeypatch, tmp_path):
+    session, _ = synthetic_session("bench-bumps", 0, None)
+    for name in ("beaker", "hand-left"):
+        mesh = session.meshes[name]
+        cut = Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", 8)
+        shipped = piece_store.convex_pieces(cut)
+        with monkeypatch.context() as patch:
+            patch.setattr(piece_store, "SHIPPED", tmp_path / "nothing")
+            assert cut.seconds > 0
+            again = piece_store.convex_pieces(cut)
+        assert [piece.content_hash for piece in again] == [piece.content_hash for piece in shipped]
