@@ -9,7 +9,7 @@ import click
 
 from replay.base.tables import ERROR, FAINT, WARNING, Table
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import SESSION_ANYWHERE, reporting, scene
+from replay.cli.options import SESSION_ANYWHERE, SESSION_FILE, reporting, scene
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -25,12 +25,13 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
 @click.option("--look", is_flag=True, help="Pictures of the scene, and questions on what its import guessed.")
 @click.option("--answer", "answers", multiple=True, metavar="1b", help="Answer a question of --look. Repeatable.")
+@click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="Write the answers into this mapping too.")
 @click.option("--forget-answers", is_flag=True, help="Undo the answers to the questions of --look.")
 @scene
 @reporting
 def command(
     files: tuple[Path, ...], fail_on: str | None, scene: Path | None, as_json: bool, people: People,
-    look: bool, answers: tuple[str, ...], forget_answers: bool,
+    look: bool, answers: tuple[str, ...], forget_answers: bool, mapping: Path | None,
 ) -> int:  # fmt: skip
     """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 
@@ -40,7 +41,7 @@ def command(
     replay doctor session.mcap --look
     """
     if look or answers or forget_answers:
-        return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers)
+        return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers, mapping=mapping)
     from replay.api.remote_files import fetched
     from replay.base.shown import plural
     from replay.cli.terminal import terminal
@@ -78,7 +79,15 @@ def _inside_findings(file: Path) -> "Iterator[Finding]":
         return
 
 
-def _look(files: Sequence[Path], people: People, *, as_json: bool, answers: Sequence[str], forgets: bool) -> int:
+def _look(
+    files: Sequence[Path],
+    people: People,
+    *,
+    as_json: bool,
+    answers: Sequence[str],
+    forgets: bool,
+    mapping: Path | None,
+) -> int:
     """Show one recording and ask what its import guessed, or forget what was answered."""
     from replay.cli.look import forget_answers, look_at, parse_answers
 
@@ -86,7 +95,7 @@ def _look(files: Sequence[Path], people: People, *, as_json: bool, answers: Sequ
         raise click.UsageError("--look, --answer and --forget-answers are for one session file: FILE.mcap")
     if forgets:
         return forget_answers(files[0], people)
-    return look_at(files[0], people, as_json=as_json, given=parse_answers(answers))
+    return look_at(files[0], people, as_json=as_json, given=parse_answers(answers), mapping=mapping)
 
 
 def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":

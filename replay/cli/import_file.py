@@ -71,10 +71,13 @@ def command(
     code = DATA_LOSS if _large_losses(imported, people) else OK
     if kind == "contacts":
         return code
-    return max(code, _open_guesses(imported, out, people, no_look=no_look, as_json=as_json))
+    mapping = given["mapping"]
+    return max(code, _open_guesses(imported, out, people, no_look=no_look, as_json=as_json, mapping=mapping))
 
 
-def _open_guesses(imported: "Session", out: Path, people: People, *, no_look: bool, as_json: bool) -> int:
+def _open_guesses(
+    imported: "Session", out: Path, people: People, *, no_look: bool, as_json: bool, mapping: Path | None
+) -> int:
     """On a terminal, pictures of the scene and questions on what was guessed; in a pipe, an exit code for open ones."""
     from sessions.scene_files.answers import recording_assumptions
 
@@ -84,7 +87,7 @@ def _open_guesses(imported: "Session", out: Path, people: People, *, no_look: bo
         if unsure:
             people.say(f"not sure: {', '.join(unsure)}; to see what each would change: replay doctor {out} --look")
     elif is_terminal:
-        _show_scene(out, people)
+        _show_scene(out, people, mapping)
     elif unsure:
         from replay.cli.look import decide_in_pipe
 
@@ -92,14 +95,14 @@ def _open_guesses(imported: "Session", out: Path, people: People, *, no_look: bo
     return OK
 
 
-def _show_scene(out: Path, people: People) -> None:
+def _show_scene(out: Path, people: People, mapping: Path | None) -> None:
     from cdcore.errors import CollisionCoreError
     from replay.cli.look import look_at
     from replay.errors import ReplayError
     from sessions.errors import SessionError
 
     try:
-        look_at(out, people, as_json=False, given={})
+        look_at(out, people, as_json=False, given={}, mapping=mapping)
     except (ReplayError, CollisionCoreError, SessionError) as error:
         people.say(f"No pictures of the scene: {error}")
 

@@ -76,10 +76,19 @@ def _replayed_sentences(session: "Session", rows: "Sequence[Assumption]", path: 
     return [undecided_sentence(question.assumption, str(path)) for question in examined.questions]
 
 
-def look_at(path: Path, people: People, *, as_json: bool, given: Answers, asks: bool | None = None) -> int:
+def look_at(
+    path: Path,
+    people: People,
+    *,
+    as_json: bool,
+    given: Answers,
+    asks: bool | None = None,
+    mapping: Path | None = None,
+) -> int:
     """Write pictures of a recording, ask what its import guessed, and write the answers into it; the exit code.
 
-    ``given``: answers from the command line. ``asks``: whether to ask the rest; ``None``: on a terminal.
+    ``given``: answers from the command line. ``asks``: whether to ask the rest; ``None``: on a terminal. ``mapping``:
+    the file that gets the answers too.
     """
     from replay.advice.assumptions import examine_assumptions
     from sessions import read_session
@@ -95,6 +104,8 @@ def look_at(path: Path, people: People, *, as_json: bool, given: Answers, asks: 
     if is_terminal if asks is None else asks:
         chosen |= _asked(examined.questions, given)
     _keep(session, path, examined.questions, chosen, people)
+    if mapping is not None and chosen:
+        _keep_in_mapping(mapping, examined.questions, chosen, people)
     undecided = [number for number in range(len(examined.questions)) if number not in chosen]
     for number in undecided:
         people.say(f"Not decided: question {number + 1}. {_decides(examined.questions[number], number, path)}")
@@ -240,6 +251,18 @@ def _keep(session: "Session", path: Path, questions: Sequence["Question"], chose
         # Its frames are read from the file, which is another one now.
         _write_pictures(examine_assumptions(read_session(path)), path.with_name(path.stem + FOLDER_END), people)
     people.say(f"Written to {path}. To undo: replay doctor {path} --forget-answers")
+
+
+def _keep_in_mapping(mapping: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
+    """Write the answers into the mapping by which the recording was imported, for the next import."""
+    from sessions.importers.mapping_answers import write_answers
+
+    answers = [
+        (questions[number].assumption, questions[number].alternatives[alternative].value)
+        for number, alternative in chosen.items()
+    ]
+    keys = write_answers(mapping, answers)
+    people.say(f"Written to {mapping}: {', '.join(keys)}")
 
 
 def _decides(question: "Question", number: int, path: Path) -> str:

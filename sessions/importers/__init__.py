@@ -5,11 +5,14 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.input_files import check_regular
 from sessions.model.session import Session
+
+if TYPE_CHECKING:
+    from sessions.importers.given_meshes import MeshOptions
 
 IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
@@ -61,11 +64,26 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     path = Path(source)
     common = {name: options.pop(name) for name in COMMON if name in options}
     given = MeshOptions(**{name: options.pop(name) for name in MESH_OPTIONS if name in options})
+    if isinstance(options.get("mapping"), str | Path):
+        given = _with_mapped(given, options["mapping"])
     name, why = _taken_for(format, path)
     session = _read(name, path, options)
     if why:
         session = replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
     return finished(session, path, given, stand_ins=name not in ROBOTS, **common)
+
+
+def _with_mapped(given: "MeshOptions", mapping: str | Path) -> "MeshOptions":
+    """What is said of meshes, with what a mapping says where nothing else does."""
+    from sessions.importers.mapping_answers import mapped_mesh_options
+
+    mapped = mapped_mesh_options(mapping)
+    return replace(
+        given,
+        mesh_axes=given.mesh_axes or mapped.mesh_axes,
+        mesh_units=given.mesh_units or mapped.mesh_units,
+        collider_axes=given.collider_axes or mapped.collider_axes,
+    )
 
 
 def _taken_for(format: str, path: Path) -> tuple[str, str]:

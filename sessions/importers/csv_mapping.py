@@ -24,6 +24,9 @@ from sessions.meshes.conventions import Convention, convention, quaternion_from_
 from sessions.scene_files.toml_table import TomlTable, nearest, parse_toml
 
 MOST_LINES: Final = 1000
+MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY = "mesh_axes", "mesh_units", "collider_axes"
+MESH_KEYS: Final = (MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY)
+"""Keys of a mapping on the meshes beside a recording; they take what the options of these names take."""
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
 LENGTHS: Final = ("m", "cm", "mm")
@@ -187,7 +190,7 @@ def mapping_table(path: str | Path) -> Iterator[TomlTable]:
     faults: list[str] = []
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
     yield whole
-    whole.done()
+    whole.done(MESH_KEYS)
     if faults:
         raise ImportFileError("; ".join(faults))
 

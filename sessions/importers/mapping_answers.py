@@ -1,0 +1,100 @@
+"""Answers to what an import guessed, in the mapping file of a CSV or XDF: the next import by it asks nothing again.
+
+Lines of the file are changed or added one by one, so that comments and order stay as their author wrote them.
+"""
+
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import COLLIDER_AXES_KEY, MESH_AXES_KEY, MESH_UNITS_KEY, Guessable
+from sessions.importers.given_meshes import MeshOptions
+from sessions.input_files import read_text
+from sessions.model.assumption import Assumption, Subject
+from sessions.scene_files.toml_table import parse_toml
+from sessions.whole_files import whole_file
+
+KEYS: Final = {
+    Subject.POSE_AXES: "convention",
+    Subject.LENGTH_UNIT: str(Guessable.LENGTH_UNIT),
+    Subject.MESH_AXES: MESH_AXES_KEY,
+    Subject.MESH_UNIT: MESH_UNITS_KEY,
+    Subject.COLLIDER_AXES: COLLIDER_AXES_KEY,
+}
+"""Subject of an answer -> the key of a mapping that holds it."""
+
+GUESSED: Final = "guessed"
+
+
+def mapped_mesh_options(path: str | Path) -> MeshOptions:
+    """Returns what a mapping says of meshes and colliders.
+
+    Raises ImportFileError: no TOML, or a key of another type.
+    """
+    table = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
+    return MeshOptions(
+        mesh_axes=table.texts(MESH_AXES_KEY),
+        mesh_units=table.text(MESH_UNITS_KEY, "", ("m", "cm", "mm")),
+        collider_axes=table.text(COLLIDER_AXES_KEY),
+    )
+
+
+def write_answers(path: Path, answers: Sequence[tuple[Assumption, str]]) -> list[str]:
+    """Writes the values that a user chose for assumptions into a mapping file; returns the keys that it holds now.
+
+    Raises ImportFileError: the file is no mapping, or a key spans several lines; it then stays as it is.
+    """
+    text = read_text(path, "mapping", ImportFileError)
+    written = []
+    for assumption, value in answers:
+        data = _parsed(text, path)
+        key = KEYS[assumption.subject]
+        changed: Any = value
+        if assumption.subject is Subject.MESH_AXES:
+            others = [entry for entry in data.get(key, []) if entry.partition("=")[0] not in assumption.bodies]
+            changed = [*others, *(f"{body}={value}" for body in assumption.bodies)]
+        text = _with_key(text, key, changed, path)
+        guessed = [entry for entry in data.get(GUESSED, []) if entry != key]
+        if GUESSED in data and guessed != data[GUESSED]:
+            text = _with_key(text, GUESSED, guessed, path)
+        written.append(key)
+    with whole_file(path, ImportFileError, overwrite=True) as stream:
+        stream.write(text.encode())
+    return list(dict.fromkeys(written))
+
+
+def _parsed(text: str, path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ImportFileError(f"{path}: this is not TOML: {error}") from None
+
+
+def _with_key(text: str, key: str, value: Any, path: Path) -> str:
+    """The text with a key above all tables: in place of the line that has it, of the comment that drafts it, or new."""
+    line = f"{key} = {json.dumps(value, ensure_ascii=False)}"
+    lines = text.splitlines()
+    end = next((number for number, row in enumerate(lines) if row.lstrip().startswith("[")), len(lines))
+    for pattern in (rf"\s*{key}\s*=", rf"#\s*{key}\s*="):
+        number = next((number for number in range(end) if re.match(pattern, lines[number])), None)
+        if number is not None:
+            lines[number] = line
+            break
+    else:
+        above = end
+        while above and not lines[above - 1].strip():
+            above -= 1
+        lines.insert(above, line)
+    changed = "\n".join(lines) + "\n"
+    before = _parsed(text, path)
+    try:
+        after = tomllib.loads(changed)
+    except tomllib.TOMLDecodeError:
+        after = {}
+    if after != {**before, key: value}:
+        raise ImportFileError(f"{path}: {key} cannot be changed in place; write it there: {line}")
+    return changed

@@ -1,0 +1,85 @@
+import tomllib
+
+import pytest
+from support.planted_scenes import write_scene
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.mapping_answers import mapped_mesh_options, write_answers
+from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.scene_files.answers import recording_assumptions
+
+DRAFT = """# My take.
+# convention = "unity"   # which axes?
+guessed = ["units", "time.unit"]
+units = "m"
+
+[time]
+column = "t"
+units = "stays"
+"""
+
+
+def assumption(subject, *bodies):
+    return Assumption(subject, "before", Origin.GUESS, Confidence.OPEN, bodies=bodies)
+
+
+@pytest.mark.parametrize(
+    ("row", "value", "key", "expected"),
+    [
+        (assumption(Subject.POSE_AXES), "ros", "convention", "ros"),
+        (assumption(Subject.LENGTH_UNIT), "mm", "units", "mm"),
+        (assumption(Subject.MESH_AXES, "cup", "rod"), "y-up", "mesh_axes", ["cup=y-up", "rod=y-up"]),
+        (assumption(Subject.MESH_UNIT, "cup"), "cm", "mesh_units", "cm"),
+        (assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped", "collider_axes", "x-flipped"),
+    ],
+)
+def test_an_answer_changes_its_key_and_no_other_line(tmp_path, row, value, key, expected):
+    path = tmp_path / "map.toml"
+    path.write_text(DRAFT)
+    assert write_answers(path, [(row, value)]) == [key]
+    data, before = tomllib.loads(path.read_text()), tomllib.loads(DRAFT)
+    assert data.pop(key) == expected
+    before.pop(key, None)
+    before["guessed"] = [entry for entry in before["guessed"] if entry != key]
+    assert data == before
+    assert path.read_text().startswith("# My take.\n")
+
+
+def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text(DRAFT)
+    write_answers(path, [(assumption(Subject.MESH_AXES, "cup", "rod"), "y-up")])
+    write_answers(path, [(assumption(Subject.MESH_AXES, "rod"), "body")])
+    assert mapped_mesh_options(path).mesh_axes == ("cup=y-up", "rod=body")
+
+
+def test_a_key_over_several_lines_is_left_as_it_is(tmp_path):
+    path = tmp_path / "map.toml"
+    text = 'mesh_axes = [\n  "cup=body",\n]\n' + DRAFT
+    path.write_text(text)
+    with pytest.raises(ImportFileError, match="cannot be changed in place; write it there: mesh_axes"):
+        write_answers(path, [(assumption(Subject.MESH_AXES, "cup"), "y-up")])
+    assert path.read_text() == text
+
+
+@pytest.mark.parametrize("kind", ["glb", "stl"])
+def test_the_next_import_by_the_mapping_asks_nothing(tmp_path, kind):
+    write_scene(tmp_path, "ros", kind)
+    meshes = {name: tmp_path / f"{name}.{kind}" for name in ("tool", "plate")}
+    again = lambda: import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)  # noqa: E731
+    (row,) = [row for row in recording_assumptions(again()) if row.is_open]
+    write_answers(tmp_path / "map.toml", [(row, "gltf")])
+    decided = recording_assumptions(again())
+    assert not [row for row in decided if row.is_open]
+    assert {row.value for row in decided if row.subject is Subject.MESH_AXES} == {"gltf"}
+
+
+def test_an_option_wins_over_the_mapping(tmp_path):
+    write_scene(tmp_path, "ros", "stl")
+    (tmp_path / "map.toml").write_text('mesh_axes = ["y-up"]\n' + (tmp_path / "map.toml").read_text())
+    meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}
+    session = import_session(
+        "csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes, mesh_axes="body"
+    )
+    assert {row.value for row in recording_assumptions(session) if row.subject is Subject.MESH_AXES} == {"body"}
