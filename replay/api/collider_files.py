@@ -337,7 +337,7 @@ def _written(
         nodes |= {f"UCX_{name}_{k:02d}": part for k, part in enumerate(parts)}
         in_file = {node: from_body_axes(_rounded(part), axes, poses) for node, part in nodes.items()}
         file.write_bytes(meshes_to_glb(in_file))
-        read, _ = read_colliders(file, [name])
+        read = read_colliders(file, [name]).solids
         colliders[name] = tuple(in_body_axes(part, axes, poses) for part in read[name])
         back = [TriangleMesh(part.vertices, part.faces) for part in colliders[name]]
         rows.append({

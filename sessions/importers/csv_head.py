@@ -130,7 +130,7 @@ def _numbered_columns(width: int) -> tuple[str, ...]:
 def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, columns: tuple[str, ...] = ()) -> CsvLayout:
     """Decimal commas can only stand where no comma is between the cells."""
     commas = delimiter in ";\t" and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[:1] for cell in row)
-    return CsvLayout(delimiter, "," if commas else ".", skip_lines, columns=columns)
+    return CsvLayout(delimiter, "," if commas else ".", skip_lines=skip_lines, columns=columns)
 
 
 def check_encoding(source: Path, data: bytes) -> None:

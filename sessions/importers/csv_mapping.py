@@ -127,8 +127,10 @@ class CsvLayout:
 
     delimiter: str = ","
     decimal: str = "."
+    table: str = ""
+    """Title of the table to read where a file holds several; ``""``: the first."""
     skip_lines: int = 0
-    """Lines above the header."""
+    """Lines above the header, or between it and the title of its table."""
     header_lines: int = 1
     """Of several, a column's name is all its words, with spaces between them."""
     columns: tuple[str, ...] = ()
@@ -227,6 +229,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
             layout=CsvLayout(
                 delimiter=_letter(whole, "delimiter", ","),
                 decimal=_letter(whole, "decimal", "."),
+                table=whole.text("table"),
                 skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
                 header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
                 columns=whole.texts("columns"),

@@ -45,6 +45,7 @@ TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year
 NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 BLOCK_BYTES: Final = 1 << 22  # Of text that becomes columns at once; no row is longer
+MOST_TITLES: Final = 8  # Titles of tables that an error names
 RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
@@ -70,6 +71,7 @@ class CsvTable:
     ) -> None:
         self.source, self._layout, self._mapped = source, layout, mapped
         self._units = dict[str, str]()
+        self._has_other_table = False
         try:
             text = self._below_head(_utf8(source))
         except (UnicodeDecodeError, csv.Error) as error:
@@ -90,15 +92,16 @@ class CsvTable:
 
     def _below_head(self, text: bytes) -> bytes:
         """Take in the header; the text of the rows below it."""
-        layout, stream = self._layout, io.BytesIO(text)
-        skip_lines = layout.skip_lines
+        layout = self._layout
+        text, lines_above = self._below_title(text)
+        stream, skip_lines = io.BytesIO(text), layout.skip_lines
         if not skip_lines and excel_separator(text[:20].partition(b"\n")[0].decode("utf-8", errors="replace")):
             skip_lines = 1
         lines = iter(lambda: stream.readline(LONGEST_LINE).decode("utf-8"), "")
         for _ in islice(lines, skip_lines):
             pass
         header_lines = 0 if layout.columns else layout.header_lines
-        self._above = skip_lines + header_lines
+        self._above = lines_above + skip_lines + header_lines
         if layout.columns:
             heads = [list(layout.columns)]
         elif layout.delimiter == " ":
@@ -119,6 +122,26 @@ class CsvTable:
             return ENDS_OF_LINES.sub(b"", SPACES.sub(b" ", rows))
         return rows
 
+    def _below_title(self, text: bytes) -> tuple[bytes, int]:
+        """The text below the title of the table to read, and how many lines are above it; without a title all of it."""
+        if not self._layout.table:
+            return text, 0
+        titles = []
+        lines = text.splitlines(keepends=True)
+        for number, line in enumerate(lines, start=1):
+            title = self._title_in(line)
+            if title == self._layout.table:
+                return b"".join(lines[number:]), number
+            titles += [title] if title else []
+        named = ", ".join(repr(title[:40]) for title in titles[:MOST_TITLES]) or "none"
+        raise ImportFileError(f"{self.source}: no table {self._layout.table!r}; there are: {named}")
+
+    def _title_in(self, line: bytes) -> str:
+        """The title of a table that a line is: a first cell that is no number, and no other; else nothing."""
+        cells = [cell for row in split_lines([line.decode("utf-8")], self._layout.delimiter) for cell in row]
+        is_alone = bool(cells) and not any(cells[1:])
+        return cells[0] if is_alone and not NUMBER.fullmatch(cells[0]) else ""
+
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, as a mapping writes it, or nothing."""
         return str(WORDS["units"].get(self._units.get(column, ""), ""))
@@ -136,18 +159,21 @@ class CsvTable:
     def _split_tables(self, text: bytes) -> tuple[bytes, dict[str, int]]:
         """The rows of the first table, and how many lines of another one stand below it, by the reason to leave them.
 
-        Another table begins with its title: a line of one cell that is no number, below an empty line.
+        Another table begins with its title: a line of one cell that is no number, below an empty line. Where the
+        mapping names the table to read, its user left the others out, and none is counted.
         """
         if len(self.columns) < 2:
             return text, {}
         for gap in EMPTY_LINE.finditer(text):
             title, _, _ = text[gap.end() : gap.end() + LONGEST_LINE].partition(b"\n")
-            cells = [cell for cell in split_lines([title.decode("utf-8")], self._layout.delimiter)[0:1] if cell]
-            written = [cell for row in cells for cell in row if cell]
-            if len(written) == 1 and not NUMBER.fullmatch(written[0]):
+            name = self._title_in(title)
+            if name and self._layout.table:
+                return text[: gap.start() + 1], {}
+            if name:
+                self._has_other_table = True
                 line = self._above + 1 + text.count(b"\n", 0, gap.end())
                 lines = sum(1 for row in text[gap.end() :].splitlines() if row.strip())
-                return text[: gap.start() + 1], {f"of another table, {written[0][:40]!r}, from line {line}": lines}
+                return text[: gap.start() + 1], {f"of another table, {name[:40]!r}, from line {line}": lines}
         return text, {}
 
     def _parsed(self, text: bytes) -> Any:
@@ -233,9 +259,12 @@ class CsvTable:
     @property
     def notes(self) -> list[str]:
         """What is not as it should be in its rows, a sentence each."""
+        notes = []
         if self._is_cut_short:
-            return ["the last line has no line break and may be cut short: its pose is flagged as lost"]
-        return []
+            notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
+        if self._has_other_table:
+            notes.append('of several tables the first is read; the mapping may name one: table = "TITLE"')
+        return notes
 
     def __len__(self) -> int:
         return len(self._table)

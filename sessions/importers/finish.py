@@ -13,11 +13,18 @@ from sessions.importers.assumptions import collider_assumptions, with_assumption
 from sessions.importers.given_meshes import MeshOptions, placed_meshes
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_match import ColliderFile
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.body_axes import pose_convention
-from sessions.scene_files.scene_meshes import COLLIDER_AXES, scene_meshes, with_colliders, with_meshes
+from sessions.scene_files.scene_meshes import (
+    COLLIDER_AXES,
+    scene_meshes,
+    session_colliders,
+    with_collider_file,
+    with_meshes,
+)
 from sessions.scene_files.scene_toml import scene_to_toml
 
 PROXIES = {
@@ -29,6 +36,9 @@ SIDES = ("left", "right")
 """A body of this name alone is a controller; ``left_wheel`` is none."""
 
 PROXY_FACES = 2000
+
+MOST_NODES = 8
+"""Nodes of no body that the ledger names."""
 
 NO_MESHES = MeshOptions()
 
@@ -81,9 +91,28 @@ def finished(
     complete = with_meshes(complete, by_user, placed.notes)
     colliders_folder = "." if given.colliders else scene_folder
     axes = given.collider_axes or COLLIDER_AXES
-    complete = with_colliders(complete, colliders_folder, given.colliders or "", axes)
+    colliders = session_colliders(complete, colliders_folder, given.colliders or "")
+    if colliders is not None:
+        complete = _with_collider_account(with_collider_file(complete, colliders, axes), colliders)
     assumed = [*placed.assumptions, *collider_assumptions(complete, given, poses)]
     return with_assumptions(complete, assumed)
+
+
+def _with_collider_account(session: Session, colliders: ColliderFile) -> Session:
+    """The session with the nodes of its colliders' file in its ledger."""
+    ledger = ledger_of(session.facts)
+    if ledger is None:
+        return session
+    unowned = len(colliders.unowned)
+    named = ", ".join(colliders.unowned[:MOST_NODES])
+    ledger.book(
+        "nodes",
+        "colliders",
+        read=colliders.count + unowned,
+        kept=colliders.count,
+        dropped={f"that belong to no body: {named}": unowned},
+    )
+    return replace(session, facts={**session.facts, FACT: ledger.as_text()})
 
 
 def _check_poses(session: Session, source: Path) -> None:

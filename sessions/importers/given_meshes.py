@@ -14,16 +14,19 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched
+from sessions.meshes.mesh_match import FORMAT_UNIT, SMALLEST_BESIDE_OTHERS_M, UNITS, guessed, likely_units, matched
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.model.scene import Scene
-from sessions.scene_files.body_axes import axes_assumption, file_type_of, grouped_assumptions, in_body_axes
+from sessions.scene_files.body_axes import (
+    axes_assumption,
+    file_type_of,
+    grouped_assumptions,
+    in_body_axes,
+    scene_mesh_unit,
+)
 from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
-
-FORMAT_UNIT: Final = {"glb": "m"}
-"""Type of a mesh file -> the unit that its standard defines."""
 
 
 @dataclass(frozen=True)
@@ -133,17 +136,22 @@ def placed_meshes(
 
     Raises ImportFileError: a mesh for a body that is not there, unknown axes.
     """
-    from_scene = {body.id: FileMesh(scene_meshes[body.id], body.mesh) for body in scene.bodies if body.mesh}
+    from_scene = {
+        body.id: FileMesh(scene_meshes[body.id], body.mesh, scene_mesh_unit(body, scene_meshes[body.id]))
+        for body in scene.bodies
+        if body.mesh
+    }
     given, notes = _given(options, names, poses)
     axes_by_body = options.axes_by_body(names, poses)
     for body in scene.bodies:
         if body.mesh and body.mesh_axes and body.id not in given:
             axes_by_body.setdefault(body.id, body.mesh_axes)
     placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
-    units = (replace(row.unit, bodies=(name,)) for name, row in given.items() if row.unit is not None)
+    file_meshes = {**from_scene, **given}
+    units = (replace(row.unit, bodies=(name,)) for name, row in file_meshes.items() if row.unit is not None)
     placed.assumptions.extend(grouped_assumptions(units))
     axes_rows: dict[str, Assumption] = {}
-    for name, row in {**from_scene, **given}.items():
+    for name, row in file_meshes.items():
         stated = axes_by_body.get(name, axes_by_body.get("", ""))
         if not row.file and not stated:
             placed.meshes[name] = row.mesh
@@ -179,7 +187,30 @@ def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tup
             given[name] = FileMesh(match.mesh, match.file.name, unit)
             notes.append(match.words)
         notes += without
-    return given, notes
+    return _with_units_of_others(given), notes
+
+
+def _with_units_of_others(given: dict[str, FileMesh]) -> dict[str, FileMesh]:
+    """Meshes whose files look like metres beside files in a smaller unit, which they may have as well."""
+    others = [
+        row.unit.value
+        for row in given.values()
+        if row.unit and row.unit.origin is Origin.GUESS and row.unit.value != "m"
+    ]
+    if not others:
+        return given
+    smaller = max(others, key=others.count)
+    changed = {}
+    for name, row in given.items():
+        unit = row.unit
+        if unit is not None and unit.origin is Origin.GUESS and unit.value == "m" and smaller not in unit.alternatives:
+            size = float((row.mesh.bounds[1] - row.mesh.bounds[0]).max())
+            if size * UNITS[smaller] >= SMALLEST_BESIDE_OTHERS_M:
+                reason = f"by its size; other mesh files are in {smaller}"
+                alternatives = (*unit.alternatives, smaller)
+                unit = replace(unit, confidence=Confidence.OPEN, reason=reason, alternatives=alternatives)
+        changed[name] = replace(row, unit=unit)
+    return changed
 
 
 def _in_metres(mesh: MeshData, file: str, what: str, options: MeshOptions, poses: Convention) -> FileMesh:

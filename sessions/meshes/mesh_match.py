@@ -18,6 +18,12 @@ UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
 """Of what a hand moves or stands beside: a stopper, a bench, a beaker. Beyond the first two a file is not in metres."""
 
+FORMAT_UNIT: Final = {"glb": "m"}
+"""Type of a mesh file -> the unit that its standard defines."""
+
+SMALLEST_BESIDE_OTHERS_M: Final = 0.001
+"""A mesh may have the unit of the other files where that makes it no smaller than this."""
+
 MUCH_UNLIKELIER: Final = 3.0
 """A mesh of one unit is one of bench or stopper from 0.9 units on: below, a stopper of centimetres is under 9 mm."""
 
@@ -152,8 +158,25 @@ NAMED: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
 """A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
 
 
-def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, tuple[MeshData, ...]], str]:
-    """Body -> its colliders in its own frame, in the order of the nodes; and what was read, in words.
+@dataclass(frozen=True, eq=False)
+class ColliderFile:
+    """Colliders of a file: body -> those in its own frame, in the order of the nodes.
+
+    ``unowned``: names of nodes with a mesh of no body; ``words``: a sentence on all of it.
+    """
+
+    solids: dict[str, tuple[MeshData, ...]]
+    unowned: tuple[str, ...]
+    words: str
+
+    @property
+    def count(self) -> int:
+        """Number of colliders of bodies."""
+        return sum(map(len, self.solids.values()))
+
+
+def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
+    """Returns the colliders of a GLB.
 
     ``names`` of the bodies; ``None``: whichever the nodes name.
 
@@ -197,7 +220,7 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
         words += f" (drawn beside them: {', '.join(drawn[:8])})"
     if left:
         words += f" (of no body: {', '.join(left[:8])})"
-    return {name: tuple(solids) for name, solids in found.items()}, words
+    return ColliderFile({name: tuple(solids) for name, solids in found.items()}, tuple(left), words)
 
 
 def _body_above(tree: GlbTree, node: int, names: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ from sessions.meshes.mesh_axes import (
     mesh_axes_description,
     mesh_axes_matrix,
 )
+from sessions.meshes.mesh_match import FORMAT_UNIT, UNITS, likely_units
 from sessions.model.assumption import (
     ASSUMPTIONS_FACT,
     Assumption,
@@ -27,7 +28,7 @@ from sessions.model.assumption import (
     assumptions_fact,
     assumptions_of,
 )
-from sessions.model.scene import Scene
+from sessions.model.scene import Scene, SceneBody
 
 
 def pose_convention(facts: Mapping[str, str]) -> Convention:
@@ -80,9 +81,10 @@ def scene_meshes_in_body_axes(
     dropped.
     """
     poses = pose_convention(facts)
-    turned, rows = dict(meshes), list[Assumption]()
+    turned, rows, units = dict(meshes), list[Assumption](), list[Assumption]()
     for body in scene.bodies:
         if body.mesh and body.id in turned:
+            units.append(replace(scene_mesh_unit(body, turned[body.id]), bodies=(body.id,)))
             row = axes_assumption(body.id, body.mesh, body.mesh_axes, poses)
             turned[body.id] = in_body_axes(turned[body.id], row.value, poses)
             rows.append(row)
@@ -91,7 +93,8 @@ def scene_meshes_in_body_axes(
         # Of a recording that was never imported, or by an earlier release: there all meshes are canonical.
         return turned, dict(facts)
     before = [row for row in map(partial(_without_bodies, names={*meshes}), kept) if row is not None]
-    return turned, {**facts, ASSUMPTIONS_FACT: assumptions_fact([*before, *grouped_assumptions(rows)])}
+    now = [*before, *grouped_assumptions(units), *grouped_assumptions(rows)]
+    return turned, {**facts, ASSUMPTIONS_FACT: assumptions_fact(now)}
 
 
 def _without_bodies(row: Assumption, names: Container[str]) -> Assumption | None:
@@ -100,6 +103,26 @@ def _without_bodies(row: Assumption, names: Container[str]) -> Assumption | None
         return row
     bodies = tuple(name for name in row.bodies if name not in names)
     return replace(row, bodies=bodies, files=bodies) if bodies else None
+
+
+def scene_mesh_unit(body: SceneBody, mesh: MeshData) -> Assumption:
+    """Returns the unit of a mesh file by the scale that its scene gives it, else metres; ``mesh`` is in metres."""
+    unit = next((name for name, metres in UNITS.items() if metres == body.scale), f"{body.scale:g} m")
+    origin, reason = Origin.USER, ""
+    alternatives: tuple[str, ...] = (unit,)
+    if body.scale == 1.0 and FORMAT_UNIT.get(file_type_of(body.mesh)) == unit:
+        origin = Origin.FORMAT
+    elif body.scale == 1.0:
+        origin, reason, alternatives = Origin.GUESS, "the scene gives it no scale", likely_units(mesh, unit)
+    return Assumption(
+        subject=Subject.MESH_UNIT,
+        value=unit,
+        origin=origin,
+        confidence=Confidence.OPEN if len(alternatives) > 1 else Confidence.SURE,
+        files=(Path(body.mesh).name,),
+        reason=reason,
+        alternatives=alternatives,
+    )
 
 
 def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Assumption:

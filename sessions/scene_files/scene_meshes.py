@@ -7,7 +7,7 @@ from pathlib import Path
 from sessions.errors import MeshFileError, SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_match import read_colliders
+from sessions.meshes.mesh_match import ColliderFile, read_colliders
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
@@ -39,14 +39,26 @@ def with_colliders(session: Session, folder: str | Path, file: str | Path = "", 
 
     Raises MeshFileError: as `read_colliders`.
     """
+    colliders = session_colliders(session, folder, file)
+    return session if colliders is None else with_collider_file(session, colliders, axes)
+
+
+def session_colliders(session: Session, folder: str | Path, file: str | Path = "") -> ColliderFile | None:
+    """Returns the colliders of a GLB for the bodies of a session: of the file given, else of that its scene names."""
     named = file or session.scene.colliders
     if not named:
-        return session
+        return None
     bodies = [*session.names, *(body.id for body in session.scene.bodies if body.id not in session.names)]
-    found, words = read_colliders(Path(folder) / named, bodies)
+    return read_colliders(Path(folder) / named, bodies)
+
+
+def with_collider_file(session: Session, colliders: ColliderFile, axes: str = COLLIDER_AXES) -> Session:
+    """Returns the session with these colliders, turned from the axes of their file."""
     poses = pose_convention(session.facts)
-    turned = {name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in found.items()}
-    return replace(session, colliders=turned, facts=_converted(session, [words]))
+    turned = {
+        name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in colliders.solids.items()
+    }
+    return replace(session, colliders=turned, facts=_converted(session, [colliders.words]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:

@@ -68,6 +68,9 @@ FORMS = {
 }  # fmt: skip
 
 
+SEGMENTS = ["", "Segments", "100", ",,a,,,,,", text().rstrip("\n")]
+
+
 @pytest.fixture
 def imported(tmp_path):
     def read(content, mapping):
@@ -202,3 +205,24 @@ def test_a_long_table_that_no_column_tells_apart_is_drafted_as_a_comment(tmp_pat
     error = draft_of(tmp_path / "log.csv", text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
     assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
     assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
+
+
+@pytest.mark.parametrize("place", ["first", "last"])
+def test_a_mapping_reads_the_table_that_it_names(imported, place):
+    """The other one is its user's choice and no loss."""
+    both = [*SEGMENTS[1:], *TRAJECTORIES] if place == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
+    session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
+    np.testing.assert_array_equal(session.tracks["cup"].positions, PLACES)
+    assert books(session) == ""
+
+
+def test_a_table_that_is_not_there_is_refused_with_all_names(imported):
+    content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
+    with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
+        imported(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
+
+
+def test_a_second_table_that_nobody_named_is_a_loss_with_its_cure(imported):
+    session = imported(text(below=TRAJECTORIES), MAPPING % "")
+    assert books(session) == ANOTHER
+    assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]

@@ -13,6 +13,8 @@ from support.small_worlds import cubes
 from replay import guide
 from sessions import read_session, recover, write_session
 from sessions.errors import MeshFileError
+from sessions.importers import import_session
+from sessions.importers.ledger import ledger_of
 from sessions.mesh_data import is_closed
 from sessions.meshes.mesh_match import read_colliders
 from sessions.scene_files.scene_meshes import checked_scene, with_colliders
@@ -43,7 +45,8 @@ def test_convex_ones_are_hulls_others_are_as_they_are_and_each_finds_its_body(tm
         tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("UCX_a_01", RING, moved(0, 0, 0)),
         ("USP_b", BALL, moved(0, 1, 0)), ("UCX_lamp_01", BALL, moved(0, 0, 0)),
     )  # fmt: skip
-    found, words = read_colliders(file, ["a", "b"])
+    file_of_two = read_colliders(file, ["a", "b"])
+    found, words = file_of_two.solids, file_of_two.words
     assert words == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
     box, disc = found["a"]
     assert box.volume == pytest.approx(0.008, rel=1e-5) and box.bounds[0, 0] == pytest.approx(0.4, abs=1e-6)
@@ -54,7 +57,7 @@ def test_convex_ones_are_hulls_others_are_as_they_are_and_each_finds_its_body(tm
 def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path):
     pose = moved(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
     file = write(tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", RING, moved(0, 0, 1)), body=pose)
-    found, _ = read_colliders(file, ["a"])
+    found = read_colliders(file, ["a"]).solids
     box, rim = found["a"]
     assert np.allclose(box.bounds, [[0.2, -0.05, -0.05], [0.3, 0.05, 0.05]], atol=1e-6)
     assert rim.volume == pytest.approx(RING.volume / 8, rel=1e-4)  # it keeps its hole
@@ -64,10 +67,11 @@ def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path)
 def test_beside_named_colliders_the_mesh_of_the_body_is_drawn_and_is_none(tmp_path):
     """As Unreal's importer takes a file; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
-    found, words = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
+    hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
+    found, words = hulls.solids, hulls.words
     assert [solid.volume for solid in found["a"]] == pytest.approx([0.008], rel=1e-5)
     assert words == "colliders of c.glb: a 1 (drawn beside them: a)"
-    alone, _ = read_colliders(write(tmp_path / "d.glb", ("a", RING, pose)), ["a"])
+    alone = read_colliders(write(tmp_path / "d.glb", ("a", RING, pose)), ["a"]).solids
     assert [solid.volume for solid in alone["a"]] == pytest.approx([RING.volume], rel=1e-4)
 
 
@@ -126,7 +130,7 @@ def test_what_the_script_of_unity_writes_is_read_in_the_axes_of_the_recording(tm
     head = struct.pack("<IIIII", 0x46546C67, 2, 28 + len(text + points + indices), len(text), 0x4E4F534A)
     binary = struct.pack("<II", len(points + indices), 0x004E4942) + points + indices
     (tmp_path / "colliders.glb").write_bytes(head + text + binary)
-    (box,) = read_colliders(tmp_path / "colliders.glb", ["cup"])[0]["cup"]
+    (box,) = read_colliders(tmp_path / "colliders.glb", ["cup"]).solids["cup"]
     assert np.allclose(box.bounds, [[-0.1, -0.1, -0.6], [0.1, 0.1, -0.4]]) and box.volume == pytest.approx(0.008)
 
 
@@ -141,3 +145,14 @@ def test_a_file_without_colliders_is_one_sentence(name, said, tmp_path):
     (tmp_path / "torn.glb").write_bytes(whole[:200])
     with pytest.raises(MeshFileError, match=said):
         read_colliders(tmp_path / name, ["a", "b"])
+
+
+def test_an_import_accounts_for_every_node_of_its_colliders(tmp_path):
+    nodes = ("UCX_cup_00", BOX), ("UBX_cup_01", BOX), ("UCX_floor_00", BALL), ("cup", RING)
+    write(tmp_path / "c.glb", *((name, solid, moved(0, 0, 0)) for name, solid in nodes))
+    head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+    (tmp_path / "take.csv").write_text(f"{head}\npose,0,cup,0,0,0,0,0,0,1,1,,\n")
+    session = import_session("csv", tmp_path / "take.csv", convention="openxr", colliders=tmp_path / "c.glb")
+    (entry,) = [entry for entry in ledger_of(session.facts) if entry.kind == "nodes"]
+    assert (entry.read, entry.kept) == (3, 2) == (3, len(session.colliders["cup"]))
+    assert entry.dropped == {"that belong to no body: UCX_floor_00": 1} and entry.is_large_loss

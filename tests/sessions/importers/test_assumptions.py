@@ -1,0 +1,86 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from support.foxglove_json import write_transforms
+from support.xdf_files import samples, stream_header, xdf_file
+
+from sessions.importers import import_session
+from sessions.importers.assumptions import length_unit, pose_assumptions
+from sessions.importers.pose_table import SourceFrame
+from sessions.meshes.conventions import convention
+from sessions.model.assumption import Confidence, Origin, Subject
+from sessions.scene_files.answers import recording_assumptions
+
+TAKES = Path(__file__).with_name("optitrack")
+LSL = ("PositionX", "PositionY", "PositionZ", "OrientationB", "OrientationC", "OrientationD", "OrientationA")
+
+
+def by_subject(session):
+    return {row.subject: row for row in recording_assumptions(session)}
+
+
+@pytest.mark.parametrize(
+    ("farthest", "confidence"), [(0.0, "open"), (0.019, "open"), (0.02, "sure"), (30.0, "sure"), (31.0, "open")]
+)
+def test_a_guessed_unit_is_open_where_no_room_has_that_size(farthest, confidence):
+    frame = SourceFrame.in_axes("openxr", "openxr", "", "clock")
+    row = length_unit(frame, farthest)
+    assert (row.value, row.origin, row.confidence) == ("m", Origin.GUESS, Confidence(confidence))
+    stated = SourceFrame.in_axes("openxr", "openxr", "mm", "clock")
+    assert length_unit(stated, farthest).confidence is Confidence.SURE
+
+
+def test_handedness_that_a_text_of_axes_leaves_out_is_a_guess():
+    frame = SourceFrame(convention("x right, y up"), "m", "clock", axes_origin=Origin.USER)
+    rows = {row.subject: row for row in pose_assumptions(frame, 1.0)}
+    assert rows[Subject.HANDEDNESS].origin is Origin.GUESS and rows[Subject.POSE_AXES].origin is Origin.USER
+
+
+@pytest.mark.parametrize("kind", ["metres", "angles-xyz-centimetres"])
+def test_motive_says_unit_and_order_and_its_axes_are_a_sure_guess(kind):
+    rows = by_subject(import_session("optitrack", TAKES / f"{kind}.csv"))
+    assert rows[Subject.LENGTH_UNIT].origin is Origin.FILE
+    axes = rows[Subject.POSE_AXES]
+    assert (axes.value, axes.origin, axes.confidence) == ("gltf", Origin.GUESS, Confidence.SURE)
+    if kind == "metres":
+        assert (rows[Subject.QUATERNION_ORDER].value, rows[Subject.QUATERNION_ORDER].origin) == ("xyzw", Origin.FILE)
+    else:
+        assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("XYZ", Origin.FILE)
+        assert (rows[Subject.ANGLE_UNIT].value, rows[Subject.ANGLE_UNIT].origin) == ("deg", Origin.GUESS)
+
+
+@pytest.mark.parametrize(("parts", "name"), [(LSL, "ROS"), (tuple(reversed(LSL)), "ROS")])
+def test_axes_of_a_stream_are_an_open_guess_and_its_channels_name_the_order(tmp_path, parts, name):
+    """The order of channels does not matter: their types say which is which."""
+    values = {"PositionX": 0.1, "PositionY": 0.2, "PositionZ": 0.3, "OrientationA": 1.0}
+    described = [{"label": part, "type": part, "object": "cup", "unit": "m"} for part in parts]
+    rows = np.array([[values.get(part, 0.0) for part in parts]] * 3)
+    path = xdf_file(tmp_path, stream_header(1, name, "MoCap", described), samples(1, np.array([1.0, 1.1, 1.2]), rows))
+    session = import_session("xdf", path)
+    assert session.tracks["cup"].positions[0].tolist() == [0.1, 0.2, 0.3]
+    assert session.tracks["cup"].quaternions_xyzw[0].tolist() == [0, 0, 0, 1]
+    axes = by_subject(session)[Subject.POSE_AXES]
+    assert (axes.value, axes.origin, axes.confidence) == ("openxr", Origin.GUESS, Confidence.OPEN)
+
+
+def test_foxglove_messages_say_no_axes(tmp_path):
+    write_transforms(tmp_path / "take.mcap", [("cup", 10**9, (0, 0, 1), (0, 0, 0, 1))])
+    axes = by_subject(import_session("mcap", tmp_path / "take.mcap"))[Subject.POSE_AXES]
+    assert (axes.value, axes.confidence) == ("ros", Confidence.OPEN) and "unity" in axes.alternatives
+
+
+def test_a_small_mesh_beside_others_in_centimetres_may_be_too(tmp_path):
+    """0.8 units pass for metres by their size alone; the file beside it is in centimetres."""
+    for name, size in (("beaker", 12.0), ("stopper", 0.8)):
+        trimesh.creation.box((size, size, size)).export(tmp_path / f"{name}.obj")
+    rows = [(name, 10**9, (0, 0, 1), (0, 0, 0, 1)) for name in ("beaker", "stopper")]
+    write_transforms(tmp_path / "take.mcap", rows)
+    meshes = {name: tmp_path / f"{name}.obj" for name in ("beaker", "stopper")}
+    units = [row for row in recording_assumptions(import_session("mcap", tmp_path / "take.mcap", meshes=meshes))
+             if row.subject is Subject.MESH_UNIT]  # fmt: skip
+    of_stopper = next(row for row in units if row.bodies == ("stopper",))
+    assert (of_stopper.value, of_stopper.is_open, of_stopper.alternatives) == ("m", True, ("m", "cm"))
+    alone = import_session("mcap", tmp_path / "take.mcap", meshes={"stopper": meshes["stopper"]})
+    assert not by_subject(alone)[Subject.MESH_UNIT].is_open

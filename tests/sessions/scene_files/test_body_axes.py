@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+import trimesh
+
+from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.mesh_axes import MESH_TURNS
+from sessions.model.assumption import Confidence, Origin, Subject
+from sessions.model.scene import SceneBody
+from sessions.scene_files.body_axes import (
+    axes_assumption,
+    axes_change,
+    from_body_axes,
+    grouped_assumptions,
+    in_body_axes,
+    scene_mesh_unit,
+)
+
+NAMES = ("body", "gltf", *MESH_TURNS, *CONVENTIONS)
+
+
+def mesh(*size):
+    box = trimesh.creation.box(size)
+    return MeshData(np.asarray(box.vertices), np.asarray(box.faces))
+
+
+@pytest.mark.parametrize("poses", CONVENTIONS.values(), ids=str)
+def test_a_mesh_comes_back_from_body_axes_bit_by_bit(poses):
+    tool = mesh(0.1, 0.2, 0.3)
+    for name in NAMES:
+        there = in_body_axes(tool, name, poses)
+        assert np.array_equal(from_body_axes(there, name, poses).vertices, tool.vertices), name
+        assert abs(there.volume) == pytest.approx(tool.volume) and there.volume > 0
+
+
+@pytest.mark.parametrize("before", NAMES)
+def test_a_change_of_axes_is_the_mesh_read_again(before):
+    tool, old, new = mesh(0.1, 0.2, 0.3), CONVENTIONS["unity"], CONVENTIONS["ros"]
+    for after in NAMES:
+        changed = in_body_axes(tool, before, old).transformed(axes_change(before, old, after, new))
+        assert np.array_equal(changed.vertices, in_body_axes(tool, after, new).vertices), after
+
+
+def test_axes_of_files_that_differ_in_nothing_else_are_one_row():
+    poses = CONVENTIONS["ros"]
+    rows = [axes_assumption(name, f"{name}.obj", "", poses) for name in ("cup", "rod")]
+    rows.append(axes_assumption("jar", "jar.glb", "", poses))
+    grouped = grouped_assumptions(rows)
+    assert [(row.bodies, row.files) for row in grouped] == [
+        (("cup", "rod"), ("cup.obj", "rod.obj")),
+        (("jar",), ("jar.glb",)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("file", "scale", "size", "value", "origin", "alternatives"),
+    [
+        ("cup.obj", 0.001, 0.1, "mm", Origin.USER, ("mm",)),
+        ("cup.obj", 0.0254, 0.1, "0.0254 m", Origin.USER, ("0.0254 m",)),
+        ("cup.glb", 1.0, 0.1, "m", Origin.FORMAT, ("m",)),
+        ("cup.obj", 1.0, 0.1, "m", Origin.GUESS, ("m",)),
+        ("cup.obj", 1.0, 120.0, "m", Origin.GUESS, ("m", "cm", "mm")),
+        ("cup.stl", 1.0, 12.0, "m", Origin.GUESS, ("m", "cm", "mm")),
+    ],
+)
+def test_a_scene_says_the_unit_of_a_mesh_or_it_is_a_guess(file, scale, size, value, origin, alternatives):
+    row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), mesh(size, size, size))
+    assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
+    assert row.alternatives == alternatives
+    assert (row.confidence is Confidence.OPEN) == (len(alternatives) > 1)
