@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from replay import words
-from replay.comparison.episodes import column_runs
-from replay.comparison.outcome import Outcome
+from replay.auditing.episodes import column_runs
+from replay.auditing.outcome import Outcome
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of
 from replay.outputs.report.still import FIRST, fault_still
 from replay.pipeline.engine import compute

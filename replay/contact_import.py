@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from replay.auditing.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
 from replay.base.progress import Progress
-from replay.comparison.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
 from replay.detection.recorded import (
     CLOCK_FACT,
     DRIFT_FACT,

@@ -134,7 +134,7 @@ def share(fraction: float | None) -> str:
 
 
 def loss_number(loss: float) -> str:
-    """A loss as ``replay.comparison.loss`` defines it, with two digits: ``0.94``, ``0.0031``, ``2.1``."""
+    """A loss as ``replay.auditing.loss`` defines it, with two digits: ``0.94``, ``0.0031``, ``2.1``."""
     return number(loss, digits=2)
 
 

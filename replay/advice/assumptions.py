@@ -25,9 +25,9 @@ from replay.advice.open_guesses import (
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.shared_motion import shared_motion
+from replay.auditing.episodes import episodes
 from replay.base.progress import Progress, Silent
 from replay.base.shown import plural
-from replay.comparison.episodes import episodes
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import ReplayError

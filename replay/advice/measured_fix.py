@@ -11,13 +11,13 @@ import numpy as np
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
+from replay.auditing.contact_counts import count_contacts, count_reports
+from replay.auditing.episodes import column_runs
+from replay.auditing.look_phases import OFFSET_SETTING, has_offsets, over_phases
+from replay.auditing.outcome import Outcome
+from replay.auditing.tolerance import Reference
 from replay.base.progress import Advance, Progress
 from replay.base.shown import plural
-from replay.comparison.contact_counts import count_contacts, count_reports
-from replay.comparison.episodes import column_runs
-from replay.comparison.look_phases import OFFSET_SETTING, has_offsets, over_phases
-from replay.comparison.outcome import Outcome
-from replay.comparison.tolerance import Reference
 from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut

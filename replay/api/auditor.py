@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from replay.api.run_result import RunResult
+from replay.auditing.gates import Gates
 from replay.errors import AuditError
-from replay.pipeline.gates import Gates
 from replay.pipeline.scores import pool
 from sessions import Session
 
@@ -48,7 +48,7 @@ def audit(
     ----------
     sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
-    max_missed, max_invented : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.pipeline.gates.Gates``.
+    max_missed, max_invented : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.auditing.gates.Gates``.
     asked : as ``replay.run``; an oracle is needed.
 
     Raises ``AuditError``: no session, no oracle, a limit that is none, or two sessions that would share a run folder;

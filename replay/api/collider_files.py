@@ -30,8 +30,8 @@ import numpy as np
 from cdcore.mesh import TriangleMesh
 from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
+from replay.auditing.tolerance import TAU
 from replay.base.progress import Advance, Progress, Silent
-from replay.comparison.tolerance import TAU
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, solids_of, volume_of
 from replay.cutting.methods import METHODS, method_of
 from replay.cutting.piece_store import Cut, convex_pieces, why_not_cut

@@ -14,8 +14,8 @@ from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.api.batch import Batch
+    from replay.auditing.gates import Gates
     from replay.base.tables import Table
-    from replay.pipeline.gates import Gates
 
 SESSION_ROWS: Final = 20
 

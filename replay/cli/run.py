@@ -63,7 +63,7 @@ def command(
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     replay run recordings --out runs --jobs 4 --no-picture
     """
-    from replay.pipeline.gates import Gates
+    from replay.auditing.gates import Gates
 
     picture = not asked.pop("no_picture")
     if asked["step_rate"] is None:

@@ -9,10 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
+from replay.auditing.holding import Grasp, grasps, hand_bodies
+from replay.auditing.look_phases import OFFSET_SETTING
+from replay.auditing.outcome import Episode, Outcome
 from replay.base.tables import columns_of, types_of
-from replay.comparison.holding import Grasp, grasps, hand_bodies
-from replay.comparison.look_phases import OFFSET_SETTING
-from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult

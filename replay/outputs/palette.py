@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from cdcore import Verdict
+from replay.auditing.outcome import Outcome
 from replay.base.tables import data_of
-from replay.comparison.outcome import Outcome
 from replay.outputs.words import OUTCOME_WORDS
 from sessions.model.scene import Scene
 

@@ -7,13 +7,14 @@ from typing import Any, Final
 
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
+from replay.auditing.fault import Cause, FaultKind
+from replay.auditing.gates import percent
+from replay.auditing.look_phases import PHASES
+from replay.auditing.loss import Share
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.fault import Cause, FaultKind
-from replay.comparison.look_phases import PHASES
-from replay.comparison.loss import Share
 from replay.effects.effects_runner import CURVES
 from replay.outputs.words import (
     FRAME_ROWS,
@@ -23,7 +24,6 @@ from replay.outputs.words import (
     tallied,
 )  # fmt: skip
 from replay.pipeline.answer import busy_words
-from replay.pipeline.gates import percent
 from replay.pipeline.ranking import Range, all_unconfirmed
 from replay.pipeline.run_result import Summarised
 from sessions import Finding

@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from replay import words
+from replay.auditing.loss import LOSS_MEANING
 from replay.base.shown import plural
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
-from replay.comparison.loss import LOSS_MEANING
 from replay.pipeline.answer import TIMES_ARE, busy_sentence
 from replay.pipeline.run_result import RunResult, Tradeoff
 from replay.tradeoffs.engine_knobs import Engine, knob_words

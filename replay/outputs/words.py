@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from replay.comparison.outcome import Outcome
+from replay.auditing.outcome import Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = {
     Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.INVENTED: "false",

@@ -7,13 +7,13 @@ from math import isfinite, isnan
 from typing import Any, Final
 
 from cdcore.detectors import settings_of
+from replay.auditing.contact_reach import offset_setting
+from replay.auditing.fault import Cause, Fault, FaultKind, longest_curve_first
+from replay.auditing.look_phases import OFFSET_SETTING
+from replay.auditing.loss import Share, fraction_of, loss
+from replay.auditing.outcome import Outcome
 from replay.base.shown import plural
 from replay.base.wilson import share as share_of
-from replay.comparison.contact_reach import offset_setting
-from replay.comparison.fault import Cause, Fault, FaultKind, longest_curve_first
-from replay.comparison.look_phases import OFFSET_SETTING
-from replay.comparison.loss import Share, fraction_of, loss
-from replay.comparison.outcome import Outcome
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.recorded import RECORDED
 from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment

@@ -11,18 +11,18 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion
+from replay.auditing.causes import Audited, examine
+from replay.auditing.contact_counts import count_contacts
+from replay.auditing.episodes import episodes
+from replay.auditing.false_contacts import false_contacts
+from replay.auditing.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
+from replay.auditing.matching import match_episodes
+from replay.auditing.noisy_contacts import in_noise
+from replay.auditing.tolerance import Reference, Tolerance
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, Progress, Silent
 from replay.base.shown import plural
-from replay.comparison.causes import Audited, examine
-from replay.comparison.contact_counts import count_contacts
-from replay.comparison.episodes import episodes
-from replay.comparison.false_contacts import false_contacts
-from replay.comparison.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
-from replay.comparison.matching import match_episodes
-from replay.comparison.noisy_contacts import in_noise
-from replay.comparison.tolerance import Reference, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.run_detector import Run, make_detector, run_detector

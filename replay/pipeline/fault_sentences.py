@@ -9,13 +9,13 @@ import numpy as np
 from numpy import isnan
 
 from cdcore.protocol import counts_as_contact
+from replay.auditing.causes import Audited
+from replay.auditing.contact_reach import contact_reach
+from replay.auditing.delay import frames_wrong
+from replay.auditing.fault import Cause, Fault, FaultKind
+from replay.auditing.outcome import Episode
 from replay.base.shown import plural
 from replay.base.tables import data_of
-from replay.comparison.causes import Audited
-from replay.comparison.contact_reach import contact_reach
-from replay.comparison.delay import frames_wrong
-from replay.comparison.fault import Cause, Fault, FaultKind
-from replay.comparison.outcome import Episode
 from replay.detection.recorded import RecordedDetector
 from replay.pipeline.sentences import SHAPES
 from replay.words import duration, length

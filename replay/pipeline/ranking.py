@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from replay import words
+from replay.auditing.look_phases import PHASES
+from replay.auditing.loss import Share, fraction_of, loss, lost
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.wilson import share
-from replay.comparison.look_phases import PHASES
-from replay.comparison.loss import Share, fraction_of, loss, lost
 from replay.detection.recorded import RECORDED
 from replay.pipeline.sentences import detector_words
 

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
+from replay.auditing.holding import within
+from replay.auditing.outcome import Episode
 from replay.base.tables import Table, columns_of
-from replay.comparison.fault import Cause, Evidence, Fault, FaultKind
-from replay.comparison.holding import within
-from replay.comparison.outcome import Episode
 from replay.effects.output import plain_value, vector_of
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word

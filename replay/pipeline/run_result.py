@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Any, Final, Protocol
 
 from cdcore import Detection, Detector
+from replay.auditing.causes import Causes
+from replay.auditing.contact_counts import ContactCounts
+from replay.auditing.fault import Fault
+from replay.auditing.look_phases import OffsetCounts
+from replay.auditing.matching import EpisodeMatches
+from replay.auditing.noisy_contacts import NoiseResult
+from replay.auditing.outcome import Comparison, Episode
+from replay.auditing.tolerance import Reference
 from replay.base.tables import Table
-from replay.comparison.causes import Causes
-from replay.comparison.contact_counts import ContactCounts
-from replay.comparison.fault import Fault
-from replay.comparison.look_phases import OffsetCounts
-from replay.comparison.matching import EpisodeMatches
-from replay.comparison.noisy_contacts import NoiseResult
-from replay.comparison.outcome import Comparison, Episode
-from replay.comparison.tolerance import Reference
 from replay.effects.effects_runner import EffectRun
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank

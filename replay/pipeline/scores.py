@@ -12,13 +12,13 @@ import numpy as np
 from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from cdcore.protocol.reasons import NO_REASON
+from replay.auditing.contact_counts import ContactCounts, count_reports, held_counts
+from replay.auditing.fault import MISS_KINDS
+from replay.auditing.look_phases import OffsetCounts, spread
+from replay.auditing.matching import EpisodeMatches
+from replay.auditing.noisy_contacts import HOLDS
+from replay.auditing.outcome import Outcome, counts_by_pair
 from replay.base.wilson import pooled, share, share_of_clusters
-from replay.comparison.contact_counts import ContactCounts, count_reports, held_counts
-from replay.comparison.fault import MISS_KINDS
-from replay.comparison.look_phases import OffsetCounts, spread
-from replay.comparison.matching import EpisodeMatches
-from replay.comparison.noisy_contacts import HOLDS
-from replay.comparison.outcome import Outcome, counts_by_pair
 from replay.pipeline.run_result import RunResult
 
 NOT_EXAMINED: Final = "not examined"

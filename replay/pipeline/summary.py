@@ -11,12 +11,12 @@ import numpy as np
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
 from cdcore.numerics import FloatArray
+from replay.auditing.look_phases import OffsetCounts
+from replay.auditing.outcome import counts_by_pair
 from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.file_hash import file_hash
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.look_phases import OffsetCounts
-from replay.comparison.outcome import counts_by_pair
 from replay.detection.detector_spec import spec_text
 from replay.detection.run_detector import Run
 from replay.detection.sample_times import quantiles, sampled_frames

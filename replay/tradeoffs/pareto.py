@@ -1,6 +1,6 @@
 """The front and the advice, from the table alone.
 
-Rows are ordered by their loss (``replay.comparison.loss``). Times are compared by their intervals. Where two intervals
+Rows are ordered by their loss (``replay.auditing.loss``). Times are compared by their intervals. Where two intervals
 overlap, the times are a tie: it goes to the smaller loss, then to the complete detector, then to the earlier one. One
 pass has no interval, and ties with nothing.
 """

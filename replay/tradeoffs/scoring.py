@@ -4,13 +4,13 @@ from typing import Any
 
 from cdcore import Detection
 from cdcore.numerics import IntArray
+from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
+from replay.auditing.episodes import column_runs
+from replay.auditing.look_phases import PHASES, OffsetCounts, offset_counts, spread
+from replay.auditing.loss import Share, loss
+from replay.auditing.outcome import Outcome
+from replay.auditing.tolerance import Reference, Tolerance
 from replay.base.wilson import share
-from replay.comparison.contact_counts import ContactCounts, count_contacts, count_reports
-from replay.comparison.episodes import column_runs
-from replay.comparison.look_phases import PHASES, OffsetCounts, offset_counts, spread
-from replay.comparison.loss import Share, loss
-from replay.comparison.outcome import Outcome
-from replay.comparison.tolerance import Reference, Tolerance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError
@@ -27,7 +27,7 @@ def wrong_counts(
     ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
     beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted ``once``.
     ``not_reported`` is the share of the contact time that is not reported, ``false`` the share of the reported time
-    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.comparison.loss``.
+    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.auditing.loss``.
     """
     if offsets is None:
         counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false_contacts]}

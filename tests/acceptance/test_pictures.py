@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from support.headless import pixels, viewer_or_skip
 from support.scripts import script
 
-from replay.comparison.fault import longest_curve_first
+from replay.auditing.fault import longest_curve_first
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.viewer import open_viewer
 from replay.pipeline.engine import compute

@@ -30,7 +30,7 @@ for name in DETECTORS:
     load_detector(name)
 """
 COMPUTES = """
-import replay.pipeline.engine, replay.comparison.misses, replay.comparison.compare
+import replay.pipeline.engine, replay.auditing.misses, replay.auditing.compare
 import replay.prepare.holding_poses, replay.pipeline.summary
 """
 WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}

@@ -8,13 +8,13 @@ import pytest
 from support.small_worlds import cubes
 from support.study_samples import codebook
 
-from replay.comparison.tolerance import Tolerance
+from replay.auditing.gates import Gates
+from replay.auditing.tolerance import Tolerance
 from replay.detection.detector_spec import parse_detector, parse_detectors
 from replay.effects import load_effect
 from replay.effects.vessels import Vessel
 from replay.errors import ReplayError
 from replay.pipeline.engine import compute
-from replay.pipeline.gates import Gates
 from replay.pipeline.settings import RunSettings
 from replay.prepare.kinematics import Kinematics
 from replay.prepare.noise import parse_noise

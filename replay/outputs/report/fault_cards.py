@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from replay.auditing.fault import Cause, Fault
 from replay.base.shown import plural
-from replay.comparison.fault import Cause, Fault
 from replay.outputs.report.charts import KIND_WORDS, Lane, lane
 from replay.outputs.report.markup import moment_address
 from replay.outputs.report.run_view import Pair, RunView, lane_kind, spans

@@ -7,8 +7,8 @@ from functools import cached_property
 from itertools import islice
 from typing import Any, Final
 
+from replay.auditing.fault import Fault, FaultKind
 from replay.base.shown import plural
-from replay.comparison.fault import Fault, FaultKind
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
 from replay.outputs.words import NOT_LOOKED_FOR, tallied

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from replay import words
+from replay.auditing.loss import LOSS_MEANING
 from replay.base.shown import plural
 from replay.base.tables import Table, table
-from replay.comparison.loss import LOSS_MEANING
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.plots import Plot

@@ -11,8 +11,8 @@ import numpy as np
 
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
-from replay.comparison.fault import Fault
-from replay.comparison.first_touch import at_touch
+from replay.auditing.fault import Fault
+from replay.auditing.first_touch import at_touch
 from replay.outputs.camera import across, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import INVENTED, MISSED, Rgba

@@ -17,8 +17,8 @@ import rerun as rr
 from cdcore import TriangleMesh
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.numerics import FloatArray
-from replay.comparison.fault import Fault
-from replay.comparison.outcome import Episode
+from replay.auditing.fault import Fault
+from replay.auditing.outcome import Episode
 from replay.outputs.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
 from replay.outputs.drawn_mesh import bends, edges_of, face_normals
 from replay.outputs.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Final
 
 from replay import words
+from replay.auditing.misses import MANY
 from replay.base.constants import CAVEAT
 from replay.base.shown import plural
 from replay.base.tables import Column, Table, markdown, table
-from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.accuracy import run_dots, tradeoff_dots
 from replay.outputs.palette import TICKS, Rgba

@@ -15,8 +15,8 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
+from replay.auditing.outcome import Comparison, Outcome
 from replay.base.shown import shown
-from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.palette import OUTCOMES, SERIES, VERDICTS, WITHIN_TOLERANCE, Rgba
 from replay.outputs.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
 from replay.pipeline.run_result import RunResult

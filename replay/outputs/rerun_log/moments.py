@@ -15,9 +15,9 @@ from typing import Any, Final, get_type_hints
 import numpy as np
 import rerun as rr
 
+from replay.auditing.fault import Fault, longest_curve_first
+from replay.auditing.outcome import Episode
 from replay.base.shown import plural
-from replay.comparison.fault import Fault, longest_curve_first
-from replay.comparison.outcome import Episode
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.outputs.palette import FOUND, INVENTED, MISSED, Rgba

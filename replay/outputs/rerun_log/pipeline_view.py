@@ -21,10 +21,10 @@ from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay import words
+from replay.auditing.fault import longest_curve_first
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.shown import plural
 from replay.base.tables import markdown, table
-from replay.comparison.fault import longest_curve_first
 from replay.detection.run_detector import watched_again
 from replay.effects.output import Vector
 from replay.outputs.camera import Eye, across, eye_before, placed, towards_user

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.comparison.fault import Fault, longest_curve_first
-from replay.comparison.first_touch import at_touch
-from replay.comparison.outcome import Comparison, Outcome
+from replay.auditing.fault import Fault, longest_curve_first
+from replay.auditing.first_touch import at_touch
+from replay.auditing.outcome import Comparison, Outcome
 from replay.outputs.drawn_mesh import face_normals, shaded
 from replay.outputs.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns

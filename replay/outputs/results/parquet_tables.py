@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from cdcore import Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
+from replay.auditing.fault import Fault
+from replay.auditing.holding import within
+from replay.auditing.outcome import Outcome
 from replay.base.constants import VERDICT_FRAMES
-from replay.comparison.fault import Fault
-from replay.comparison.holding import within
-from replay.comparison.outcome import Outcome
 from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult

@@ -12,10 +12,10 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from replay.auditing.fault import Fault
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
-from replay.comparison.fault import Fault
 from replay.document.run_document import RunDocument
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError

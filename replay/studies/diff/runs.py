@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from replay.comparison.matching import partners
-from replay.comparison.outcome import Episode
+from replay.auditing.matching import partners
+from replay.auditing.outcome import Episode
 from replay.errors import RunFolderError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.pipeline.ranking import Range, counts_over_offsets

@@ -15,7 +15,7 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
-from replay.comparison.look_phases import OFFSET_SETTING
+from replay.auditing.look_phases import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError

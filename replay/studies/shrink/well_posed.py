@@ -15,7 +15,7 @@ from cdcore import TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray
-from replay.comparison.tolerance import TAU
+from replay.auditing.tolerance import TAU
 from replay.studies.shrink.fault import Fault
 
 MICROMETRES: Final = f"{1e6 * TAU:g} micrometres"

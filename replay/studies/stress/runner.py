@@ -13,8 +13,8 @@ from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
+from replay.auditing.tolerance import TAU
 from replay.base.progress import Progress, Silent
-from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
 from replay.errors import OutputError, StressError
 from replay.studies.stress.bodies import ask_case

@@ -3,8 +3,8 @@ import sys
 import click
 from click.testing import CliRunner
 
+from replay.auditing.tolerance import TAU
 from replay.cli.options import let_modules_here_be_found, replaying, reporting
-from replay.comparison.tolerance import TAU
 
 
 @click.command()

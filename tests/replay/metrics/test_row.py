@@ -7,8 +7,8 @@ from support.liquid_worlds import glass, still, tilted, world
 from support.small_worlds import cubes
 
 from replay import run
-from replay.comparison.holding import Grasp
-from replay.comparison.outcome import Episode
+from replay.auditing.holding import Grasp
+from replay.auditing.outcome import Episode
 from replay.effects.output import EffectEvent
 from replay.metrics.row import (
     TASK,

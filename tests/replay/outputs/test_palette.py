@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replay.comparison.outcome import Outcome
+from replay.auditing.outcome import Outcome
 from replay.outputs import palette
 from replay.outputs.palette import albedo
 

@@ -14,7 +14,7 @@ from support.planted_sessions import planted_session
 
 from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
-from replay.comparison.loss import fraction_of
+from replay.auditing.loss import fraction_of
 from replay.detection.detector_spec import parse_detector
 from replay.pipeline.engine import compute
 from replay.pipeline.fault_sentences import REASONS

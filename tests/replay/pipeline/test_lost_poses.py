@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.small_worlds import STEP_NS, framed
 
+from replay.auditing.gates import Gates
 from replay.outputs.run_tables import CUT, pair_table
 from replay.pipeline.engine import compute
-from replay.pipeline.gates import Gates
 from replay.pipeline.headline import headlines
 from sessions.doctor.runs import runs
 from sessions.model.frames import Status

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from replay.auditing.look_phases import PHASES
 from replay.base.tables import IN_RED, Marked, text_of
 from replay.base.wilson import share
-from replay.comparison.look_phases import PHASES
 from replay.outputs.run_tables import ranking_table
 from replay.pipeline.ranking import fault_words, ranking
 from replay.pipeline.sentences import detector_words

@@ -1,8 +1,8 @@
 import pytest
 from support.small_worlds import TWO_BUMPS, cubes
 
+from replay.auditing.matching import EpisodeMatch, EpisodeMatches
 from replay.base.wilson import wilson
-from replay.comparison.matching import EpisodeMatch, EpisodeMatches
 from replay.pipeline.engine import compute
 from replay.pipeline.scores import episode_figures, pool
 from sessions.model.scene import Scene, SceneBody

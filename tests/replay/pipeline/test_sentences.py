@@ -11,10 +11,10 @@ from support.shapes import beaker_mesh
 from support.small_worlds import STEP_NS, cubes, framed
 
 import replay
+from replay.auditing.gates import Gates
 from replay.outputs.report.sections import trust
 from replay.pipeline import headline
 from replay.pipeline.engine import compute
-from replay.pipeline.gates import Gates
 from sessions import Finding, MeshData, Severity, Status
 
 LIMITS = Gates(max_missed=0.0, max_invented=0.0)

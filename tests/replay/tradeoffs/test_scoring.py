@@ -3,7 +3,7 @@ import re
 import pytest
 from support.small_worlds import cubes
 
-from replay.comparison.tolerance import TAU
+from replay.auditing.tolerance import TAU
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError

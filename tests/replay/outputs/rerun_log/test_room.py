@@ -6,8 +6,8 @@ from support.small_worlds import jumping
 
 from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import sphere_best
-from replay.comparison.fault import Fault
-from replay.comparison.outcome import Outcome
+from replay.auditing.fault import Fault
+from replay.auditing.outcome import Outcome
 from replay.outputs.camera import CLOSE_UP, placed
 from replay.outputs.drawn_mesh import face_normals
 from replay.outputs.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of

@@ -1,0 +1,211 @@
+"""The offset and the drift of an engine's clock, apart from the delay with which the engine reports.
+
+Both move a report: the shift at which most reported begins and ends fall on true ones is their sum. Where that sum is
+one that a delay alone explains, the clock is the recording's own and the offset is 0. Otherwise the part that the
+engine's wait for its next physics step explains is delay, and the rest is offset.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replay.auditing.delay import LATEST
+from replay.errors import AuditError
+
+WINDOW: Final = 0.05
+"""Seconds within which differences support the same shift: four frames at 90 Hz, the delay of a slow engine."""
+
+MOST_DRIFT: Final = 0.03
+"""Seconds in a second: no clock that is read as seconds runs more wrong than this."""
+
+FEWEST: Final = 6
+"""Reports with a partner in question, three contacts: through fewer, a line with a drift passes by chance."""
+
+WORTH_A_DRIFT: Final = 1e-3
+"""Seconds off on average below which no drift is looked for: true begins and ends are known to a frame."""
+
+Moments = Mapping[tuple[str, str, str], Sequence[float]]
+"""(body, body, ``begin`` or ``end``), names sorted -> seconds."""
+
+SAY_IT: Final = "say the offset with --offset SECONDS"
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """What to add to the other clock."""
+
+    seconds: float  # added to its first stamp; to later ones ``drift`` more for every second after it
+    # the middle 95 % of the reports that found a partner lie within this many seconds of it after that; ``None``: none
+    # did
+    residual: float | None
+    # matched, of: reports that found a partner within ``WINDOW``, and reports there are
+    matched: int
+    of: int
+    drift: float = 0.0  # seconds a second; 0 where none fits much better
+    first: float = 0.0  # the other clock's seconds at its first report
+    rivals: int = 0  # other offsets at which as many reports find a partner
+    own: bool = False  # whether the engine's clock was taken for the recording's own
+    # median seconds from a true begin or end to its report, after the offset; ``None``: not told from the offset
+    delay: float | None = None
+
+    def at(self, seconds: float) -> float:
+        """What to add to a stamp of the other clock."""
+        return self.seconds + self.drift * (seconds - self.first)
+
+    def __str__(self) -> str:
+        text = f"clock offset {self.seconds:+.4f} s"
+        if self.own:
+            text += " (taken for the recording's own clock)"
+        if self.drift:
+            text += f" at the first report, drift {100 * self.drift:+.3f} %"
+        if self.delay is not None:
+            text += f", {delay_text(self.delay)}"
+        far = f"{1e3 * WINDOW:g} ms"
+        if self.residual is None:
+            return f"{text}, residual unknown: none of {self.of} begins and ends is within {far} of a true one"
+        text += f", residual {1e3 * self.residual:.1f} ms of {self.matched} of {self.of} begins and ends"
+        if self.matched < self.of:
+            text += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"
+        if self.rivals:
+            text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
+        elif self.own and self.delay:
+            text += f"; if the engine had another clock, {SAY_IT}"
+        return text
+
+
+def delay_text(seconds: float) -> str:
+    """``reports 4.5 ms late in the median``."""
+    if round(1e4 * seconds) == 0:
+        return "reports on time in the median"
+    return f"reports {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'} in the median"
+
+
+@dataclass(frozen=True)
+class ClockKnowledge:
+    """What is known about the two clocks before anything is fitted."""
+
+    frame: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
+    step: float | None = None  # seconds of the engine's physics step; ``None``: not known
+    own: Sequence[float] = ()  # offsets that the recording's own clock would have
+
+
+NOTHING_KNOWN: Final = ClockKnowledge()
+
+
+def estimate_offset(
+    reported: Moments, truth: Moments, given: float | None = None, known: ClockKnowledge = NOTHING_KNOWN
+) -> ClockOffset:
+    """Estimate the offset of a clock, and its drift, from the begins and ends of contacts that two sides report.
+
+    A delay that is the same for all reports and longer than a physics step cannot be told from an offset of another
+    clock. Contacts that come at equal intervals support several shifts equally; of those the smallest is taken.
+
+    ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``given``: take this offset, without a
+    drift, and only say how well it fits; ``known``: see ``ClockKnowledge``.
+
+    Raises ``AuditError``: at most one report has a partner, and one alone fits every clock.
+    """
+    first = min((moment for moments in reported.values() for moment in moments), default=0.0)
+    partners, shift, drift, rivals = _Partners(reported, truth, first), given or 0.0, 0.0, 0
+    if given is None:
+        if not len(partners.gap):
+            raise AuditError(
+                "no reported contact is of a pair that truly touches, so its clock cannot be estimated; "
+                f"check the body names, or {SAY_IT}"
+            )
+        shift, rivals = _densest(partners.gap)
+        still = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
+        moving = _drifting(partners)
+        if still > WORTH_A_DRIFT and 2.0 * np.minimum(partners.nearest(*moving), WINDOW).mean() < still:
+            (shift, drift), rivals = moving, 0
+    nearest = partners.nearest(shift, drift)
+    paired = nearest[nearest <= WINDOW]
+    if len(paired) < 2 and given is None:
+        raise AuditError(f"one report alone fits every clock, so no offset can be estimated; {SAY_IT}")
+    own = None if given is not None or drift else _own_clock(shift, known)
+    if own is not None:
+        offset, rivals = own, 0
+    elif given is not None or known.step is None:
+        offset = shift
+    else:
+        # A report waits for the next step, a true moment for the next frame: by half of each in the mean.
+        offset = shift + max(0.0, known.step - known.frame) / 2.0
+    # Fitted without a step, the offset holds the delay too, and no report would seem late.
+    separate = own is not None or given is not None or known.step is not None
+    lateness = partners.lateness(shift, drift, offset)
+    return ClockOffset(
+        seconds=offset,
+        residual=float(np.quantile(paired, 0.95)) if len(paired) else None,
+        matched=len(paired),
+        of=sum(map(len, reported.values())),
+        drift=drift,
+        first=first,
+        rivals=rivals,
+        own=own is not None,
+        delay=float(np.median(lateness)) if separate and len(lateness) else None,
+    )
+
+
+def _own_clock(shift: float, known: ClockKnowledge) -> float | None:
+    """The offset of the recording's own clock from which a delay of the engine alone explains a shift, if any."""
+    # Half a frame early: the engine saw the contact before the next frame was recorded.
+    offsets = [own for own in known.own if -(known.frame + WORTH_A_DRIFT) <= own - shift <= LATEST]
+    return min(offsets, key=lambda own: abs(own - shift), default=None)
+
+
+class _Partners:
+    """The true moments that each of R reports may be of, N in all.
+
+    ``gap``: (N,) seconds, true minus reported. ``later``: (N,) seconds after the first report. ``report``: (N,) number.
+    """
+
+    def __init__(self, reported: Moments, truth: Moments, first: float) -> None:
+        said = [(moment, true) for key, moments in reported.items() if (true := truth.get(key)) for moment in moments]
+        sizes = [len(true) for _, true in said]
+        self.report = np.repeat(np.arange(len(said)), sizes)
+        self.later = np.repeat(np.array([moment for moment, _ in said], dtype=np.float64) - first, sizes)
+        self.gap = np.array([one - moment for moment, true in said for one in true], dtype=np.float64)
+
+    def lateness(self, shift: float, drift: float, offset: float) -> NDArray[np.float64]:
+        """Seconds from its partner to each report that has one under ``shift``, with the ``offset`` added."""
+        gap = self.gap - shift - drift * self.later
+        paired = (np.abs(gap) <= WINDOW) & (np.abs(gap) == self.nearest(shift, drift)[self.report])
+        return offset - shift - gap[paired]
+
+    def nearest(self, offset: float, drift: float) -> NDArray[np.float64]:
+        """How far each report is from its nearest under a clock, (R,) seconds."""
+        nearest = np.full(int(self.report.max(initial=-1)) + 1, np.inf)
+        np.minimum.at(nearest, self.report, np.abs(self.gap - offset - drift * self.later))
+        return nearest
+
+
+def _supporters(gaps: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Differences in order, and how many lie within the window after each."""
+    gaps = np.sort(gaps)
+    return gaps, np.searchsorted(gaps, gaps + WINDOW, side="right") - np.arange(len(gaps))
+
+
+def _densest(gaps: NDArray[np.float64]) -> tuple[float, int]:
+    """The middle of the window that holds most differences, of equal ones the nearest to no shift; and the others."""
+    gaps, count = _supporters(gaps)
+    middle = [float(np.median(gaps[k : k + count[k]])) for k in np.flatnonzero(count == count.max()).tolist()]
+    return min(middle, key=abs), int((np.diff(middle) > WINDOW).sum())
+
+
+def _drifting(partners: _Partners) -> tuple[float, float]:
+    """Offset and drift of the line that most differences are near; no drift where there are too few for one."""
+    gap, later = partners.gap, partners.later
+    offset, drift = _densest(gap)[0], 0.0
+    if partners.report[-1] + 1 < FEWEST or not later.any():
+        return offset, drift
+    drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, WINDOW / later.max())
+    drift = float(max(drifts, key=lambda one: _supporters(gap - one * later)[1].max()))
+    offset, _ = _densest(gap - drift * later)
+    for _ in range(3):
+        left, nearest = np.abs(gap - offset - drift * later), partners.nearest(offset, drift)
+        taken = (left <= WINDOW) & (left == nearest[partners.report])
+        drift, offset = np.polyfit(later[taken], gap[taken], 1).tolist()
+    return offset, drift

@@ -1,0 +1,89 @@
+"""Compares two detections of the same frames and pairs: every pair-frame gets exactly one outcome."""
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from cdcore import Detection
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
+from cdcore.protocol import counts_as_contact, is_one_of, is_undecided
+from replay.auditing.outcome import Comparison, Episode, Outcome
+from replay.base.constants import VERDICT_FRAMES
+from replay.errors import AuditError
+
+Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
+"""What says of K pair-frames, by their frames (K,) and columns (K,), which are within tolerance, (K,)."""
+
+
+def compare(
+    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None,
+    holdings: Sequence[Episode] = (),
+) -> Comparison:  # fmt: skip
+    """Give every pair-frame an outcome: the subject's verdict beside the oracle's.
+
+    A detector of instants decides the pose at frame t, one of intervals the whole path from t-1 to t. So against an
+    oracle of instants, what an interval detector finds beyond it is *between frames*; and against an oracle of
+    intervals, a contact counts as found when the subject reports it at either end.
+
+    Parameters
+    ----------
+    subject, oracle : detections of the same frames and pairs.
+    labels : what the run calls them; ``None``: the detectors' names.
+    within : which pair-frames have a deepest penetration or least clearance of at most tau; there they may disagree.
+        Asked only of those missed or invented.
+    holdings : stretches in which a pair is a hand and what it holds: their contacts are set apart.
+
+    Raises ``AuditError``: their frames or pairs differ.
+    """
+    _require_same(subject, oracle)
+    outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
+    for start in range(0, len(outcome), VERDICT_FRAMES):
+        rows = slice(start, start + VERDICT_FRAMES)
+        outcome[rows] = _outcome(subject, oracle, rows, holdings)
+        if within is not None:
+            _excuse(outcome[rows], start, within)
+    outcome.setflags(write=False)
+    names = labels or (subject.detector, oracle.detector)
+    return Comparison(names[0], names[1], outcome)
+
+
+def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
+    """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
+    frames, columns = true_places(is_one_of(outcome, (Outcome.MISSED, Outcome.INVENTED)))
+    if len(frames):
+        ill = within(frames + start, columns)
+        outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
+
+
+def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> ByteArray:
+    reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
+    found, covers = reports, (subject.covers, oracle.covers)
+    if covers == ("instants", "intervals"):
+        # An interval is found when a contact is reported at either of its ends.
+        found = reports.copy()
+        found[1:] |= reports[:-1]
+        if rows.start:
+            found[0] |= counts_as_contact(subject.verdict[rows.start - 1])
+    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
+    outcome[truth & found] = Outcome.BOTH
+    outcome[truth & ~found] = Outcome.MISSED
+    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.INVENTED
+    undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
+    # An interval found at its first end stays found, whatever the subject says at its second.
+    outcome[undecided & ~(truth & found)] = Outcome.LEFT_OUT
+    decided = ~is_undecided(oracle.verdict[rows])
+    for one in holdings:
+        part = slice(max(one.first - rows.start, 0), max(one.last + 1 - rows.start, 0)), one.pair
+        outcome[part][(truth[part] | reports[part]) & decided[part]] = Outcome.HELD
+    return outcome
+
+
+def _require_same(subject: Detection, oracle: Detection) -> None:
+    if not np.array_equal(subject.times, oracle.times):
+        raise AuditError(
+            f"{subject.detector} and {oracle.detector} speak of different frames ({len(subject.times)} and "
+            f"{len(oracle.times)}); run both on one motion"
+        )
+    if not np.array_equal(subject.pairs, oracle.pairs):
+        raise AuditError(f"{subject.detector} and {oracle.detector} speak of different pairs; give both the same pairs")

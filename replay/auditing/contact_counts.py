@@ -1,0 +1,139 @@
+"""What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.protocol import counts_as_contact, is_one_of
+from replay.auditing.episodes import column_runs
+from replay.auditing.outcome import Comparison, Episode, Outcome
+from replay.base.wilson import share_of_clusters
+
+REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+"""Outcomes of a contact that a detector reports."""
+
+
+def never_found(frames: IntArray) -> BoolArray:
+    """(..., C) which contacts are never reported, and missed in a frame, of their ``frames`` (..., C, outcomes)."""
+    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] == 0)
+
+
+def found_in_part(frames: IntArray) -> BoolArray:
+    """(..., C) which contacts are reported in some frames and missed in others."""
+    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactCounts:
+    """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
+
+    Those of a hand with what it holds are not among them: ``held_counts`` has them.
+
+    Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
+    missed in part.
+
+    ``numbers``: (C,) of the contacts, from 1; ``pairs``: (C,) column of the pair of each; ``frames``: (C, outcomes)
+    frames of each by ``Outcome``.
+    """
+
+    numbers: IntArray
+    pairs: IntArray
+    frames: IntArray
+
+    def only(self, kept: BoolArray) -> "ContactCounts":
+        """The contacts for which ``kept`` (C,) is true."""
+        return ContactCounts(self.numbers[kept], self.pairs[kept], self.frames[kept])
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of the oracle."""
+        return len(self.pairs)
+
+    @property
+    def in_part(self) -> int:
+        """Contacts reported in some frames and missed in others."""
+        return int(found_in_part(self.frames).sum())
+
+    @property
+    def missed(self) -> int:
+        """Contacts never reported, and missed in at least one frame."""
+        return len(self.missed_numbers)
+
+    @property
+    def missed_numbers(self) -> list[int]:
+        """Numbers, from 1, of the contacts that were never found."""
+        return self.numbers[never_found(self.frames)].tolist()
+
+    @property
+    def undecided(self) -> int:
+        """Contacts that were neither reported nor missed in any frame, because frames were left out."""
+        return self._left_out(decided=False)
+
+    @property
+    def undecided_in_part(self) -> int:
+        """Contacts of which some frames were left out and others decided; they count in their other class too."""
+        return self._left_out(decided=True)
+
+    @property
+    def frames_undecided(self) -> int:
+        """Pair-frames of the oracle's contacts that were left out."""
+        return int(self.frames[:, Outcome.LEFT_OUT].sum())
+
+    def of_pair(self, pair: int) -> "ContactCounts":
+        """The contacts of one pair."""
+        return self.only(self.pairs == pair)
+
+    def share(self, outcome: Outcome) -> dict[str, Any]:
+        """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
+        ended = self.frames[:, outcome]
+        return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
+
+    def _left_out(self, decided: bool) -> int:
+        """Contacts with frames that were left out, and others that were decided or none."""
+        some = (self.frames[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
+        return int(((self.frames[:, Outcome.LEFT_OUT] > 0) & (some == decided)).sum())
+
+
+def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
+    """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
+    frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
+    for row, one in zip(frames, contacts, strict=True):
+        row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
+        # Frames without a pose within a contact are no frames of contact that somebody left undecided.
+        row[Outcome.LEFT_OUT] -= one.frames_lost
+    pairs = np.array([one.pair for one in contacts], dtype=np.int64)
+    everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
+    return everything.only(frames[:, Outcome.HELD] == 0)
+
+
+def held_counts(
+    comparison: Comparison, verdicts: tuple[ByteArray, ByteArray], contacts: Sequence[Episode], pairs: Sequence[int]
+) -> dict[str, int]:
+    """What a detector says while a hand holds the body, which is not counted.
+
+    Contacts, those missed and missed in part, and pair-frames. ``verdicts`` (T, P) of oracle and detector; ``contacts``
+    are the oracle's that are held, and ``pairs`` the columns asked about.
+    """
+    columns = list(pairs)
+    held = comparison.outcome[:, columns] == Outcome.HELD
+    truth, said = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
+    own = [contact for contact in contacts if contact.pair in columns]
+    # No detector says contact in a frame without a pose.
+    found = [int(said[one.first : one.last + 1, columns.index(one.pair)].sum()) for one in own]
+    frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
+    return {
+        "contacts": len(own),
+        "contacts_missed": found.count(0),
+        "contacts_in_part": sum(0 < count < one.frames for count, one in zip(found, own, strict=True)),
+        **{name: int((held & part).sum()) for name, part in frames.items()},
+    }
+
+
+def count_reports(comparison: Comparison) -> ContactCounts:
+    """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
+    found = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
+    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
+    return count_contacts(comparison, reports)

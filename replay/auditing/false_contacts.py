@@ -1,0 +1,217 @@
+"""False contacts of a detector as faults, numbered in order of time."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from cdcore import Detection, Motion, Verdict, create_detector
+from cdcore.numerics import FloatArray, place_points
+from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
+from replay.auditing.causes import Audited, delay_cause
+from replay.auditing.contact_counts import REPORTED
+from replay.auditing.contact_reach import contact_reach, offset_setting
+from replay.auditing.delay import at_frame
+from replay.auditing.episodes import column_runs
+from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
+from replay.auditing.misses import found_around
+from replay.auditing.outcome import Comparison, Outcome
+from replay.auditing.sample_budget import spread_frames
+from replay.detection.recorded import RecordedDetector
+from replay.effects.output import vector_of
+from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_ends
+from sessions.doctor.runs import runs
+
+if TYPE_CHECKING:
+    from cdcore.narrow.mesh_stage import MeshStage
+
+LOOKS: Final = 9
+LOOKS_IN_ALL: Final = 1000
+"""Frames in which the gap of a stretch is measured, and of all stretches: a distance of meshes takes milliseconds.
+With more stretches than that the longest ones are measured."""
+
+
+MOST_VERTICES: Final = 500
+"""Vertices of a body that are asked whether a hull holds them."""
+
+
+class _Shapes:
+    """The shapes that a detector puts in place of the meshes, without its contact offset."""
+
+    def __init__(self, detector: object) -> None:
+        self._detector = detector
+
+    @cached_property
+    def _bare(self) -> Explains | None:
+        detector = self._detector
+        if not isinstance(detector, PairDetector) or not offset_setting(detector.name):
+            return None
+        shape = getattr(detector.settings, "shape", "hull")
+        made = create_detector("collider", detector.bodies, pairs=detector.pairs, shape=shape)
+        return made if isinstance(made, Explains) else None
+
+    def meet(self, motion: Motion, frame: int, pair: int) -> bool:
+        """Whether the shapes of a pair meet; of a detector whose shapes are not known, what it says itself."""
+        if self._bare is None:
+            return True
+        return bool(self._bare.explain(motion, frame, pair, NO_FACES.astype(np.int64)).shapes_meet)
+
+
+class _Hulls:
+    """The convex hulls of the bodies of an assembly, each made when it is first asked for."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self._assembly, self._planes = assembly, dict[int, FloatArray]()
+
+    def hollow_at(self, pair: int, frame: int) -> str:
+        """Name of the body of a pair into whose convex hull the other reaches, at a frame without contact.
+
+        Of two such bodies the one into whose hull more vertices reach; ``""``: neither.
+        """
+        ends = self._assembly.pairs[pair].tolist()
+        inside = [self._inside(frame, body, other) for body, other in (ends, ends[::-1])]
+        most = int(inside[1] > inside[0])
+        return self._assembly.names[ends[most]] if inside[most] else ""
+
+    def _inside(self, frame: int, body: int, other: int) -> int:
+        """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
+        motion, bodies = self._assembly.motion, self._assembly.bodies
+        vertices = bodies[other].mesh.vertices
+        some = vertices[:: 1 + len(vertices) // MOST_VERTICES]
+        world = place_points(some, motion.rotations[frame, other], motion.translations[frame, other])
+        local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
+        # Few vertices are in the box around the hull, and a hull has thousands of planes.
+        hollowed = bodies[body].mesh.vertices
+        near = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
+        planes = self._hull_planes(body, hollowed)
+        return int((near @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
+
+    def _hull_planes(self, body: int, vertices: FloatArray) -> FloatArray:
+        """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        if body not in self._planes:
+            try:
+                self._planes[body] = ConvexHull(vertices).equations
+            except QhullError:
+                self._planes[body] = np.zeros((0, 4))
+        return self._planes[body]
+
+
+def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> tuple[Fault, ...]:
+    """Return the false contacts of a comparison, in order of time, then pair; what a hand holds is none.
+
+    ``by``: who reports them.
+    """
+    outcome, times = comparison.outcome, assembly.motion.times
+    ends = frame_ends(times)
+    segments = column_runs(column == Outcome.INVENTED for column in outcome.T)
+    if not len(segments):
+        return ()
+    # Here, since a run without a detection loads no collision engine.
+    from cdcore.narrow.mesh_stage import MeshStage
+
+    longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:LOOKS_IN_ALL]
+    most = min(LOOKS, LOOKS_IN_ALL // len(longest))
+    reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
+    measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
+    shapes = _Shapes(by.detector)
+    hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None
+    for number, (pair, first, last) in enumerate(segments.tolist(), 1):
+        # Not its ends: there the pair is about to part, and the next moment is near.
+        inner = (last - first) // 4
+        frames = spread_frames(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
+        report = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1]
+        before, after = found_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
+        fault = Fault(
+            number=number,
+            detector=comparison.subject,
+            pair=pair,
+            bodies=assembly.bodies_of(pair),
+            kind=_false_kind(before=before, after=after),
+            first=first,
+            last=last,
+            start=float(times[first]),
+            end=float(ends[last]),
+            frame=frames[0],
+        )
+        fault = _measured(fault, assembly, meshes if number - 1 in measured else None, frames)
+        faults.append(_explained(fault, by, shapes, hulls))
+    return tuple(faults)
+
+
+def _false_kind(*, before: bool, after: bool) -> FaultKind:
+    if before and after:
+        return FaultKind.JOINS_TWO
+    if before:
+        return FaultKind.ENDS_LATE
+    return FaultKind.STARTS_EARLY if after else FaultKind.NOTHING_THERE
+
+
+def _side_is_known(oracle: Detection, pair: int) -> bool:
+    """Whether CLEAR of a pair says that neither body is inside the other: else a hollow was not measured."""
+    words = oracle.containment[pair] if oracle.containment else REFUSED
+    return not words.startswith(REFUSED)
+
+
+def _measured(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", frames: Sequence[int]) -> Fault:
+    """Return a false contact with its largest gap, the frame of it, its middle and its ends."""
+    if meshes is None:
+        origins = assembly.motion.translations[frames[0], assembly.pairs[fault.pair]]
+        return replace(fault, point=vector_of(origins.mean(axis=0)))
+    gaps = [(meshes.gap(assembly.motion, frame, fault.pair), frame) for frame in frames]
+    (gap, ends), frame = max(gaps, key=lambda measured: measured[0][0])
+    evidence = Evidence(nearest=(vector_of(ends[0]), vector_of(ends[1])))
+    return replace(fault, frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, evidence=evidence)
+
+
+def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
+    """Return a false contact with its cause."""
+    cause = _cause(by, fault)
+    if cause is not Cause.COLLIDERS_MEET:
+        return replace(fault, cause=cause)
+    if not shapes.meet(by.motion, fault.frame, fault.pair):
+        in_reach = contact_reach(by.detector, fault.pair) > 0.0
+        return replace(fault, cause=Cause.CONTACT_OFFSET if in_reach else Cause.UNEXPLAINED)
+    if hulls is not None and _side_is_known(by.oracle, fault.pair):
+        hollow = hulls.hollow_at(fault.pair, fault.frame)
+        if hollow:
+            evidence = replace(fault.evidence, hollow=hollow)
+            return replace(fault, cause=Cause.HULL_FILLS_HOLLOW, evidence=evidence)
+    return replace(fault, cause=cause)
+
+
+def _cause(by: Audited, fault: Fault) -> Cause:
+    if by.subject.verdict[fault.frame, fault.pair] == Verdict.CANDIDATE:
+        return Cause.BOUNDING_VOLUMES
+    stages = by.stages(fault.frame, fault.pair, NO_FACES.astype(np.int64))
+    if stages.within_clock:
+        return Cause.CLOCK
+    # Shape before rate: a sample of solids that meet there would have said the same.
+    if stages.shapes_meet:
+        return Cause.COLLIDERS_MEET
+    if isinstance(by.detector, RecordedDetector):
+        return _engine_cause(by.detector, fault, float(by.motion.times[fault.last]))
+    if stages.looked is False:
+        return Cause.LAST_ANSWER
+    # Late or early where all answers about the pair are so by a constant number of frames, as here.
+    delay = by.delay(fault.pair)
+    moved = delay != 0 and at_frame(counts_as_contact(by.oracle.verdict[:, fault.pair]), fault.frame - delay)
+    return delay_cause(delay) if moved else Cause.UNEXPLAINED
+
+
+def _engine_cause(detector: RecordedDetector, fault: Fault, last: float) -> Cause:
+    """Return why an engine reported a false contact: no step came at its end, or the report is late or early.
+
+    ``last``: second of its last frame.
+    """
+    joins = fault.kind is FaultKind.JOINS_TWO and detector.stepped(fault.start, last) is False
+    ends_late = fault.kind is FaultKind.ENDS_LATE
+    if joins or (ends_late and detector.ended_at_next_step(fault.pair, fault.start)):
+        return Cause.BETWEEN_STEPS
+    if ends_late:
+        return Cause.LATE
+    return Cause.EARLY if fault.kind is FaultKind.STARTS_EARLY else Cause.UNEXPLAINED

@@ -1,0 +1,190 @@
+"""A wrong answer of a detector about one pair: a missed, late, cut short or false contact, with its cause."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import nan
+from operator import attrgetter
+from typing import Final
+
+from cdcore.numerics import IntArray
+from replay.auditing.outcome import FirstTouch
+from replay.effects.output import Vector
+
+
+class FaultCategory(StrEnum):
+    """The two ways to be wrong; the values are the options of ``replay view``."""
+
+    MISS = "miss"
+    """The reference has a contact that the detector does not report."""
+    FALSE_CONTACT = "false"
+    """The detector reports a contact that the reference does not have."""
+
+
+class FaultKind(StrEnum):
+    """The position of a fault within the contact or the report that it belongs to."""
+
+    NEVER_FOUND = "never found"
+    FOUND_LATE = "found late"
+    LOST_EARLY = "lost early"
+    INTERRUPTED = "interrupted"
+    NOTHING_THERE = "nothing there"
+    STARTS_EARLY = "starts early"
+    ENDS_LATE = "ends late"
+    JOINS_TWO = "joins two contacts"
+
+    @property
+    def is_miss(self) -> bool:
+        """Whether a contact was missed, late or cut short."""
+        return self in MISS_KINDS
+
+    @property
+    def category(self) -> FaultCategory:
+        """Whether a contact was missed or a false one reported."""
+        return FaultCategory.MISS if self.is_miss else FaultCategory.FALSE_CONTACT
+
+
+MISS_KINDS: Final = (FaultKind.NEVER_FOUND, FaultKind.FOUND_LATE, FaultKind.LOST_EARLY, FaultKind.INTERRUPTED)
+"""Kinds of missed contact."""
+
+
+class Cause(StrEnum):
+    """The stage of a detector that made a fault."""
+
+    TOLERANCE = "within tolerance"
+    """Contact by less than tau: too small to decide, and no miss."""
+    BETWEEN_FRAMES = "between frames"
+    """No instant shows it; only an oracle of intervals does."""
+    BETWEEN_LOOKS = "between samples"
+    """The detector did not examine that frame."""
+    BETWEEN_STEPS = "between physics steps"
+    """No step of the engine falls into what its reports miss."""
+    CLOCK = "clock"
+    """Within what is not known of the detector's clock."""
+    COLLIDER_SHAPE = "collider shape"
+    """The colliders that replace the meshes do not meet."""
+    LATE = "late"
+    """The detector says the same a constant number of frames later, or an engine began to report the contact late."""
+    EARLY = "early"
+    """The same earlier, or an engine's report of the contact ended early."""
+    CONTAINMENT = "inside, not asked"
+    """One body is inside the other, and the detector does not ask that."""
+    SPHERE_STAGE = "sphere stage"
+    """Volumes dismissed it before any triangle was asked."""
+    SAMPLING = "sampling"
+    """No pair of faces that meets is in the sample."""
+    BUDGET = "budget ran out"
+    """Ten times the budget finds it, spent from some frames before."""
+    SEARCH = "search"
+    """In the sample, not found; nor with ten times the budget, where that can be asked."""
+    UNEXPLAINED = "unexplained"
+    """No stage explains it."""
+    NOT_EXAMINED = "not examined"
+    """There were too many misses to examine this one."""
+    BOUNDING_VOLUMES = "only bounding volumes overlap"
+    """A candidate, whose triangles no stage tested: such a contact is *unconfirmed*."""
+    CONTACT_OFFSET = "contact offset"
+    """The colliders do not meet, and are nearer to each other than the detector's contact offset reaches."""
+    COLLIDERS_MEET = "colliders meet, surfaces do not"
+    """The colliders that replace the meshes meet."""
+    HULL_FILLS_HOLLOW = "hull fills a hollow"
+    """A vertex of the other body is in a convex hull, and outside the mesh that the hull replaces."""
+    LAST_ANSWER = "held since its last sample"
+    """The detector keeps its answer until its next sample."""
+
+
+FALSE_CAUSES: Final = (
+    Cause.BOUNDING_VOLUMES, Cause.CONTACT_OFFSET, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.LAST_ANSWER,
+)  # fmt: skip
+"""Causes of false contacts alone."""
+
+MISS_CAUSES: Final = tuple(cause for cause in Cause if cause not in FALSE_CAUSES)
+"""Causes of missed contacts, in the order of the summary."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """Geometry at the moment to look at a fault.
+
+    Parameters
+    ----------
+    normal : unit vector from the first body to the second across the curve of a miss.
+    face_pairs : face pairs that meet there.
+    touch : first touch on the way to the first frame, where no frame shows the contact of a miss; the point and the
+        normal are then taken at that moment, ``face_pairs`` is 1 and the curve has no length yet.
+    faces : (k, 2) face pairs that meet, or the pair that touches first, where no detection lists them.
+    nearest : nearest points of both surfaces of a false contact.
+    hollow : name of the body whose convex hull fills a hollow, where that is the cause.
+    """
+
+    normal: Vector = (0.0, 1.0, 0.0)
+    face_pairs: int = 0
+    touch: FirstTouch | None = None
+    faces: IntArray | None = field(default=None, compare=False, repr=False)
+    nearest: tuple[Vector, Vector] | None = None
+    hollow: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A missed, late, cut short or false contact; its number is the same in every table, list and picture.
+
+    Parameters
+    ----------
+    number : 1, 2, ... in order of time, of one detector and category.
+    detector : label of the detector.
+    pair : column of the pair; ``bodies`` are the names of its two bodies.
+    kind : position within the contact or the report.
+    first, last : first and last frame, both included.
+    start, end : seconds at which the first frame begins and the last one is over.
+    frame : of a miss the frame with the longest intersection curve, of a false contact that with the widest gap.
+    point : world metres; on the curve of a miss, in the middle of the gap of a false contact.
+    metres : length of the curve, or width of the gap; nan: not measured.
+    evidence : geometry there.
+    contact : number of the missed contact of the reference, from 1; 0 for a false contact.
+    cause : stage that made the fault.
+    agreeing : examined frames that have this cause, and all examined frames.
+    why : sentence about the cause.
+    noise : whether the missed contact holds in spite of tracker noise; ``""``: not asked for.
+    """
+
+    number: int
+    detector: str
+    pair: int
+    bodies: tuple[str, str]
+    kind: FaultKind
+    first: int
+    last: int
+    start: float
+    end: float
+    frame: int
+    point: Vector = (0.0, 0.0, 0.0)
+    metres: float = nan
+    evidence: Evidence = Evidence()
+    contact: int = 0
+    cause: Cause = Cause.NOT_EXAMINED
+    agreeing: tuple[int, int] = (0, 0)
+    why: str = ""
+    noise: str = ""
+
+    @property
+    def frames(self) -> int:
+        """Number of its frames."""
+        return self.last - self.first + 1
+
+    @property
+    def moment(self) -> tuple[int, int]:
+        """Moment to look at: a frame, and nanoseconds after it."""
+        touch = self.evidence.touch
+        return (self.frame, 0) if touch is None else (touch.frame, touch.later_ns)
+
+    @property
+    def begin(self) -> float:
+        """Second at which it begins: at its first frame, or at the first touch between frames."""
+        touch = self.evidence.touch
+        return self.start if touch is None else touch.moment
+
+
+def longest_curve_first(misses: Iterable[Fault]) -> list[Fault]:
+    """Misses with the longest intersection curve first; those of equal length in order of time."""
+    return sorted(sorted(misses, key=attrgetter("number")), key=attrgetter("metres"), reverse=True)

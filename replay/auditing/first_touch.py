@@ -1,0 +1,91 @@
+"""The moment between two frames at which two bodies first touch: when, in which faces, at which point."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from cdcore import Motion
+from cdcore.numerics import FloatArray, IntArray
+from replay.auditing.outcome import FirstTouch
+from replay.effects.output import vector_of
+from replay.prepare.assembly import Assembly
+
+NO_GAP: Final = 1e-9
+"""Metres of gap below which rounding decides its direction: then that between the bodies is taken."""
+
+
+def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
+    """When a pair first touches between ``frame`` and the next; ``None`` where no touch is known."""
+    # With its compiler and engine: only an oracle of intervals needs them.
+    from cdcore import TriangleMesh, time_of_impact
+    from cdcore.narrow.fcl_meshes import FclMeshes
+
+    ends, motion = assembly.pairs[pair], assembly.motion
+    a, b = ends.tolist()
+    rows = slice(frame, frame + 2)
+    if frame < 0 or frame + 1 >= len(motion) or not motion.valid[rows][:, ends].all():
+        return None
+    meshes = [assembly.bodies[body].mesh for body in (a, b)]
+    times = float(motion.times[frame]), float(motion.times[frame + 1])
+    found = time_of_impact(meshes[0], _matrices(motion, rows, a), meshes[1], _matrices(motion, rows, b), times=times)
+    if found.toi is None or found.faces is None:  # a hit alone has faces
+        return None
+    # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
+    there = poses_between(motion, ends, np.array([found.toi[0]]))
+    turns, places = there.rotations[0], there.translations[0]
+    faces = FclMeshes([
+        TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, found.faces, strict=True)
+    ])  # fmt: skip
+    for k in range(2):
+        faces.place(k, turns[k], places[k])
+    gap, (here, other) = faces.gap(0, 1)
+    way = other - here
+    if gap <= NO_GAP:
+        centres = np.stack([mesh.referenced_vertices.mean(axis=0) for mesh in meshes])
+        way = np.diff(np.einsum("kij,kj->ki", turns, centres) + places, axis=0)[0]
+    later = round((found.toi[1] - times[0]) * 1e9)
+    return FirstTouch(
+        frame, found.toi[0], found.toi[1], later, found.faces, vector_of((here + other) / 2), vector_of(direction(way))
+    )
+
+
+def direction(way: FloatArray) -> FloatArray:
+    """The unit vector along another one; up where it has no length."""
+    length = float(np.linalg.norm(way))
+    return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
+
+
+def poses_between(motion: Motion, bodies: IntArray, moments: FloatArray) -> Motion:
+    """These bodies at moments between frames (n,), as a motion of n frames with a separate clock.
+
+    Origins move along lines, rotations at a constant rate along the shorter arc, as ``continuous`` moves them.
+    """
+    from scipy.spatial.transform import Rotation
+
+    times = motion.times
+    after = np.clip(np.searchsorted(times, moments), 1, len(times) - 1)
+    before = after - 1
+    share = (moments - times[before]) / (times[after] - times[before])
+    rows = np.ix_(before, bodies), np.ix_(after, bodies)
+    place, there = (motion.translations[row] for row in rows)
+    turn, other = (Rotation.from_matrix(motion.rotations[row].reshape(-1, 3, 3)) for row in rows)
+    spin = (turn.inv() * other).as_rotvec() * np.repeat(share, len(bodies))[:, None]
+    rotations = (turn * Rotation.from_rotvec(spin)).as_matrix().reshape(*place.shape, 3)
+    return Motion(np.arange(len(moments), dtype=np.float64), place + share[:, None, None] * (there - place), rotations)
+
+
+def at_touch(assembly: Assembly, pair: int, touch: FirstTouch) -> Assembly:
+    """The assembly as one frame: the pair where it touches, all others where the frame before has them."""
+    ends, row = assembly.pairs[pair], slice(touch.frame, touch.frame + 1)
+    motion = assembly.motion
+    pair_there = poses_between(motion, ends, np.array([touch.moment]))
+    places, turns = motion.translations[row].copy(), motion.rotations[row].copy()
+    places[:, ends], turns[:, ends] = pair_there.translations, pair_there.rotations
+    return replace(assembly, motion=Motion(np.array([touch.moment]), places, turns, motion.valid[row]))
+
+
+def _matrices(motion: Motion, rows: slice, body: int) -> FloatArray:
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = motion.rotations[rows, body], motion.translations[rows, body]
+    return poses

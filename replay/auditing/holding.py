@@ -1,0 +1,123 @@
+"""What a hand holds, and when: as declared, or while its trigger is pressed and something moves along with it.
+
+Contact between a hand and what it holds is the rule, not news: it is counted apart.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore import Motion
+from cdcore.numerics import BoolArray, IntArray
+from replay.auditing.outcome import Episode
+from replay.effects.spans import switched
+from replay.prepare.assembly import Assembly
+from sessions import Session
+
+PRESSED: Final = 0.6
+RELEASED: Final = 0.4
+"""A trigger is pressed above the one and let go below the other, so that a resting finger does not grasp."""
+
+LEAST_HELD_S: Final = 0.3
+LEAST_MOVED_M: Final = 0.020
+"""A grasp succeeded when something was held this long and moved this far."""
+
+SETTLED_S: Final = 0.1
+"""Time after the press in which a thing snaps into the hand."""
+
+RIGID_M: Final = 0.010
+"""A held thing keeps its place in the hand to within this: five times the jitter of a tracked controller."""
+
+HAND_WORDS: Final = ("hand", "controller", "wand")
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A press of the trigger."""
+
+    hand: int  # number of the hand's body
+    # start, end: seconds
+    start: float
+    end: float
+    thing: int  # number of the body that moved along, or -1: nothing was taken
+
+
+def hand_bodies(assembly: Assembly, session: Session) -> dict[int, str]:
+    """Bodies that are hands -> ``left``, ``right`` or ``""``: tagged ``hand``, or else named like one."""
+    tagged = {body.id for body in session.scene.bodies if "hand" in body.tags}
+    names = dict(enumerate(assembly.names))
+    hands = {k for k, name in names.items() if name in tagged}
+    hands = hands or {k for k, name in names.items() if any(word in name.lower() for word in HAND_WORDS)}
+    return {k: next((side for side in ("left", "right") if side in names[k].lower()), "") for k in sorted(hands)}
+
+
+def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | None:
+    """Every press of a trigger and what it took, in order of time; ``None`` when no trigger was recorded."""
+    if session is None or not session.hands:
+        return None
+    motion = assembly.motion
+    window = (float(motion.times[0]), float(motion.times[-1]))
+    hands = hand_bodies(assembly, session)
+    moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
+    movable = [k for k in range(len(assembly.bodies)) if k not in hands and moved[k]]
+    found = []
+    for body, side in hands.items():
+        for key, track in session.hands.items():
+            if side and key.rpartition("/")[2] == side:
+                times = (track.times_ns - assembly.first_ns) / 1e9
+                for first, stop in switched(track.trigger.astype(np.float64), PRESSED, RELEASED):
+                    start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
+                    if start <= window[1] and end >= window[0]:
+                        found.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))
+    return tuple(sorted(found, key=lambda one: (one.start, one.hand)))
+
+
+def _taken(motion: Motion, hand: int, movable: list[int], start: float, end: float) -> int:
+    """The body that kept its place in the hand while it moved, nearest first."""
+    if end - start <= LEAST_HELD_S:
+        return -1
+    first, last = np.searchsorted(motion.times, [start + SETTLED_S, end])
+    if last - first < 3:
+        return -1
+    rows = slice(int(first), int(last))
+    place, turn = motion.translations[rows, hand], motion.rotations[rows, hand]
+    best, nearest = -1, np.inf
+    for body in movable:
+        known = motion.valid[rows, hand] & motion.valid[rows, body]
+        if known.sum() < 3:
+            continue
+        there = motion.translations[rows, body][known]
+        own = np.einsum("tji,tj->ti", turn[known], there - place[known])
+        moved = float(np.linalg.norm(np.ptp(there, axis=0)))
+        if moved > LEAST_MOVED_M and float(np.ptp(own, axis=0).max()) < RIGID_M:
+            away = float(np.linalg.norm(own.mean(axis=0)))
+            best, nearest = (body, away) if away < nearest else (best, nearest)
+    return best
+
+
+def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Episode] = ()) -> tuple[Episode, ...]:
+    """When a pair is a hand and what it holds, or a body and its parent; the contacts that lead to it or from it too.
+
+    ``contacts`` are the oracle's. Stretches of one pair may overlap.
+    """
+    times, columns = assembly.motion.times, {tuple(pair): k for k, pair in enumerate(assembly.pairs.tolist())}
+    rows = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.held).tolist()]
+    for one in grasps(assembly, session) or ():
+        pair = columns.get((min(one.hand, one.thing), max(one.hand, one.thing)))
+        if pair is not None:
+            first, stop = np.searchsorted(times, [one.start, one.end]).tolist()
+            rows += [(pair, first, stop - 1)] if stop > first else []
+    found = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in rows)
+    near = tuple(contacts)
+    asked = np.array([(one.pair, one.first, one.last) for one in near], dtype=np.int64).reshape(-1, 3)
+    return found + tuple(one for one, held in zip(near, within(found, *asked.T), strict=True) if held)
+
+
+def within(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+    """Which of K stretches of frames (both ends included) of ``pairs`` share a frame with a holding of theirs, (K,)."""
+    found = np.zeros(len(pairs), dtype=np.bool_)
+    for one in holdings:
+        found |= (pairs == one.pair) & (first <= one.last) & (last >= one.first)
+    return found

@@ -1,0 +1,198 @@
+"""What a detector of a fixed rate misses and invents over 16 sampling offsets: where its samples fall is chance."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Detector, Motion, Verdict, join
+from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.protocol import HeldLooks, detect_live, is_one_of, stream_live
+from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, found_in_part, never_found
+from replay.auditing.episodes import column_runs
+from replay.auditing.outcome import Outcome
+from replay.auditing.tolerance import Reference
+from replay.base.constants import HELD_FRAMES
+from replay.base.progress import Advance, ignored
+from replay.base.wilson import share_of_clusters
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import detect_all, make_detector, warm_frames
+from replay.prepare.assembly import Assembly
+
+PHASES: Final = 16
+"""Offsets that a mean is over, evenly spread over the time from sample to sample."""
+
+OFFSET_SETTING: Final = "sampling_offset_s"
+"""Setting of every detector of a rate: where its sampling starts. A value that is asked for stays."""
+
+STRETCHES: Final = 16
+STRETCH_FRAMES: Final = 128
+"""Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
+
+STEPS: Final = 24
+"""Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
+
+
+@dataclass(frozen=True)
+class EveryFrame:
+    """What the detector makes of the oracle's contacts when it samples at every frame: a run without its rate."""
+
+    contacts_missed: int
+    contacts_in_part: int
+    missed: dict[str, Any]  # share of the pair-frames in contact that it does not report
+    invented: dict[str, Any]  # share of the pair-frames that it reports which are no contact
+    seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
+
+
+Shares = Mapping[str, dict[str, Any]]
+"""``contacts_missed``, ``contacts_in_part``, ``missed`` and ``invented``: counts over all offsets, and their shares."""
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetCounts:
+    """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
+
+    ``frames``: (offsets, C, outcomes) frames of each contact by ``Outcome``; ``invented``: share of the pair-frames
+    that it reports which are no contact; ``false_contacts``: (offsets,) stretches of reported contact in which the
+    oracle sees none; ``false_fractions``: (offsets,) what ``invented`` is at each offset alone; ``seconds``: (offsets,)
+    by which sampling starts later; ``every_frame``: the same detector without its rate, of all contacts.
+    """
+
+    frames: IntArray
+    invented: dict[str, Any]
+    false_contacts: IntArray
+    false_fractions: FloatArray
+    seconds: FloatArray
+    every_frame: EveryFrame | None = None
+
+    def only(self, kept: BoolArray) -> "OffsetCounts":
+        """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
+        return replace(self, frames=self.frames[:, kept])
+
+    @cached_property
+    def faults(self) -> dict[str, BoolArray]:
+        """Name -> (offsets, C) at which offsets which contacts have that fault."""
+        return {"contacts_missed": never_found(self.frames), "contacts_in_part": found_in_part(self.frames)}
+
+    def shares(self) -> Shares:
+        """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
+        offsets, contacts, _ = self.frames.shape
+        whole = np.full(contacts, offsets)
+        missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
+        shares = {name: share_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
+        return {**shares, "missed": share_of_clusters(missed, missed + found), "invented": self.invented}
+
+    @cached_property
+    def typical_offset(self) -> float:
+        """Seconds of the offset whose moments are displayed: of those that show the larger fault, nearest the mean.
+
+        Distances are in the terms of the loss: contacts missed, contact time missed, reported time false, as shares.
+        """
+        missed, both = self.frames.sum(axis=1)[:, [Outcome.MISSED, Outcome.BOTH]].T
+        terms = np.stack([
+            self.faults["contacts_missed"].sum(axis=1) / max(1, self.frames.shape[1]),
+            missed / np.maximum(1, missed + both),
+            self.false_fractions,
+        ], axis=1)  # fmt: skip
+        mean = terms.mean(axis=0)
+        leads_false = mean[2] > mean[0] + mean[1]
+        faulty = terms[:, 2] > 0.0 if leads_false else terms[:, :2].sum(axis=1) > 0.0
+        distance = np.abs(terms - mean).sum(axis=1)
+        # Without any fault all offsets are alike.
+        distance[~faulty & faulty.any()] = np.inf
+        return float(self.seconds[distance.argmin()])
+
+    def spreads(self) -> dict[str, dict[str, float]]:
+        """Smallest, largest and mean number of contacts missed, and found in part, over the offsets."""
+        return {name: spread(fault.sum(axis=1).tolist()) for name, fault in self.faults.items()}
+
+
+def spread(counts: Sequence[int]) -> dict[str, float]:
+    """``smallest``, ``largest`` and ``mean`` of the counts at each sampling offset, of which there is one at least."""
+    return {"smallest": min(counts), "largest": max(counts), "mean": sum(counts) / len(counts)}
+
+
+def has_offsets(spec: DetectorSpec, frames: int) -> bool:
+    """Whether a detector of a recording of so many frames is counted at 16 sampling offsets.
+
+    A detector that is none of our table, and any in a recording of more than an hour, keep the offset they have.
+    """
+    return bool(spec.settings.get("rate_hz")) and spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES
+
+
+def over_phases(
+    spec: DetectorSpec, assembly: Assembly, reference: Reference, seed: int, *, live: bool, advance: Advance = ignored
+) -> OffsetCounts:
+    """The counts at all offsets of a detector with a rate, and those of the same detector without one.
+
+    It is asked about every frame, and timed live if it is asked ``live`` in its run, so that both times are alike.
+    ``advance`` is called with ``STEPS`` in all.
+    """
+    detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
+    every = detect_all(detector, assembly)
+    seconds = _look_seconds(detector, assembly.motion) if live else None
+    advance(STEPS - PHASES)
+    at_offsets = offset_counts(spec.settings["rate_hz"], every, reference, advance)
+    comparison = reference.compare(every)
+    always = count_contacts(comparison, reference.contacts)
+    every_frame = EveryFrame(
+        contacts_missed=always.missed,
+        contacts_in_part=always.in_part,
+        missed=always.share(Outcome.MISSED),
+        invented=count_reports(comparison).share(Outcome.INVENTED),
+        seconds=seconds,
+    )
+    return replace(at_offsets, every_frame=every_frame)
+
+
+def _look_seconds(detector: Detector, motion: Motion) -> float:
+    """Seconds that a live look takes in the mean, over stretches that are spread evenly over a motion."""
+    # What compiles on the first live look is no time of a look.
+    detect_live(detector, motion.take(warm_frames(len(motion))))
+    starts = np.arange(0, len(motion), max(STRETCH_FRAMES, -(-len(motion) // STRETCHES)))
+    stretches = [motion.frames(start, min(start + STRETCH_FRAMES, len(motion))) for start in starts.tolist()]
+    looks = join(stream_live(detector, stretches))
+    return sum(float(np.sum(stage)) for stage in looks.seconds.values()) / len(looks.times)
+
+
+def sampling_offsets(rate_hz: float) -> FloatArray:
+    """Seconds by which sampling starts later, (``PHASES``,), evenly spread over the time from sample to sample."""
+    return (np.arange(PHASES) + 0.5) / PHASES / rate_hz
+
+
+def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
+    """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
+    frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
+    reported, said, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    stretches, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
+    offsets = sampling_offsets(rate_hz)
+    posed = every.verdict != Verdict.NO_POSE
+    for number, later in enumerate(offsets.tolist()):
+        samples = HeldLooks(len(every.pairs), rate_hz, later)
+        looks = samples.looks(every.times)
+        believed, _ = samples.hold(every.verdict[looks], posed[looks], looks, posed)
+        comparison = reference.compare(replace(every, verdict=believed))
+        frames[number] = count_contacts(comparison, reference.contacts).frames
+        outcome = comparison.outcome
+        invented = is_one_of(outcome, (Outcome.INVENTED,))
+        true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.INVENTED))
+        reported |= is_one_of(outcome, REPORTED)
+        # As of one run: what is within tolerance is neither true nor false.
+        said += true_or_false
+        false += invented
+        stretches[number] = np.count_nonzero(invented[0]) + np.count_nonzero(invented[1:] & ~invented[:-1])
+        fractions[number] = int(np.count_nonzero(invented)) / max(1, int(np.count_nonzero(true_or_false)))
+        advance(1)
+    runs = column_runs((reported > 0).T).tolist()
+    parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
+    false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
+    return OffsetCounts(
+        frames=frames,
+        invented=share_of_clusters(false_sums, said_sums),
+        false_contacts=stretches,
+        false_fractions=fractions,
+        seconds=offsets,
+    )

@@ -1,0 +1,72 @@
+"""Missed contacts of a comparison as faults, numbered in order of time."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import ByteArray, FloatArray
+from replay.auditing.episodes import column_runs
+from replay.auditing.fault import Fault, FaultKind
+from replay.auditing.outcome import Comparison, Episode, Outcome
+from replay.prepare.frame_times import frame_ends
+
+MANY: Final = 40
+"""Lines up to which a list is read line by line."""
+
+
+def missed_faults(
+    comparison: Comparison, contacts: Sequence[Episode], names: Sequence[tuple[str, str]], times: FloatArray
+) -> tuple[Fault, ...]:
+    """Return the missed frames of a comparison as faults, in order of time, then pair; not yet measured.
+
+    Parameters
+    ----------
+    comparison : of the detector with the reference.
+    contacts : episodes of the reference.
+    names : the two bodies of every pair.
+    times : (T,) seconds.
+    """
+    outcome, ends = comparison.outcome, frame_ends(times)
+    begins = np.array([contact.pair * len(outcome) + contact.first for contact in contacts], dtype=np.int64)
+    order = np.argsort(begins)
+    faults = []
+    runs = column_runs(column == Outcome.MISSED for column in outcome.T)
+    for number, (pair, first, last) in enumerate(runs.tolist(), start=1):
+        position = np.searchsorted(begins, pair * len(outcome) + first, side="right", sorter=order) - 1
+        index = int(order[position])
+        before, after = found_around(outcome[:, pair], contacts[index].first, contacts[index].last, first, last)
+        faults.append(
+            Fault(
+                number=number,
+                detector=comparison.subject,
+                pair=pair,
+                bodies=names[pair],
+                kind=_miss_kind(before=before, after=after),
+                first=first,
+                last=last,
+                start=float(times[first]),
+                end=float(ends[last]),
+                frame=first,
+                contact=index + 1,
+            )
+        )
+    return tuple(faults)
+
+
+def found_around(outcome: ByteArray, begin: int, end: int, first: int, last: int) -> tuple[bool, bool]:
+    """Return whether both detections have contact before and after some frames, within frames ``begin`` to ``end``.
+
+    ``outcome`` (T,) is that of the pair; all frames are included.
+    """
+    before = bool((outcome[begin:first] == Outcome.BOTH).any())
+    after = bool((outcome[last + 1 : end + 1] == Outcome.BOTH).any())
+    return before, after
+
+
+def _miss_kind(*, before: bool, after: bool) -> FaultKind:
+    if before and after:
+        return FaultKind.INTERRUPTED
+    if before:
+        return FaultKind.LOST_EARLY
+    return FaultKind.FOUND_LATE if after else FaultKind.NEVER_FOUND

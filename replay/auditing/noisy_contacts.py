@@ -1,0 +1,233 @@
+"""Which contacts hold in spite of tracker noise: the oracle asked again about noisy copies of the recording."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from cdcore import Detector, Motion
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.protocol import counts_as_contact
+from replay.auditing.outcome import Episode
+from replay.base.constants import HEADSET_HZ
+from replay.base.progress import Advance
+from replay.detection.run_detector import Run, make_detector
+from replay.errors import NoiseError
+from replay.prepare.assembly import Assembly
+from replay.prepare.noise import NoiseSpec, NoisyCopies, noise_of
+from sessions import Scene
+
+if TYPE_CHECKING:
+    from cdcore.narrow.contact_offset import ContactOffset
+
+HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
+
+SURE: Final = 0.95
+"""Share of the copies from which a contact holds; found in at most the rest, it is absent."""
+
+WIDENED_S: Final = 0.1
+"""A contact is found in a copy that has one of the same pair at most this long before or after it."""
+
+REST_S: Final = 1.0
+"""Copies that disagree for this long are about bodies at rest on each other: one statement for all of the stretch."""
+
+AGREED_S: Final = 0.2
+"""For less than this all copies may agree meanwhile: thrice the time over which the noise of a tracker correlates."""
+
+BLOCK: Final = 1024
+"""Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
+
+
+class NoisySpan(NamedTuple):
+    """Frames ``first`` to ``last`` of a pair (column), and the share of the copies with contact there."""
+
+    pair: int
+    first: int
+    last: int
+    share: float
+
+    @property
+    def word(self) -> str:
+        """``holds``, ``undecidable`` or ``absent``."""
+        return HOLDS if self.share >= SURE else ABSENT if self.share <= 1.0 - SURE + 1e-12 else UNDECIDABLE
+
+
+@dataclass(frozen=True)
+class NoiseResult:
+    """What noise leaves of the contacts of a recording."""
+
+    copies: int  # number of noisy copies
+    contacts: tuple[NoisySpan, ...]  # of every contact of the oracle, in its order, how many copies have it
+    words: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
+    near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
+    # stretches of a second and more in which copies disagree: bodies at rest on each other
+    resting: tuple[NoisySpan, ...]
+    asked: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
+    sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
+
+    def count(self, word: str) -> int:
+        """Contacts of a word."""
+        return self.words.count(word)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What was asked, as plain data; the word and the share of each contact stand in the tables of contacts."""
+        return {"copies": self.copies, "sizes": {name: list(size) for name, size in self.sizes.items()}}
+
+
+def in_noise(
+    spec: NoiseSpec, assembly: Assembly, scene: Scene, oracle: Run, contacts: Sequence[Episode], seed: int,
+    advance: Advance,
+) -> NoiseResult:  # fmt: skip
+    """Ask the oracle of a run about noisy copies of the recording, where noise can change the answer.
+
+    ``contacts`` are its episodes; ``advance`` is told frames. The answer depends neither on the size of blocks nor on
+    threads, which share nothing that changes. Raises ``NoiseError``: it does not decide at instants.
+    """
+    if oracle.detection.covers != "instants":
+        raise NoiseError(f"noise is asked of a reference of instants, which {oracle.spec.name} is not; trust exact")
+    # Here, since a run without noise and contacts loads no compiler.
+    from cdcore.narrow.bvh.box_tree import box_trees_of
+    from cdcore.narrow.contact_offset import ContactOffset
+
+    motion, noise = assembly.motion, noise_of(spec, assembly, scene)
+    drawn = NoisyCopies(noise, spec.copies, seed)
+    trees = box_trees_of([body.mesh for body in assembly.bodies])
+    levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
+    pairs = []
+    for column, ends in enumerate(assembly.pairs.tolist()):
+        reach = noise.reach(ends, [levers[end] for end in ends])
+        offset = ContactOffset(trees, assembly.pairs, reach) if reach else None
+        pairs.append(NoisyPair(column, assembly, offset, oracle, seed))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for start in range(0, len(motion), BLOCK):
+            block = motion.frames(start, min(start + BLOCK, len(motion)))
+            errors = drawn.errors(block.times)
+            asked = [pool.submit(pair.ask, start, block, drawn, errors) for pair in pairs]
+            for answer in asked:
+                answer.result()
+            advance(len(block))
+    return _result(motion.times, contacts, pairs, drawn)
+
+
+def _result(
+    times: FloatArray, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
+) -> NoiseResult:
+    near, resting = list[NoisySpan](), list[NoisySpan]()
+    windows = [_widened(contact, times) for contact in contacts]
+    for pair in pairs:
+        frames, said = pair.answer
+        counts = np.bitwise_count(said).sum(axis=1, dtype=np.int64)
+        wavering = frames[(counts > 0) & (counts < drawn.copies)]
+        for first, last in _spans(wavering, times, AGREED_S):
+            if times[last] - times[first] >= REST_S:
+                resting.append(pair.span(first, last))
+        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
+        passes = [pair.span(*span) for span in _between(frames, taken, times)]
+        near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
+    found = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
+    return NoiseResult(
+        copies=drawn.copies,
+        contacts=found,
+        words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found),
+        near=tuple(near),
+        resting=tuple(resting),
+        asked=sum(pair.asked for pair in pairs),
+        sizes={
+            root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
+            for root, size in drawn.noise.noise.items()
+        },
+    )
+
+
+def _widened(contact: Episode, times: FloatArray) -> tuple[int, int]:
+    first = int(np.searchsorted(times, times[contact.first] - WIDENED_S))
+    last = int(np.searchsorted(times, times[contact.last] + WIDENED_S, side="right")) - 1
+    return first, last
+
+
+def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArray) -> list[tuple[int, int]]:
+    """Near passes: frames in reach of the noise that belong to no contact, those close in time as one."""
+    free = np.ones(len(frames), dtype=np.bool_)
+    for a, b in np.searchsorted(frames, np.add(np.reshape(taken, (-1, 2)), [0, 1])).tolist():
+        free[a:b] = False
+    return _spans(frames[free], times, WIDENED_S)
+
+
+def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int, int]]:
+    """First and last of frames that follow each other, or in less than ``apart`` seconds."""
+    if not len(frames):
+        return []
+    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= apart))
+    return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
+
+
+def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
+    """Whether most of a span lies in stretches at rest of its pair."""
+    alike = [rest for rest in resting if rest.pair == span.pair]
+    frames = sum(max(0, min(span.last, rest.last) - max(span.first, rest.first) + 1) for rest in alike)
+    return 2 * frames > span.last - span.first + 1
+
+
+class NoisyPair:
+    """A pair of bodies: where noise may change the answer about it, and what the copies say there."""
+
+    def __init__(self, column: int, assembly: Assembly, offset: ContactOffset | None, oracle: Run, seed: int) -> None:
+        self.column, self._ends = column, assembly.pairs[column].tolist()
+        self._assembly, self._offset, self._oracle, self._seed = assembly, offset, oracle, seed
+        self._copies, self.asked = 1, 0
+        self._parts: list[tuple[IntArray, ByteArray]] = []
+
+    @cached_property
+    def _detector(self) -> Detector:
+        """The oracle for the two bodies alone."""
+        bodies = tuple(self._assembly.bodies[end] for end in self._ends)
+        alone = replace(self._assembly, bodies=bodies, pairs=np.array([[0, 1]]))
+        return make_detector(self._oracle.spec, alone, self._seed)
+
+    def ask(self, start: int, block: Motion, drawn: NoisyCopies, errors: Mapping[str, FloatArray]) -> None:
+        """Ask all copies about a block that begins with frame ``start``, where the noise may change the answer."""
+        self._copies = drawn.copies
+        touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
+        near = self._near(block, touching)
+        told = near | touching
+        # What no noise reaches all copies say alike.
+        said = np.ones((int(told.sum()), drawn.copies), dtype=np.bool_)
+        if near.any():
+            turn, place = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
+            count = drawn.copies * int(near.sum())
+            valid, times = np.ones((count, 2), dtype=np.bool_), np.arange(count) / HEADSET_HZ
+            motion = Motion.of_rigid(times, np.stack(place, axis=1), np.stack(turn, axis=1), valid, valid)
+            answers = counts_as_contact(self._detector.detect(motion).verdict[:, 0])
+            said[near[told]] = answers.reshape(drawn.copies, -1).T
+            self.asked += int(near.sum())
+        self._parts.append((np.flatnonzero(told) + start, np.packbits(said, axis=1)))
+
+    def _near(self, block: Motion, touching: BoolArray) -> BoolArray:
+        """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
+        if self._offset is None:
+            return np.zeros_like(touching)
+        near = touching.copy()
+        rows = np.flatnonzero(block.valid[:, self._ends].all(axis=1) & ~touching)
+        near[rows] = self._offset.near(block, rows, np.full_like(rows, self.column))
+        return near
+
+    @cached_property
+    def answer(self) -> tuple[IntArray, ByteArray]:
+        """Frames (k,) with contact or in reach of the noise, and the copies with contact there as bits (k, C / 8), the
+        last byte filled up with none; after the last block."""
+        frames, said = (np.concatenate(some) for some in zip(*self._parts, strict=True))
+        return frames, said
+
+    def span(self, first: int, last: int) -> NoisySpan:
+        """Which share of the copies has a contact anywhere in a span of frames."""
+        frames, said = self.answer
+        rows = slice(*np.searchsorted(frames, [first, last + 1]))
+        found = np.bitwise_count(np.bitwise_or.reduce(said[rows], axis=0)).sum()
+        return NoisySpan(self.column, first, last, float(found / self._copies))

@@ -1,0 +1,134 @@
+"""The oracle as the reference of other answers, and what is within tolerance of it: less than tau, on exact geometry.
+
+A contact is excused when no face pair is deeper than tau and a move of the surfaces by tau ends it; a gap, when some
+face pair is at most tau apart. The move is asked for because face pairs of cubes with faces in common planes only
+touch, however deep the cubes stand in each other. A disagreement about a body being *inside* another is never excused:
+no shift by tau gives the other answer. Neither are candidates of volumes, nor verdicts on intervals.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from cdcore import Detection, Motion, Verdict
+from cdcore.narrow.pair_frames import rows_of_columns
+from cdcore.numerics import BoolArray, IntArray
+from cdcore.protocol import is_one_of
+from replay.auditing.compare import Within, compare
+from replay.auditing.episodes import episodes
+from replay.auditing.holding import holdings
+from replay.auditing.outcome import Comparison, Episode
+from replay.errors import AuditError
+from replay.prepare.assembly import Assembly
+from sessions import Session
+
+if TYPE_CHECKING:
+    from cdcore.narrow.ill_posed import MarginStage
+
+TAU: Final = 2e-6
+"""Metres. Float engines disagree about less, coal decides nothing below it, and no tracker resolves a hundred times
+as much (VIVE: 0.14 mm frame to frame)."""
+
+FRAMES_AT_ONCE: Final = 1024
+"""Frames whose faces are held together: some 25 MB when every pair of a bench meets in a thousand face pairs."""
+
+EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
+"""Verdicts about surfaces."""
+
+
+class Tolerance:
+    """Judges the disagreements of one run; each pair-frame is measured once, whoever disagrees there.
+
+    ``faces`` gives an exact detector's verdicts and faces for some frames. ``tau`` is in metres; with 0 nothing is
+    excused, not even a touch. Raises ``AuditError``: it is negative or not finite.
+    """
+
+    def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TAU) -> None:
+        if not 0.0 <= tau < float("inf"):
+            raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
+        self._assembly, self._faces, self._tau = assembly, faces, tau
+        # (T, P): 0 not measured, 1 beyond tau, 2 within.
+        self._measured = np.zeros((len(assembly.motion), len(assembly.pairs)), dtype=np.uint8)
+
+    @cached_property
+    def _stage(self) -> "MarginStage":
+        """The geometry behind a judgement, with its compiler: a run without a disagreement loads neither."""
+        from cdcore.narrow.ill_posed import MarginStage
+
+        return MarginStage(self._assembly.bodies, self._tau)
+
+    def judge(self, subject: Detection, oracle: Detection) -> Within:
+        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
+
+        def within(frames: IntArray, columns: IntArray) -> BoolArray:
+            asked = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
+            asked &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
+            asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
+            frames, columns = frames[asked], columns[asked]
+            new = self._measured[frames, columns] == 0
+            self._measured[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
+            asked[asked] = self._measured[frames, columns] == 2
+            return asked
+
+        return within
+
+    def _within(self, frames: IntArray, columns: IntArray) -> BoolArray:
+        within = np.zeros(len(frames), dtype=np.bool_)
+        known, row = np.unique(frames, return_inverse=True)
+        for start in range(0, len(known), FRAMES_AT_ONCE):
+            here = np.flatnonzero((row >= start) & (row < start + FRAMES_AT_ONCE))
+            motion = self._assembly.motion.take(known[start : start + FRAMES_AT_ONCE])
+            within[here] = self._judge(motion, row[here] - start, columns[here])
+        return within
+
+    def _judge(self, motion: Motion, rows: IntArray, columns: IntArray) -> BoolArray:
+        """Of pair-frames of a short motion."""
+        truth = self._faces(motion)
+        meet = truth.verdict[rows, columns] == Verdict.CONTACT
+        within = np.zeros(len(rows), dtype=np.bool_)
+        for column, some in rows_of_columns(columns):
+            bodies = self._assembly.pairs[column]
+            pair = int(bodies[0]), int(bodies[1])
+            apart = some[~meet[some]]
+            if len(apart):
+                poses = rows[apart][:, None], bodies
+                within[apart] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
+            known: dict[tuple[bytes, bytes], bool] = {}
+            for entry in some[meet[some]]:
+                turn, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
+                key = turn.tobytes(), move.tobytes()
+                if key not in known:
+                    asked = pair, truth.faces(int(rows[entry]), column), turn, move
+                    known[key] = self._stage.shallow(*asked) and self._stage.loose(*asked)
+                within[entry] = known[key]
+        return within
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the oracle said, its contacts, the stretches in which a hand holds a body, and what is within tolerance."""
+
+    truth: Detection
+    episodes: tuple[Episode, ...]
+    holdings: tuple[Episode, ...]
+    tolerance: Tolerance
+
+    @classmethod
+    def of(cls, truth: Detection, assembly: Assembly, session: Session | None, tolerance: Tolerance) -> "Reference":
+        """The reference of a detection of an assembly; hands are those of the ``session``."""
+        contacts = episodes(truth, assembly.motion.valid)
+        return cls(truth, contacts, holdings(assembly, session, contacts), tolerance)
+
+    @cached_property
+    def contacts(self) -> tuple[Episode, ...]:
+        """The contacts that count: all but those of a hand with what it holds."""
+        held = set(self.holdings)
+        return tuple(contact for contact in self.episodes if contact not in held)
+
+    def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
+        """Hold a detection to it; ``labels`` as for ``compare``."""
+        within = self.tolerance.judge(subject, self.truth)
+        return compare(subject, self.truth, labels, within, self.holdings)

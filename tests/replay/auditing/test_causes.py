@@ -1,0 +1,179 @@
+"""One planted fault per cause: what was planted is what is reported, and nothing else."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.analytic_cases import make_analytic
+from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, verdict_column
+
+from cdcore import Verdict
+from cdcore.protocol import Explanation
+from replay.auditing.causes import Audited, find_causes, first_failed
+from replay.auditing.compare import compare
+from replay.auditing.fault import MISS_CAUSES, Cause
+from replay.auditing.sample_budget import SampleBudget
+from replay.pipeline.engine import compute
+from replay.prepare.assemble import RESIDUAL_FACT
+from sessions import Session
+from sessions.model.event import LiveContact
+
+PLANTED = {
+    **{
+        cause: f"{stage}=support.planted_detectors:Blamed[stage={stage}]"
+        for cause, stage in (
+            (Cause.SPHERE_STAGE, "spheres"),
+            (Cause.SAMPLING, "sample"),
+            (Cause.BUDGET, "budget"),
+            (Cause.SEARCH, "search"),
+            (Cause.UNEXPLAINED, "nothing"),
+        )
+    },
+    Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
+    Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
+    Cause.LATE: "support.planted_detectors:FiveLate",
+}
+
+
+def reported(session, late_ns, digits=9, residual="0"):
+    """The session with what an engine reports of it: its exact contacts, late by so much, with so many digits."""
+    found = compute(session, detectors="exact", oracle="none")
+    times = found.assembly.motion.times
+    written = [
+        (float(np.round((seconds * 1e9 + late_ns) / 1e9, digits)), phase)
+        for one in found.episodes["exact"]
+        for seconds, phase in ((times[one.first], "enter"), (one.end, "exit"))
+    ]
+    contacts = tuple(LiveContact(round(seconds * 1e9), "a", "b", phase) for seconds, phase in written)
+    return replace(session, live_contacts=contacts, facts={RESIDUAL_FACT: residual})
+
+
+ELSEWHERE = {
+    # what was planted: (session, detector, oracle, its only cause)
+    "a collider that never meets": (
+        lambda: corners_first(0.6), "collider[shape=capsule,rate_hz=20]", "exact", Cause.COLLIDER_SHAPE),
+    "a budget": (
+        lambda: make_analytic("spinning-rod", seconds=3.0)[0], "hybrid-qaco[budget=100]", "exact", Cause.BUDGET),
+    "lateness where bodies are inside others": (
+        lambda: make_analytic("ball-in-box", seconds=3.0)[0], "support.planted_detectors:FiveLate", "exact",
+        Cause.LATE),
+    **{f"containment, by {name}": (
+        lambda: make_analytic("ball-in-box", seconds=3.0)[0], name, "exact", Cause.CONTAINMENT,
+    ) for name in ("hybrid[containment=false]", "qaco")},
+    "an engine five frames late": (lambda: reported(corners_first(), 50_000_000), "recorded", "exact", Cause.LATE),
+    "a clock": (
+        lambda: reported(corners_first(), 15_000_000, residual="0.026"), "recorded", "exact", Cause.CLOCK),
+}  # fmt: skip
+
+
+def corners_first(nearest=0.42):
+    """A unit cube comes at another one along the diagonal, corner first, and goes away, six times, a bit turned."""
+    frames = 120
+    depth = nearest + 0.3 + 0.3 * np.cos(2 * np.pi * np.arange(frames) / 20)
+    places = np.stack([depth, 0.93 * depth, 1.02 * depth], axis=1)
+    still = np.tile(STILL, (frames, 1))
+    turned = np.array([0.1, 0.05, 0.0, 1.0]) / np.linalg.norm([0.1, 0.05, 0.0, 1.0])
+    poses = {"a": (np.zeros((frames, 3)), still), "b": (places, np.tile(turned, (frames, 1)))}
+    return Session.from_arrays(np.arange(frames) * 10_000_000, poses, {"a": cube(), "b": cube()})
+
+
+def test_the_table_of_planted_and_reported_causes_is_diagonal():
+    result = compute(corners_first(), detectors=list(PLANTED.values()), oracle="exact")
+    labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
+    for planted, label in labels.items():
+        told = result.causes[label]
+        assert told.examined > 5, planted
+        assert {cause for cause, count in told.pair_frames.items() if count} == {planted}
+        assert {miss.cause for miss in result.misses[label]} == {planted.value}
+        figures = result.summary["audit"][label]["causes"]
+        assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(MISS_CAUSES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planted", ELSEWHERE)
+def test_the_table_is_diagonal_in_other_sessions_too(planted):
+    session, detector, oracle, cause = ELSEWHERE[planted]
+    (told,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
+    assert told.examined > 0
+    assert {one for one, count in told.pair_frames.items() if count and one != Cause.TOLERANCE} == {cause}
+
+
+NINETY_HZ_NS = 11_111_111
+
+
+@pytest.mark.parametrize(
+    ("late_ns", "digits", "missed", "invented"),
+    [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
+)
+def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digits, missed, invented):
+    session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
+    result = compute(reported(session, late_ns, digits), detectors="recorded", oracle="exact")
+    figures = result.summary["audit"]["recorded"]
+    assert (figures["missed"]["count"], figures["invented"]["count"]) == (missed, invented)
+
+
+def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
+    planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_LOOKS)
+    result = compute(
+        corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
+    )
+    for cause, label in zip(planted, result.causes, strict=True):
+        assert result.causes[label].examined > 5
+        assert {told for told, count in result.causes[label].pair_frames.items() if count} == {cause}
+
+
+def test_a_contact_that_no_instant_shows_is_lost_between_frames():
+    session = cubes({"a": [0.0] * 8, "b": [3, 3, -3, -3, -3, 0.9, 0.8, 3]})
+    result = compute(session, detectors="exact", oracle="truth=support.planted_detectors:Swept")
+    (miss,) = result.misses["exact"]
+    assert (miss.first, miss.last, miss.cause) == (2, 2, "between frames")
+    assert {cause for cause, count in result.causes["exact"].pair_frames.items() if count} == {Cause.BETWEEN_FRAMES}
+
+
+def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
+    subject, oracle = verdict_column("...C"), verdict_column(".CCC")
+    comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
+    misses, causes = find_causes((), comparison, Audited(None, None, subject, oracle), None)
+    assert causes.pair_frames == {Cause.TOLERANCE: 2} and misses == ()
+
+
+@pytest.mark.parametrize(
+    ("told", "cause"),
+    [
+        ({}, Cause.UNEXPLAINED),
+        ({"verdict": Verdict.NOT_FOUND}, Cause.SEARCH),
+        ({"looked": False, "shapes_meet": False}, Cause.COLLIDER_SHAPE),
+        ({"looked": False, "spheres_meet": False}, Cause.BETWEEN_LOOKS),
+        ({"within_clock": True, "shapes_meet": False}, Cause.CLOCK),
+        ({"shapes_meet": False, "spheres_meet": False}, Cause.COLLIDER_SHAPE),
+        ({"spheres_meet": False, "sample_meets": False}, Cause.SPHERE_STAGE),
+        ({"sample_meets": False, "found_with_more": True}, Cause.SAMPLING),
+        ({"sample_meets": True, "found_with_more": True}, Cause.BUDGET),
+        ({"sample_meets": True, "found_with_more": False}, Cause.SEARCH),
+    ],
+)
+def test_the_first_stage_that_failed_is_the_cause(told, cause):
+    said = told.pop("verdict", Verdict.CLEAR)
+    assert first_failed(Explanation(**told), said, at_instant=True) == cause
+    assert first_failed(Explanation(**told), said, at_instant=False) == Cause.BETWEEN_FRAMES
+
+
+def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
+    budget = SampleBudget(per_miss=16, total=10, at_once=3)
+    monkeypatch.setattr("replay.auditing.causes.CAUSE_BUDGET", budget)
+    session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
+    result = compute(session, detectors="support.planted_detectors:Blind")
+    words = Counter(miss.cause for miss in result.misses["Blind"])
+    assert words == {Cause.NOT_EXAMINED: 90, Cause.UNEXPLAINED: 10}
+    assert result.causes["Blind"].examined == 10 and result.causes["Blind"].missed == 200
+
+
+def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():
+    result = compute(
+        cubes(TWO_BUMPS),
+        detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",
+        oracle="support.planted_detectors:Planted",
+    )
+    assert [miss.cause for miss in result.misses["slow"]] == ["between samples"] * 2
+    assert all(miss.evidence.face_pairs for miss in result.misses["slow"])

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from replay.auditing.clock_offset import estimate_offset
+from replay.errors import AuditError
+
+BEGIN, END = ("a", "b", "begin"), ("a", "b", "end")
+
+
+@settings(max_examples=40)
+@given(st.floats(-1e6, 1e6), st.integers(0, 2**31))
+def test_a_shift_is_found_again_whatever_its_size_with_lost_and_extra_reports(shift, seed):
+    rng = np.random.default_rng(seed)
+    begins = np.sort(rng.uniform(0, 60, 20))
+    truth = {BEGIN: begins.tolist(), END: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}
+    reported = {
+        key: (np.array(times) - shift + rng.uniform(-0.008, 0.008, 20))[rng.random(20) < 0.8].tolist()
+        for key, times in truth.items()
+    }
+    reported[BEGIN] = [*reported[BEGIN], -shift + 200.0]
+    found = estimate_offset(reported, truth)
+    assert found.seconds == pytest.approx(shift, abs=0.012)
+    assert found.residual < 0.025 and found.matched >= found.of - 4
+
+
+def test_the_offset_is_exact_where_the_reports_are():
+    found = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
+    assert (found.seconds, found.residual, found.matched, found.of) == (-10.0, 0.0, 3, 3)
+    assert str(found) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
+
+
+def test_of_shifts_that_fit_equally_the_smallest_is_taken():
+    begins, ends = [0.0, 1.2, 5.0], [0.1, 1.3, 5.1]
+    found = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
+    assert found.seconds == pytest.approx(0.2) and found.rivals == 2
+    assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, say the offset with --" in str(found)
+    assert estimate_offset({BEGIN: [1.0, 2.0], END: [1.1]}, {BEGIN: [5.0, 6.0], END: [5.1]}).rivals == 0
+
+
+def test_a_given_offset_is_kept_and_its_fit_said():
+    found = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
+    assert (found.seconds, found.matched) == (0.0, 1) and found.residual == pytest.approx(0.01)
+    assert str(found).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
+    lost = estimate_offset({BEGIN: [1.0]}, {}, 0.5)
+    assert (lost.matched, lost.residual) == (0, None)
+    assert str(lost).endswith("residual unknown: none of 1 begins and ends is within 50 ms of a true one")
+
+
+def test_without_a_common_pair_nothing_is_guessed():
+    with pytest.raises(AuditError, match="--offset"):
+        estimate_offset({BEGIN: [1.0]}, {END: [1.0]})
+
+
+@pytest.mark.parametrize("reported", [{BEGIN: [1.0]}, {BEGIN: [1.0], END: [9.0]}])
+def test_one_report_alone_fits_every_clock_and_so_none(reported):
+    with pytest.raises(AuditError, match=r"one report alone fits every clock.*--offset"):
+        estimate_offset(reported, {BEGIN: [0.0, 3.0], END: [4.0]})
+    assert estimate_offset(reported, {BEGIN: [0.99]}, 0.0).matched == 1
+
+
+def drifting(contacts, span, drift, rng, jitter=0.008):
+    """Reports of a clock that reads ``drift`` too few seconds a second and 7 s too few, and the truth."""
+    begins = np.sort(rng.uniform(0, span, contacts))
+    truth = {BEGIN: begins, END: begins + rng.uniform(0.1, 1.0, contacts)}
+    reported = {
+        key: ((moments + rng.uniform(-jitter, jitter, contacts) - 7.0) / (1 + drift))[rng.random(contacts) < 0.9]
+        for key, moments in truth.items()
+    }
+    return {key: one.tolist() for key, one in reported.items()}, {key: one.tolist() for key, one in truth.items()}
+
+
+@pytest.mark.parametrize(("contacts", "span", "drift"), [(8, 10.0, 0.02), (20, 60.0, -0.02), (20, 300.0, 0.001)])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_drift_is_found_said_and_undone(contacts, span, drift, seed):
+    reported, truth = drifting(contacts, span, drift, np.random.default_rng(seed))
+    found = estimate_offset(reported, truth)
+    assert found.drift == pytest.approx(drift, abs=0.02 / span)
+    assert found.residual < 0.016 and found.matched == found.of
+    assert f" at the first report, drift {100 * found.drift:+.3f} %, residual" in str(found)
+    for key, moments in reported.items():
+        placed = [one + found.at(one) for one in moments]
+        assert all(min(abs(one - true) for true in truth[key]) < 0.02 for one in placed)
+
+
+@pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
+def test_a_drift_is_looked_for_through_three_contacts_and_no_fewer(ends, drift):
+    truth = {BEGIN: [0.0, 5.0, 10.0], END: [0.5, 5.7, 10.9]}
+    reported = {key: [(moment - 7.0) / 1.02 for moment in moments] for key, moments in truth.items()}
+    assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)
+
+
+def test_a_clock_without_a_drift_is_given_none():
+    rng, drifts = np.random.default_rng(1), []
+    for _ in range(100):
+        reported, truth = drifting(int(rng.integers(2, 12)), float(rng.uniform(5, 60)), 0.0, rng, jitter=0.02)
+        drifts.append(estimate_offset(reported, truth).drift)
+    assert sum(drift != 0.0 for drift in drifts) <= 1

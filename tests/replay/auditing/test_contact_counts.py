@@ -1,0 +1,113 @@
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.small_worlds import verdict_column, verdicts
+
+from cdcore import Detection, Verdict
+from replay.auditing.compare import compare
+from replay.auditing.contact_counts import count_contacts, count_reports, held_counts
+from replay.auditing.episodes import episodes
+from replay.auditing.fault import FaultKind
+from replay.auditing.matching import match_episodes
+from replay.auditing.misses import missed_faults
+from replay.auditing.outcome import Outcome
+from replay.base.wilson import OVER_CONTACTS, share_of_clusters
+
+
+@pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
+def test_a_held_contact_is_found_missed_or_found_in_part(said, missed, part):
+    subject, oracle = verdict_column(said), verdict_column(".CCC.")
+    contacts = episodes(oracle)
+    comparison = compare(subject, oracle, holdings=contacts)
+    told = held_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
+    frames = said.count("C")
+    assert [*told.values()] == [1, missed, part, frames, 3 - frames, 0]
+
+
+def by_hand(oracle, subject):
+    """(in part, missed, undecided, undecided in part, frames undecided) of one pair, by a walk over letters."""
+    counts = np.zeros(5, dtype=int)
+    for contact in re.finditer("C+", oracle):
+        said = subject[contact.start() : contact.end()]
+        found, lost, left = (letter in said for letter in "C.u")
+        known = found or lost
+        counts += [found and lost, lost and not found, not known, left and known, said.count("u")]
+    return counts
+
+
+LETTERS = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min_size=1, max_size=40)
+
+
+@given(LETTERS, LETTERS)
+def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
+    size = min(len(first), len(second))
+    rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]
+    oracle, subject = (verdicts(side) for side in rows)
+    comparison, truth, found = compare(subject, oracle), episodes(oracle), episodes(subject)
+    one = count_contacts(comparison, truth)
+    hand = sum(by_hand(*map("".join, zip(*column[:size], strict=True))) for column in (first, second))
+    told = [one.in_part, one.missed, one.undecided, one.undecided_in_part, one.frames_undecided]
+    assert told == hand.tolist() and one.contacts == len(truth)
+    assert one.missed_numbers == list(match_episodes(comparison, truth, found, one).missed)
+    lost = missed_faults(comparison, truth, [("a", "b"), ("a", "c")], oracle.times)
+    assert one.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_FOUND})
+    assert one.in_part == len({miss.contact for miss in lost}) - one.missed
+
+
+def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
+    """Shares missed, invented, and of faces listed, by a detector that looks at each ``every``-th frame of 90 Hz.
+
+    A share ``unseen`` of the contacts is ten times as long, and missed whole.
+    """
+    frames = np.maximum(np.rint(90 * random.lognormal(np.log(0.12), longest, contacts)), 1).astype(int)
+    lost = random.random(contacts) < unseen if unseen else np.zeros(contacts, dtype=bool)
+    frames[lost] *= 10
+    lasting = np.column_stack([random.integers(20, 90, contacts), frames]).ravel()
+    truth = np.append(np.repeat(np.tile([False, True], contacts), lasting), [False] * every)
+    at = np.arange(len(truth))
+    said = truth[np.maximum(at - (at - random.integers(every)) % every, 0)]
+    said[:-every] &= np.repeat(np.column_stack([~lost, ~lost]).ravel(), lasting)
+    subject, oracle = (
+        Detection("x", ("a", "b"), np.array([[0, 1]]), at / 90,
+                  np.where(mask, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)[:, None], "instants")
+        for mask in (said, truth)
+    )  # fmt: skip
+    comparison, faces = compare(subject, oracle), frames * random.integers(5, 50, contacts)
+    return {
+        "missed": count_contacts(comparison, episodes(oracle)).share(Outcome.MISSED),
+        "invented": count_reports(comparison).share(Outcome.INVENTED),
+        "faces": share_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("contacts", "every", "longest"), [(18, 4, 0.8), (12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)])
+def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousand_contacts(contacts, every, longest):
+    random = np.random.default_rng(16)
+    truth = drawn(random, 20_000, every, longest)
+    sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
+    for what, of_all in truth.items():
+        held = [one[what]["low"] <= of_all["share"] <= one[what]["high"] for one in sessions]
+        assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
+def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say(contacts, least, most):
+    random = np.random.default_rng(16)
+    truth = drawn(random, 20_000, unseen=0.05)["missed"]["share"]
+    sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
+    assert least <= np.mean([one["low"] <= truth <= one["high"] for one in sessions]) <= most
+    assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
+
+
+def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():
+    subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
+    within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
+    counts = count_reports(compare(subject, oracle, within=within))
+    told = counts.share(Outcome.INVENTED)
+    assert counts.pairs.tolist() == [0, 1, 0]
+    assert (told["count"], told["of"], told["clusters"]) == (4, 6, 3)

@@ -1,0 +1,57 @@
+import re
+
+import numpy as np
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from support.small_worlds import verdict_column, verdicts
+
+from replay.auditing.episodes import column_runs, episodes
+from replay.prepare.frame_times import frame_ends
+
+tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
+
+
+@given(tables)
+def test_runs_cover_what_is_true_and_nothing_else_and_are_maximal(mask):
+    rebuilt = np.zeros_like(mask)
+    for column, first, last in column_runs(mask.T):
+        assert not rebuilt[first : last + 1, column].any()
+        rebuilt[first : last + 1, column] = True
+        assert first == 0 or not mask[first - 1, column]
+        assert last == len(mask) - 1 or not mask[last + 1, column]
+    assert np.array_equal(rebuilt, mask)
+
+
+@given(tables)
+def test_runs_are_in_order_of_time_then_column(mask):
+    order = [(first, column) for column, first, _ in column_runs(mask.T).tolist()]
+    assert order == sorted(order)
+
+
+def test_an_episode_ends_at_a_frame_without_contact_and_lasts_until_it():
+    detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
+    got = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
+    assert got == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
+
+
+@example("C--C-CC")
+@given(st.text(alphabet="C.-u", min_size=1, max_size=40))
+def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters):
+    expected = [
+        (contact.start(1), contact.end(1) - 1, contact[1].count("C"), len(re.findall("-+", contact[0])))
+        for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters)
+    ]
+    assert [(e.first, e.last, e.frames, e.cuts) for e in episodes(verdict_column(letters))] == expected
+
+
+def test_a_jump_between_known_poses_joins_no_contacts():
+    """A detector of intervals says NO_POSE of the way across a jump, though both bodies have a pose at its end."""
+    known = np.ones((3, 2), dtype=bool)
+    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 0, 0), (2, 2, 0)]
+    known[1, 0] = False
+    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
+
+
+def test_a_frame_lasts_until_the_next_and_before_a_gap_as_long_as_the_middle_one():
+    assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]

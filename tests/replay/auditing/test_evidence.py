@@ -1,0 +1,125 @@
+import numpy as np
+import pytest
+from support.small_worlds import along_x, cube, cubes
+
+from cdcore import create_detector
+from replay.auditing.evidence import EVIDENCE_BUDGET, measure_misses
+from replay.auditing.fault import Fault, FaultKind
+from replay.auditing.sample_budget import grouped, spread_frames
+from replay.prepare.assemble import assemble
+from sessions import MeshData, Session
+
+
+def miss(pair, first, last):
+    """A miss of these frames that is not yet measured."""
+    return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_FOUND, first, last, 0.0, 1.0, frame=first)
+
+
+def cuts_of(session, places):
+    """Misses of these frames, measured, and how many frames were queried at a time."""
+    assembly = assemble(session)
+    detector = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
+    asked = []
+
+    def detect(motion):
+        asked.append(len(motion))
+        return detector.detect(motion, faces=True)
+
+    measured = measure_misses(assembly, detect, [miss(*place) for place in places])
+    return measured, asked
+
+
+def offset_cubes(places):
+    """A unit cube at the origin and a second, turned and shifted so that faces cross in general position."""
+    turn = np.tile(np.array([0.1, 0.2, 0.3, 0.9]) / np.sqrt(0.95), (len(places), 1))
+    moving = along_x(places)[0] + [0, 0.13, 0.21]
+    return Session.from_arrays(
+        np.arange(len(places)) * 10_000_000,
+        {"a": along_x([0] * len(places)), "b": (moving, turn)},
+        {"a": cube(), "b": cube(0.3)},
+    )
+
+
+def test_the_deepest_look_is_where_the_curve_is_longest_and_its_normal_points_from_first_to_second():
+    (whole, part), asked = cuts_of(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
+    assert (whole.frame, part.frame, asked) == (2, 1, [5]) and whole.metres > part.metres > 0.0
+    assert part.evidence.face_pairs > 0 and part.point[0] == pytest.approx(0.5, abs=1e-12)
+    assert part.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
+    poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(0.1)}
+    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
+    assert (cut.frame, cut.metres, cut.evidence.face_pairs) == (0, 0.0, 0)
+    assert cut.point == pytest.approx((4.9, 0, 0)) and cut.evidence.normal == pytest.approx((-1, 0, 0))
+
+
+def test_long_misses_are_looked_at_evenly_with_both_ends():
+    assert spread_frames(3, 9, 10).tolist() == list(range(3, 10)) and spread_frames(4, 10, 1).tolist() == [7]
+    many = spread_frames(0, 10_000, EVIDENCE_BUDGET.per_miss)
+    assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
+
+
+def test_groups_keep_the_order_and_are_no_larger_than_asked_but_where_one_item_is():
+    assert [*grouped([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
+
+
+@pytest.mark.parametrize(
+    ("other", "normal"),
+    [
+        # The other triangle stands across the first, in a plane through X: they cut along X.
+        ([[0.1, -1, 0.5], [0.9, -1, 0.5], [0.5, 2, 0.5]], (0, 0.5**0.5, 0.5**0.5)),
+        # The middles lie along the line: any normal across it would be as good, and the way between them is kept.
+        ([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0)),
+    ],
+)
+def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_else_along_the_middles(other, normal):
+    flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
+    across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
+    poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
+    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
+    assert cut.evidence.face_pairs == 1 and cut.metres > 0.0
+    assert cut.evidence.normal == pytest.approx(normal, abs=1e-9)
+
+
+def test_a_curve_is_as_long_as_its_parts_and_its_point_is_the_middle_of_the_part_nearest_to_its_middle():
+    """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: the middle is at -7 m, by length."""
+    corners = [[(c - long, 0, -1), (c + long, 0, -1), (c, 0, 1)] for c, long in ((2, 4), (4.5, 1), (5.5, 1))]
+    wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
+    floor = MeshData(np.array([[-20.0, -5, 0], [20, -5, 0], [0, 20, 0]]), np.array([[0, 1, 2]]))
+    poses = {"a": along_x([-10, -10]), "b": along_x([0, 1])}
+    (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, {"a": wall, "b": floor}), [(0, 0, 0)])
+    assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
+
+
+def between(places, *asked):
+    session = cubes({"a": [0.0] * len(places), "b": places})
+    assembly = assemble(session)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    misses = [miss(*place) for place in asked]
+    return measure_misses(assembly, lambda motion: exact.detect(motion, faces=True), misses, between=True)
+
+
+def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():
+    (cut,) = between([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
+    assert cut.evidence.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
+    assert (cut.frame, cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (2, 1, [list(cut.evidence.touch.faces)])
+    assert (cut.point, cut.evidence.normal) == (cut.evidence.touch.point, cut.evidence.touch.normal)
+    assert cut.point[0] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(("place", "faces"), [(0.8, True), (2.0, False)])
+def test_a_contact_that_a_frame_shows_is_looked_at_there_and_a_touch_that_nobody_knows_has_a_place_alone(place, faces):
+    (cut,) = between([3.0, 3.0, place, 3.0], (0, 2, 2))
+    assert (
+        cut.evidence.touch is None
+        and cut.evidence.face_pairs == len(cut.evidence.faces)
+        and (cut.evidence.face_pairs > 1) == (cut.metres > 0) == faces
+    )
+    assert faces or cut.point == pytest.approx((1.0, 0, 0))
+
+
+def test_beyond_the_most_touches_nobody_is_asked(monkeypatch):
+    monkeypatch.setattr("replay.auditing.evidence.TOUCHES_IN_ALL", 1)
+    first, second = between([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
+    assert first.evidence.touch is not None and second.evidence.touch is None

@@ -1,0 +1,119 @@
+"""False contacts are numbered in order of time, measured where the gap is widest, and none is counted twice."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh
+from support.small_worlds import verdict_column
+
+from cdcore import Body, Motion, create_detector
+from replay.auditing import false_contacts as module
+from replay.auditing.causes import Audited
+from replay.auditing.false_contacts import false_contacts
+from replay.auditing.fault import Cause
+from replay.auditing.outcome import Comparison, Outcome
+from replay.detection.recorded import recorded_detector
+from replay.prepare.assembly import Assembly
+from sessions.model.event import LiveContact
+
+N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
+
+
+def world(outcomes, gaps=None):
+    """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
+    frames = len(outcomes)
+    places = np.zeros((frames, 2, 3))
+    places[:, 1, 0] = 2.0 + (np.ones(frames) if gaps is None else np.array(gaps))
+    bodies = (Body("a", box_mesh((2.0, 2.0, 2.0))), Body("b", box_mesh((2.0, 2.0, 2.0))))
+    times = np.arange(frames) * 0.01
+    motion = Motion(times, places, np.broadcast_to(np.eye(3), (frames, 2, 3, 3)), np.ones((frames, 2), bool))
+    stamps, origin = np.arange(frames) * 10_000_000, np.zeros((frames, 2), np.uint8)
+    assembly = Assembly(bodies, motion, np.array([[0, 1]]), np.array([False]), stamps, origin)
+    return assembly, Comparison("it", "truth", np.array(outcomes, dtype=np.uint8)[:, None])
+
+
+def false_of(outcomes, gaps=None, detector=None):
+    """What a detector that may explain itself says falsely; of all this alone says when."""
+    assembly, said = world(outcomes, gaps)
+    subject, oracle = (verdict_column(["C" if one in told else "." for one in outcomes]) for told in ((B, F), (B, M)))
+    return false_contacts(assembly, said, Audited(assembly.motion, detector, subject, oracle))
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "kinds"),
+    [
+        ([N, F, F, N], ["nothing there"]), ([F, F], ["nothing there"]), ([N, F, B, N], ["starts early"]),
+        ([N, B, F, N], ["ends late"]), ([B, F, B], ["joins two contacts"]), ([F, B, F], ["starts early", "ends late"]),
+        ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
+    ],
+)  # fmt: skip
+def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
+    assert [one.kind for one in false_of(outcomes)] == kinds
+
+
+def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
+    (one,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
+    assert (one.number, one.bodies, one.first, one.last, one.frames) == (1, ("a", "b"), 1, 3, 3)
+    assert (one.start, one.end, one.frame) == (0.01, 0.04, 2)
+    assert one.metres == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
+
+
+def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
+    assert [(one.number, one.first) for one in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
+    assert false_of([H, H]) == ()
+
+
+def test_of_too_many_the_longest_are_measured(monkeypatch):
+    monkeypatch.setattr(module, "LOOKS_IN_ALL", 1)
+    short, long = false_of([F, N, F, F], [0.5, 1, 0.5, 0.5])
+    assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
+
+
+def test_the_cause_is_the_solid_before_the_rate():
+    bodies, pairs = world([N])[0].bodies, np.array([[0, 1]])
+    ball = create_detector("collider", bodies, pairs=pairs, shape="sphere")
+    slow = create_detector("discrete", bodies, pairs=pairs, rate_hz=1.0)
+    box = create_detector("collider", bodies, pairs=pairs, shape="box", rate_hz=1.0)
+    for gap, detector, cause in (
+        (0.5, ball, Cause.UNEXPLAINED),
+        (0.5, slow, Cause.LAST_ANSWER),
+        (0.5, None, Cause.UNEXPLAINED),
+        (-0.01, box, Cause.COLLIDERS_MEET),
+    ):
+        assert false_of([N, F, F], [9.0, gap, gap], detector)[0].cause == cause
+
+
+STEP = "between physics steps"
+REPORTS = [
+    # What frames of 10 ms are: true, or false; when an engine of 50 steps a second says begin and end; and why.
+    ("...FFBBBBF...", (0.02, 0.10), ["early", STEP]),
+    ("....BBBBFFFF.", (0.04, 0.12), ["late"]),
+    ("....BFFB.....", (0.04, 0.08), ["unexplained"]),
+    ("....BFBBB....", (0.04, 0.08), [STEP]),
+    ("....FFF......", (0.04, 0.06), ["unexplained"]),
+    ("....BBBFFF...", (0.04, None), ["late"]),
+]
+
+
+@pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
+@pytest.mark.parametrize("steps", [50.0, None])
+def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, report, causes, steps):
+    outcomes = [{".": N, "B": B, "F": F}[one] for one in frames]
+    assembly, _ = world(outcomes)
+    stamps = zip(("enter", "exit"), report, strict=True)
+    contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
+    known = {} if steps is None else {"rate_hz": steps}
+    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
+    late = [one if steps else one.replace(STEP, "late" if "F." in frames else "unexplained") for one in causes]
+    assert [one.cause for one in false_of(outcomes, None, engine)] == late
+
+
+def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_solid_comes_before_time():
+    assembly, _ = world([N])
+    contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
+
+    def cause(residual, gap=0.5, **known):
+        engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
+        return false_of([N, B, F, N], [gap] * 4, engine)[0].cause
+
+    assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
+    assert cause(0.0, -0.1, shape="box") == Cause.COLLIDERS_MEET

@@ -1,0 +1,64 @@
+"""The moment between two frames is that of the closed form, and its point lies on both bodies."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.small_worlds import STEP_NS, along_x, cube, cubes, framed
+
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.auditing.first_touch import at_touch, first_touch, poses_between
+from replay.prepare.assemble import assemble
+from sessions import Session
+
+STEP = STEP_NS * 1e-9
+
+
+def test_a_cube_that_jumps_through_another_touches_it_when_and_where_the_line_says():
+    assembly = assemble(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
+    touch = first_touch(assembly, 0, 1)
+    expected = STEP + STEP * 2 / 6
+    assert touch.frame == 1 and touch.free <= expected + 1e-12 and touch.moment == pytest.approx(expected, abs=1e-6)
+    assert touch.later_ns == pytest.approx((expected - STEP) * 1e9, abs=1000)
+    assert touch.point[0] == pytest.approx(0.5, abs=1e-3) and max(map(abs, touch.point[1:])) <= 0.5 + 1e-9
+    assert touch.normal == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
+
+
+def test_a_way_that_meets_nothing_has_no_touch_nor_has_one_that_is_not_there():
+    apart = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
+    assert [first_touch(apart, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
+    lost = assemble(framed([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
+    assert not lost.motion.valid.all() and [first_touch(lost, 0, frame) for frame in (0, 1)] == [None, None]
+
+
+def test_at_the_touch_the_pair_stands_where_it_meets_and_others_where_they_were():
+    assembly = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
+    pair = [tuple(ends) for ends in assembly.pairs.tolist()].index((0, 1))
+    touch = first_touch(assembly, pair, 1)
+    there = at_touch(assembly, pair, touch).motion
+    assert there.translations[0, :, 0] == pytest.approx([0.0, 1.0, 8.0], abs=1e-3)
+    assert there.times.tolist() == [touch.moment]
+
+
+def test_between_frames_origins_move_along_lines_and_turns_are_even():
+    turn = np.array([[0, 0, 0, 1.0], [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]])
+    poses = {"a": along_x([0, 0]), "b": (np.array([[0.0, 0, 0], [4.0, 2.0, 0]]), turn)}
+    motion = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()})).motion
+    there = poses_between(motion, np.array([1]), np.array([0.0, STEP / 4, STEP]))
+    assert there.translations[:, 0] == pytest.approx(np.array([[0, 0, 0], [1, 0.5, 0], [4, 2, 0]]), abs=1e-12)
+    quarter = rotation_from_quaternion(np.array([0, 0, np.sin(np.pi / 16), np.cos(np.pi / 16)]))
+    assert there.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
+
+
+def test_the_point_lies_on_both_bodies_and_the_normal_is_the_face_s_that_a_corner_meets():
+    """A cube on its corner comes down on another one, beside the middle of its top."""
+    turn = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
+    heights = np.array([2.0, -0.5])
+    poses = {
+        "a": along_x([0, 0]),
+        "b": (np.stack([[0.1, 0.1], heights, [0.2, 0.2]], axis=1), np.tile(turn, (2, 1))),
+    }
+    assembly = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()}))
+    touch = first_touch(assembly, 0, 0)
+    assert touch.moment == pytest.approx(STEP * (2.0 - 0.5 - np.sqrt(0.75)) / 2.5, abs=1e-6)
+    assert touch.point == pytest.approx((0.1, 0.5, 0.2), abs=1e-3)
+    assert np.abs(touch.normal) == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)

@@ -1,0 +1,92 @@
+"""What a hand holds is counted apart: of declared pairs, and while a trigger is pressed and a thing moves along."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes, verdict_column
+
+from replay.auditing.compare import compare
+from replay.auditing.contact_counts import count_contacts, count_reports
+from replay.auditing.episodes import episodes
+from replay.auditing.holding import grasps, hand_bodies, holdings, within
+from replay.auditing.matching import match_episodes
+from replay.auditing.outcome import Episode, Outcome
+from replay.prepare.assemble import assemble
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
+
+STEP = 10_000_000
+FRAMES = 300
+
+
+def world(places, trigger, *, scene=None):
+    hands = {"p/right": HandTrack(np.arange(FRAMES) * STEP, trigger)}
+    session = replace(cubes(places, scene=scene), hands=hands)
+    return assemble(session), session
+
+
+def carried():
+    """The hand comes to the cube at 1 s, presses, carries it 0.5 m until 2 s and lets go."""
+    t = np.arange(FRAMES) * 0.01
+    hand = np.where(t < 1.0, -3.0 + 2.0 * t, -1.0 + 0.5 * np.clip(t - 1.0, 0.0, 1.0))
+    cube = 0.5 * np.clip(t - 1.0, 0.0, 1.0)
+    trigger = ((t >= 1.0) & (t < 2.0)).astype(float)
+    return {"hand-right": hand, "cube": cube, "far": np.full(FRAMES, 9.0)}, trigger
+
+
+def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
+    assembly, session = world(*carried())
+    (one,) = grasps(assembly, session)
+    assert assembly.names[one.thing] == "cube" and assembly.names[one.hand] == "hand-right"
+    assert (one.start, one.end) == pytest.approx((1.0, 2.0), abs=0.02)
+    assert grasps(assembly, replace(session, hands={})) is None, "without a trigger nobody knows"
+
+
+def test_a_press_that_takes_nothing_counts_as_an_attempt_and_a_trembling_finger_presses_once():
+    places, trigger = carried()
+    still, short = {**places, "cube": np.zeros(FRAMES)}, np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
+    for world_ in (world(still, trigger), world(places, short)):
+        assert [one.thing for one in grasps(*world_)] == [-1]
+    trigger[120:180] = np.where(np.arange(60) % 2, 0.45, 0.58)
+    assert len(grasps(*world(places, trigger))) == 1
+
+
+def test_hands_are_those_tagged_so_and_else_those_named_so():
+    places, trigger = carried()
+    assembly, session = world(places, trigger)
+    assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}
+    scene = Scene(bodies=(SceneBody("far", tags=("hand",)), SceneBody("hand-right"), SceneBody("cube")))
+    assembly, session = world(places, trigger, scene=scene)
+    assert [assembly.names[k] for k in hand_bodies(assembly, session)] == ["far"]
+
+
+def held(pair, first, last):
+    return Episode(pair, first, last, 0.0, 0.0)
+
+
+def test_a_thing_is_held_while_it_is_carried_and_no_longer():
+    assembly, session = world(*carried())
+    ((pair, first, last),) = [(one.pair, one.first, one.last) for one in holdings(assembly, session)]
+    assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
+    before, during = held(pair, 40, 60), held(pair, 95, 120)
+    assert [one for one in holdings(assembly, session, (before, during)) if one.first < 100] == [during]
+    assert holdings(assembly, None) == ()
+
+
+def test_stretches_share_a_frame_or_do_not():
+    one = (held(2, 10, 20),)
+    asked = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
+    assert within(one, *asked).tolist() == [False, True, True, False, False]
+
+
+def test_contact_of_what_is_held_is_neither_found_nor_missed_nor_false():
+    oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
+    compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
+    assert [Outcome(one).name[0] for one in compared.outcome[:, 0]] == list("NBMHHHHNBN")
+    counts = count_contacts(compared, episodes(oracle))
+    assert (counts.contacts, counts.missed, counts.in_part, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
+    assert count_reports(compared).contacts == 2
+    matches = match_episodes(compared, episodes(oracle), episodes(subject), counts)
+    assert (matches.held_truth, matches.missed, matches.invented) == ((2,), (), ())
+    assert [(one.truth, one.found) for one in matches.matched] == [(1, 1), (3, 3)] and matches.held_found == (2,)

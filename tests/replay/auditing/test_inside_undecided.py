@@ -1,0 +1,99 @@
+"""Frames in which nobody knows whether a body is inside another are in no detector's figures, and are counted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import cube, cubes
+
+from cdcore import Verdict
+from replay.auditing.fault import Cause
+from replay.auditing.gates import Gates
+from replay.pipeline import headline
+from replay.pipeline.engine import compute
+from sessions import MeshData
+
+PATH = [9.0, 5.5, 4.8, 3.0, 1.0, 0.0, 0.0, -1.0, -2.0]
+"""Metres from the middle of a block of 9 m, into which a cube of 1 m moves: beside, in its side, inside."""
+ASKED = "hull=collider,mesh=collider[shape=mesh],exact,hybrid"
+
+
+def joined(*meshes):
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    return MeshData(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+def block(scale=9.0, shift=0.0, lost=()):
+    box = cube()
+    return MeshData(scale * box.vertices + shift, np.delete(box.faces, list(lost), axis=0))
+
+
+def reversed_faces(mesh):
+    return MeshData(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def side(axis):
+    """Faces of a cube's side towards -axis."""
+    return np.flatnonzero((cube().triangles[:, :, axis] == cube().bounds[0, axis]).all(axis=1)).tolist()
+
+
+BLOCKS = {
+    "sound": block(),
+    **{f"lacks face {k}": block(lost=[k]) for k in range(12)},
+    "inwards, lacks a face": reversed_faces(block(lost=[3])),
+    "lacks a side": block(lost=side(1)),
+    "lacks the side that is entered": block(lost=[k for k in range(12) if k in side(0)]),
+    "doubled": joined(block(), block()),
+    "double-sided": joined(block(), reversed_faces(block())),
+    "one face doubled": joined(block(), MeshData(block().vertices, block().faces[:1])),
+    "crossing": joined(block(), block(9.0, [-4.0, 1.0, 1.0])),
+    "crossing, one reversed": joined(block(), reversed_faces(block(9.0, [-4.0, 1.0, 1.0]))),
+    "nested": joined(block(), block(8.0)),
+}  # fmt: skip
+
+
+def audited(mesh):
+    session = cubes({"block": [0.0] * len(PATH), "probe": PATH})
+    return compute(replace(session, meshes={"block": mesh, "probe": cube()}), detectors=ASKED, oracle="exact")
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_no_detector_is_blamed_for_what_is_inside_a_damaged_block(name):
+    run = audited(BLOCKS[name])
+    truth = run.detections[run.oracle].verdict[:, 0]
+    assert truth[:2].tolist() == [Verdict.CLEAR] * 2
+    assert (truth[2:] != Verdict.CLEAR).all()
+    undecided = int((truth == Verdict.UNRESOLVED).sum())
+    for label, audit in run.summary["audit"].items():
+        assert not run.false[label]
+        assert audit["contacts_missed"] == 0 and audit["pair_frames"]["MISSED"] == 0
+        assert audit["oracle_undecided"] == undecided
+        assert sum(audit["pair_frames"].values()) == len(PATH)
+    lines = headline.undecided(run)
+    if not undecided:
+        assert not any("frames" in line for line in lines)
+        return
+    (line, *_) = lines
+    assert line.startswith(f"Not counted: {undecided} frame") and "(inside undecided: block has " in line
+    assert "side" in name or "reversed" in name
+
+
+def test_frames_that_are_not_counted_break_no_gate():
+    run = audited(BLOCKS["lacks a side"])
+    assert run.summary["audit"]["hull"]["oracle_undecided"] > 0
+    assert Gates(max_missed=0.0, max_invented=0.0).broken(run.summary["audit"], [run.summary]) == []
+
+
+def test_a_hollow_is_claimed_only_where_the_reference_knows_the_side():
+    """A hull around two walls, and a cube between them: measured by exact, not by a search."""
+    walls = joined(block(3.0, [-4.0, 0, 0]), block(3.0, [4.0, 0, 0]))
+    session = cubes({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})
+    session = replace(session, meshes={"walls": walls, "probe": cube()})
+    causes = {}
+    for oracle in ("exact", "exact[containment=false]"):
+        run = compute(session, detectors="hull=collider", oracle=f"it={oracle}")
+        causes[oracle] = {false.cause for false in run.false["hull"]}
+    assert causes["exact"] == {Cause.HULL_FILLS_HOLLOW}
+    assert causes["exact[containment=false]"].isdisjoint({Cause.HULL_FILLS_HOLLOW})
+    assert all(causes.values())

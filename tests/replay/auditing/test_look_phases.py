@@ -1,0 +1,56 @@
+"""The offset whose moments a run shows is one of the sixteen, typical of all, and shows the fault that is named."""
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from replay.auditing.look_phases import PHASES
+from replay.auditing.outcome import Outcome
+from replay.pipeline.engine import compute
+
+
+def bumps(seed, frames=120):
+    """Two cubes that meet now and then for one to six frames."""
+    rng = np.random.default_rng(seed)
+    places = np.full(frames, 3.0)
+    for first in np.cumsum(rng.integers(7, 20, 8)):
+        places[first : first + rng.integers(1, 7)] = 0.9
+    return cubes({"a": [0.0] * frames, "b": places.tolist()})
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("detector", ["discrete", "collider[shape=hull]", "collider[shape=box]"])
+def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector):
+    rate = (12.0, 20.0, 33.0)[seed % 3]
+    name, _, settings = detector.rstrip("]").partition("[")
+    asked = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"
+    result = compute(bumps(seed), detectors=asked)
+    offsets, audit = result.phases["slow"], result.summary["audit"]["slow"]
+    displayed = result.summary["detectors"]["slow"]["settings"]["sampling_offset_s"]
+    number = int(np.flatnonzero(offsets.seconds == displayed)[0])
+    assert len(offsets.seconds) == PHASES
+    # What the run shows and what was counted at that offset are the same frames.
+    assert np.array_equal(result.counts["slow"].frames, offsets.frames[number])
+    assert audit["invented"]["share"] == pytest.approx(offsets.false_fractions[number])
+    (answer,), rank = result.answers, result.ranking[0]
+    missed, never = offsets.frames.sum(axis=1)[:, Outcome.MISSED], offsets.faults["contacts_missed"].sum(axis=1)
+    away = np.abs([counts - counts.mean() for counts in (missed, never, offsets.false_fractions)])
+    shows = offsets.false_fractions > 0 if rank.leads_false else missed > 0
+    assert shows[number] or not shows.any()
+    nearer = (away < away[:, [number]] - 1e-12).all(axis=0) & shows
+    assert not nearer.any(), "another offset that shows the fault is nearer the mean in every count"
+    assert bool(answer.why) == bool(rank.loss) == (answer.moment is not None)
+    if rank.loss:
+        assert answer.moment.kind == ("false" if rank.leads_false else "miss")
+
+
+def test_an_offset_that_is_asked_for_is_kept():
+    for offset in (0.0, 0.013):
+        result = compute(bumps(1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
+        assert result.summary["detectors"]["slow"]["settings"]["sampling_offset_s"] == offset
+        times = result.assembly.motion.times
+        ticks = np.floor((times - offset + 1e-6) * 20.0)
+        sampled = np.flatnonzero(np.diff(ticks, prepend=-np.inf) > 0)
+        last = sampled[np.searchsorted(sampled, np.arange(len(times)), side="right") - 1]
+        verdict = result.detections["slow"].verdict
+        assert np.array_equal(verdict, result.detections["exact"].verdict[last])

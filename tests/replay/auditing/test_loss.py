@@ -1,0 +1,109 @@
+"""The loss of planted contacts: a closed form, and never greater for more samples of the same detector."""
+
+from itertools import pairwise
+from math import sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cdcore import Detection, Verdict
+from replay.auditing.compare import compare
+from replay.auditing.episodes import episodes
+from replay.auditing.look_phases import offset_counts
+from replay.auditing.loss import loss, lost
+from replay.base.wilson import share
+
+FRAMES_HZ = 90
+CYCLE = 45
+"""Frames between two samples at 2 Hz; a multiple of the frames between samples at each rate below."""
+
+RATES = (2, 6, 10, 18, 30, 90)
+
+
+def detection(contact):
+    """A detection of one pair at 90 Hz that sees contact in the frames for which ``contact`` (T,) is true."""
+    verdict = np.where(contact, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)[:, None]
+    times = np.arange(len(contact)) / FRAMES_HZ
+    return Detection("own", ("a", "b"), np.array([[0, 1]]), times, verdict, "instants")
+
+
+def losses(contact, seen=None):
+    """The loss of a detector at each of ``RATES`` that sees contact where ``seen`` is true, beside the true contact."""
+    truth = detection(contact)
+    contacts = episodes(truth)
+    reference = SimpleNamespace(contacts=contacts, compare=lambda subject: compare(subject, truth))
+    every = detection(contact if seen is None else seen)
+    found = []
+    for rate in RATES:
+        shares = offset_counts(rate, every, reference).shares()
+        found.append(loss(shares["contacts_missed"], shares["missed"], shares["invented"]))
+    return found
+
+
+def at_every_phase(lengths):
+    """Contacts of these lengths in frames, one at each phase of a cycle, far from one another."""
+    blocks = [np.zeros(4 * CYCLE, np.bool_)]
+    for length in lengths:
+        for phase in range(CYCLE):
+            block = np.zeros(CYCLE * (4 + length // CYCLE), np.bool_)
+            block[CYCLE + phase : CYCLE + phase + length] = True
+            blocks.append(block)
+    return np.concatenate(blocks)
+
+
+def closed_form(lengths, period):
+    """The loss of contacts of lengths in frames, sampled at each phase of a period, without a single sample taken."""
+    phases = np.arange(period)[:, None]
+    first = np.minimum(phases, np.array(lengths))  # frames of a contact before the first sample in it
+    missed = phases >= np.array(lengths)
+    last = phases + (np.array(lengths) - 1 - phases) // period * period  # the last sample in it
+    late = np.where(missed, 0, last + period - np.array(lengths))  # frames for which its answer stands after the end
+    reported = np.where(missed, 0, np.array(lengths) - first)
+    return missed.mean() + first.sum() / (period * sum(lengths)) + late.sum() / (late.sum() + reported.sum())
+
+
+@pytest.mark.parametrize("lengths", [(1,), (12,), (60,), (2, 9, 47)])
+def test_planted_contacts_give_the_closed_form_which_falls_with_the_rate(lengths):
+    measured = losses(at_every_phase(lengths))
+    assert measured == pytest.approx([closed_form(lengths, FRAMES_HZ // rate) for rate in RATES])
+    assert all(slow >= quick for slow, quick in pairwise(measured)) and measured[-1] == 0.0
+
+
+def test_more_samples_rank_no_worse_than_chance_allows():
+    random = np.random.default_rng(7)
+    differences = []
+    for _ in range(24):
+        contact, seen = np.zeros((2, 1500), np.bool_)
+        for start in np.sort(random.integers(0, 1450, 8)):
+            length = 1 + int(random.exponential(14))
+            contact[start : start + length] = True
+            # A detector with faults of its own: it begins early, ends early, or sees nothing.
+            if random.random() > 0.1:
+                seen[max(0, start - random.integers(0, 4)) : start + random.integers(1, length + 2)] = True
+        differences.append(np.diff(losses(contact, seen)))
+    mean, error = np.mean(differences, axis=0), np.std(differences, axis=0, ddof=1) / sqrt(len(differences))
+    assert (mean <= 2 * error).all() and mean[0] < 0
+
+
+@pytest.mark.parametrize(
+    ("missed", "time_missed", "time_false", "undecided", "total"),
+    [
+        (share(0, 18), share(0, 100), share(0, 100), 0.0, 0.0),
+        (share(18, 18), share(100, 100), share(0, 0), 0.0, 2.0),
+        (share(0, 18), share(0, 100), share(86, 100), 0.0, 0.86),
+        (share(9, 18), share(25, 100), share(10, 100), 0.0, 0.85),
+        (share(0, 18), share(0, 0), share(0, 0), 0.5, 0.5),
+        (None, None, None, 0.0, 0.0),
+    ],
+)
+def test_a_loss_is_contacts_and_time_missed_and_time_reported_falsely(
+    missed, time_missed, time_false, undecided, total
+):
+    assert loss(missed, time_missed, time_false, undecided) == pytest.approx(total)
+    assert lost(missed, time_missed, undecided) <= total
+
+
+def test_a_missed_tap_outweighs_as_many_frames_missed_of_a_long_contact():
+    frames = share(1, 1000)
+    assert loss(share(1, 18), frames, share(0, 0)) > loss(share(0, 18), frames, share(0, 0))

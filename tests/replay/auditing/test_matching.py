@@ -1,0 +1,58 @@
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
+from support.small_worlds import verdict_column
+
+from replay.auditing.compare import compare
+from replay.auditing.contact_counts import count_contacts
+from replay.auditing.episodes import episodes
+from replay.auditing.matching import match_episodes
+
+
+def matched(subject, oracle, within=None, reach=0):
+    comparison, truth = compare(subject, oracle, within=within), episodes(oracle)
+    return match_episodes(comparison, truth, episodes(subject), count_contacts(comparison, truth), reach)
+
+
+ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8"))["match"]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
+def test_a_row_of_letters_has_its_matches(row):
+    kinds = row.get("covers", ["instants"] * 2)
+    sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
+    got = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
+    for one, told in zip(got.matched, row.get("matched", got.matched), strict=True):
+        figures = [one.truth, one.found, one.overlap, one.onset_error, one.duration_error]
+        assert told is one or figures == pytest.approx(told)
+    rest = row.keys() & vars(got).keys() - {"matched"}
+    assert {name: list(getattr(got, name)) for name in rest} == {name: row[name] for name in rest}
+
+
+def test_each_report_of_a_split_contact_has_its_word():
+    found = matched(verdict_column(".C.CCC.C."), verdict_column(".CCCCCCC."))
+    assert found.status() == {1: "piece", 2: "matched", 3: "piece"}
+
+
+letters = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
+
+
+@given(letters, letters)
+def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
+    size = min(len(left), len(right))
+    subject, oracle = verdict_column(left[:size]), verdict_column(right[:size])
+    truth, found = episodes(oracle), episodes(subject)
+    weight = np.array(
+        [[max(0, min(a.last, b.last) - max(a.first, b.first) + 1) for b in found] for a in truth]
+    ).reshape(len(truth), len(found))
+    rows, partners = linear_sum_assignment(weight, maximize=True)
+    got = matched(subject, oracle)
+    assert sum(m.overlap for m in got.matched) == weight[rows, partners].sum()
+    assert len({m.truth for m in got.matched}) == len({m.found for m in got.matched}) == len(got.matched)
+    assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)
+    assert len(got.matched) + len(got.invented) + len(got.pieces) + len(got.excused_found) == len(found)

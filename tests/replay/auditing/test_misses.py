@@ -1,0 +1,51 @@
+import re
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+from support.small_worlds import verdict_column, verdicts
+
+from replay.auditing.compare import compare
+from replay.auditing.episodes import episodes
+from replay.auditing.fault import FaultCategory, FaultKind, longest_curve_first
+from replay.auditing.misses import missed_faults
+
+KINDS = {
+    (False, False): FaultKind.NEVER_FOUND,
+    (False, True): FaultKind.FOUND_LATE,
+    (True, False): FaultKind.LOST_EARLY,
+    (True, True): FaultKind.INTERRUPTED,
+}
+"""Whether the contact is found before a miss, and after it."""
+
+
+@given(st.lists(st.tuples(st.sampled_from(".CCC"), st.sampled_from(".C-")), min_size=1, max_size=40))
+def test_misses_are_the_missed_frames_of_each_contact(letters):
+    """Frames left out part a miss and change no kind."""
+    truth, said = map("".join, zip(*letters, strict=True))
+    expected = []
+    for number, contact in enumerate(re.finditer("C+", truth), 1):
+        start, inside = contact.start(), said[contact.start() : contact.end()]
+        for gap in re.finditer(r"\.+", inside):
+            kind = KINDS["C" in inside[: gap.start()], "C" in inside[gap.end() :]]
+            expected.append((start + gap.start(), start + gap.end() - 1, kind, number))
+    oracle, subject = verdict_column(truth), verdict_column(said)
+    misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    assert [(miss.first, miss.last, miss.kind, miss.contact) for miss in misses] == expected
+
+
+def test_misses_are_numbered_in_order_and_carry_times_and_names():
+    oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
+    names = [("rod", "glass"), ("rod", "jar")]
+    first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
+    assert (first.number, first.bodies, first.start, first.end) == (1, ("rod", "glass"), 0.0, 0.02)
+    assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.FOUND_LATE, 2)
+    assert first.kind.category is second.kind.category is FaultCategory.MISS
+
+
+def test_a_miss_that_no_frame_shows_comes_last():
+    oracle, subject = verdict_column("C.C.C"), verdict_column(".....")
+    misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
+    lengths = [0.0, 0.01, 0.0]
+    measured = [replace(miss, metres=metres) for miss, metres in zip(misses, lengths, strict=True)]
+    assert [miss.number for miss in longest_curve_first(measured)] == [2, 1, 3]

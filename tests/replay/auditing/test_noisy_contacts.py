@@ -1,0 +1,117 @@
+"""Contacts in noisy copies: shares against the normal distribution, words, and the same answer however it is asked."""
+
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from support.small_worlds import along_x, cube, cubes
+
+from replay import run
+from replay.auditing import noisy_contacts as module
+from replay.auditing.gates import Gates
+from replay.pipeline.engine import compute
+from replay.pipeline.headline import beside
+from sessions import Session
+
+SIZE = "1 mm, 0 deg, 1 ms"
+"""Along one axis 1 mm over the root of three; frames 10 ms apart do not correlate."""
+
+SIGMA = 1e-3 / np.sqrt(3.0)
+
+FAR = [9.0] * 20
+WAVERING = [*FAR, *[0.3, -0.2, 0.1, -0.5] * 10, *FAR, -0.4, *FAR, 0.5, *FAR]
+"""Gaps that noise of this size closes and opens: a glass at rest, a contact, and a near pass."""
+
+
+def gaps(millimetres, names="ab"):
+    """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
+    places = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
+    return cubes({name: places[name] for name in names})
+
+
+def asked(session, **more):
+    more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
+    return compute(session, **more)
+
+
+def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
+    """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
+    wide = [-0.4, 0.0, 0.7, 0.8]
+    session = gaps([*FAR, *(one for gap in wide for one in (gap, *FAR))])
+    for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
+        noise = asked(session, noise=sizes, noise_copies=4000).noise
+        share = [one.share for one in (*noise.contacts, *noise.near)]
+        assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
+
+
+def test_deep_contacts_and_those_that_no_noise_reaches_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
+    result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
+    noise = result.noise
+    assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
+    (hidden,) = noise.near
+    assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.share < 0.95
+    assert noise.resting == () and noise.asked == 122
+    settings = result.summary["noise"]
+    assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
+    places = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
+    (contact,) = asked(cubes(places), noise=[f"c={SIZE}"]).noise.contacts
+    assert (contact.share, contact.word) == (1.0, module.HOLDS)
+
+
+def test_sixty_one_of_sixty_four_copies_hold_and_three_are_none():
+    spans = [module.NoisySpan(0, 0, 0, share / 64) for share in (0, 3, 4, 60, 61, 64)]
+    words = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
+    assert [one.word for one in spans] == words
+
+
+def test_a_glass_at_rest_is_one_statement_and_its_contacts_are_undecidable():
+    rest = 0.1 + 0.2 * np.sin(np.arange(400))
+    result = asked(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
+    (stretch,) = result.noise.resting
+    assert (stretch.first, stretch.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
+    before, *words = result.noise.words
+    assert before == module.HOLDS and len(words) > 10 and set(words) == {module.UNDECIDABLE}
+    assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(beside(result))
+
+
+def test_neither_blocks_nor_threads_nor_the_order_of_bodies_change_an_answer_and_a_seed_does(monkeypatch):
+    session = gaps(WAVERING)
+    whole = asked(session).noise
+    monkeypatch.setattr(module, "BLOCK", 7)
+    for threads in (1, 5):
+        monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
+        assert asked(session).noise == whole
+    assert asked(gaps(WAVERING, names="ba")).noise == whole
+    assert asked(session, seed=1).noise != whole
+
+
+def test_tables_and_gates_count_what_holds(tmp_path):
+    session = gaps([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR, -0.1, *FAR])
+    result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
+    tables = result.tables
+    assert tables["episodes"].where(detector="exact").column("noise") == ["holds", *["undecidable"] * 2]
+    misses = zip(*(tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
+    assert {(word, share == 1.0) for word, share in misses} == {("holds", True), ("undecidable", False)}
+    assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
+    figures = result.summary["audit"]["slow"]
+    assert figures["contacts_missed"] == 3 and figures["holds"]["contacts"] == figures["holds"]["contacts_missed"] == 1
+    (words, *_) = Gates(max_missed=0.5).broken(result.summary["audit"], [result.summary])
+    assert "slow missed" in words and " of 1" in words and words.endswith("counted is what holds in spite of the noise")
+
+
+def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
+    result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
+    assert result.noise is None is result.summary["noise"] and "holds" not in result.summary["audit"]["hybrid"]
+    assert not any("noise" in line for line in beside(result))
+
+
+def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
+    """A rod of 2 m: half a degree moves its end by 9 mm, which closes a gap of 3 mm in some copies."""
+    rod = cube()
+    long = type(rod)(rod.vertices * [0.02, 2.0, 0.02], rod.faces)
+    poses = {"rod": along_x([0.063] * 30), "cube": along_x([0.0] * 30)}
+    poses["rod"][0][:, 1], poses["cube"][0][:, 1] = 0.2, 1.1
+    poses["cube"][0][0, 1] = 1.15
+    session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
+    result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
+    assert result.noise.asked == 30 and (result.noise.near or result.noise.resting)

@@ -1,0 +1,108 @@
+"""A disagreement about at most tau is within tolerance; a deeper one, or one about being inside, never is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, box_mesh, random_rotations
+from support.small_worlds import cubes
+
+from cdcore import Body, Motion, Verdict, create_detector
+from replay.auditing.compare import compare
+from replay.auditing.contact_counts import count_reports
+from replay.auditing.look_phases import offset_counts
+from replay.auditing.outcome import Outcome
+from replay.auditing.tolerance import Reference, Tolerance
+from replay.pipeline.engine import compute
+from replay.prepare.assembly import Assembly
+
+GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 1e-3]
+"""Of a ball's extreme vertex off the wall of a box; below 0 inside."""
+
+
+def world(places, first=None, turn=None):
+    """Two bodies, a ball if none is named and a box, the first at each of these places, both in a turned world."""
+    count, turn = len(places), np.eye(3) if turn is None else turn
+    move = np.zeros((count, 2, 3))
+    move[:, 0] = np.array(places) @ turn.T
+    motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
+    nothing = np.zeros(count, dtype=np.int64)
+    bodies = (Body("first", first or ball_mesh(0.5)), Body("box", box_mesh()))
+    return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
+
+
+def beside(*places, **more):
+    return world([(place, 0, 0) for place in places], **more)
+
+
+def judged(assembly, lie, tau=2e-6, **changed):
+    """Outcomes of a subject that says the opposite of the exact detector, in the words of ``lie``."""
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    truth = exact.detect(assembly.motion)
+    verdict = np.where(truth.verdict == Verdict.CLEAR, np.uint8(lie), np.uint8(Verdict.CLEAR))
+    subject = type(truth)(**{**vars(truth), "verdict": verdict, "detector": "liar", **changed})
+    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+    return compare(subject, truth, within=tolerance.judge(subject, truth)).outcome[:, 0].tolist()
+
+
+def test_the_border_is_tau_on_both_sides():
+    m, i, t = Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE
+    assembly = beside(*(1.0 + gap for gap in GAPS))
+    assert judged(assembly, Verdict.CONTACT) == [m, m, m, t, t, t, t, t, i, i, i]
+    assert judged(assembly, Verdict.CONTACT, tau=1.2e-5) == [m, *[t] * 9, i]
+    assert judged(assembly, Verdict.CONTACT, tau=0.0) == [m] * 6 + [i] * 5
+
+
+PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
+"""Depths, in tau, of which the first two are at most tau."""
+
+
+@pytest.mark.parametrize("tau", [2e-6, 1e-4])
+@pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
+def test_cubes_are_excused_to_tau_and_no_deeper_however_flush_they_stand(sideways, tau):
+    places = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
+    expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
+    assert judged(world(places, box_mesh()), Verdict.CONTACT, tau) == expected
+    turn = random_rotations(np.random.default_rng(3), 1)[0]
+    assert judged(world(places, box_mesh(), turn), Verdict.CONTACT, tau) == expected
+
+
+def test_cubes_that_are_exactly_tau_deep_are_excused():
+    tau = 2.0**-19  # 1.9 micrometres: the places below are exact
+    flush = world([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]], box_mesh())
+    assert judged(flush, Verdict.CONTACT, tau) == [Outcome.WITHIN_TOLERANCE] * 2
+
+
+def test_groups_of_frames_change_nothing(monkeypatch):
+    assembly = beside(*(1.0 + gap for gap in GAPS * 3))
+    whole = judged(assembly, Verdict.CONTACT)
+    monkeypatch.setattr("replay.auditing.tolerance.FRAMES_AT_ONCE", 4)
+    assert judged(assembly, Verdict.CONTACT) == whole
+
+
+def test_being_inside_a_candidate_of_volumes_and_an_interval_are_never_a_matter_of_tolerance():
+    inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
+    assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
+    for word in (Verdict.CONTAINED, Verdict.CANDIDATE):
+        assert judged(beside(1.0 + 1e-9), word) == [Outcome.INVENTED]
+    assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
+
+
+def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampling_offset():
+    assembly = beside(0.5, 0.5, 1.0 + 1e-6, 1.0 + 1e-6, 1.5)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    truth = exact.detect(assembly.motion)
+    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), 2e-6)
+    reference = Reference.of(truth, assembly, None, tolerance)
+    always = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CONTACT))
+    once = count_reports(reference.compare(always)).share(Outcome.INVENTED)["share"]
+    assert once == offset_counts(1e4, always, reference).invented["share"] == pytest.approx(1 / 3)
+
+
+def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():
+    # unit cubes: overlapping by half, by a micrometre, touching, apart
+    session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
+    for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):
+        summary = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", **more).summary
+        counted = summary["audit"]["blind"]["pair_frames"]
+        assert (counted["MISSED"], counted["WITHIN_TOLERANCE"]) == counts and summary["tau"] == tau
