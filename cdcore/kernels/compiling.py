@@ -22,9 +22,11 @@ from time import perf_counter
 from typing import Any, Final, TypeVar, cast
 
 import numba
+import numpy as np
 from numba import njit, types
 from numba.core import event
 from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
+from numpy.typing import NDArray
 from platformdirs import user_cache_path
 
 from cdcore.kernels.machine_code import MachineCodeFiles
@@ -32,6 +34,10 @@ from cdcore.kernels.machine_code import MachineCodeFiles
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 NUMBA_SETTINGS: Final[Any] = numba.config
+
+INTERPRETED: Final = bool(NUMBA_SETTINGS.DISABLE_JIT)
+"""Whether kernels run as the Python functions that they are, for a debugger or to measure coverage: slowly, with the
+same answers. Set by ``NUMBA_DISABLE_JIT=1``."""
 
 OLDEST_TRIED: Final = (0, 61)
 NEWEST_TRIED: Final = (0, 68)
@@ -94,7 +100,12 @@ def kernel_folder() -> Path | None:
 
 
 def kernel(function: Function) -> Function:
-    """Compile on first use, without the interpreter's lock; keep the machine code for later starts."""
+    """Compile on first use, without the interpreter's lock; keep the machine code for later starts.
+
+    Where kernels are interpreted, numbers overflow and divide by zero as silently as in machine code.
+    """
+    if INTERPRETED:
+        return cast(Function, np.errstate(all="ignore")(function))
     made: Any = njit
     compiled = made(**JIT_OPTIONS, **quick_compilers()[0])(function)
     folder = kernel_folder()
@@ -143,6 +154,8 @@ def hot_kernel(function: Function) -> Function:
     Compiled, it allocates nothing and so counts no references to its arrays, which is twice as fast where arrays are
     many: counting is atomic, and taking an array out of a named tuple counts. It cannot call itself.
     """
+    if INTERPRETED:
+        return function
     options = JIT_OPTIONS | {"_nrt": False, "no_cpython_wrapper": True} | quick_compilers()[1]
     mark_as_part: Any = register_jitable(**options)
     return cast(Function, mark_as_part(function))
@@ -199,8 +212,24 @@ def compiling_reported(tell: Callable[[float], None]) -> Iterator[Compiled]:
         forget("numba:compile", heard)
 
 
-machine_operation: Callable[[Callable[..., Any]], Callable[..., Any]] = cast(Any, intrinsic)
-"""An operation of kernels from what types and writes it: numba's ``intrinsic``, callable as the kernels call it."""
+Operation = TypeVar("Operation", bound=Callable[..., Any])
+
+
+def machine_operation(typed: Callable[..., Any], interpreted: Operation) -> Operation:
+    """An operation of kernels: numba's ``intrinsic`` from what types and writes it, or its body in Python.
+
+    Both are given, and give the same bits; ``interpreted`` is an attribute of the operation.
+    """
+    if INTERPRETED:
+        return interpreted
+    operation: Any = cast(Any, intrinsic)(typed)
+    operation.interpreted = interpreted
+    return cast(Operation, operation)
+
+
+def records(rows: NDArray[np.void]) -> NDArray[np.void]:
+    """Records whose fields kernels read as attributes, interpreted too."""
+    return rows.view(np.recarray) if INTERPRETED else rows
 
 
 def stay_one_function() -> None:
@@ -227,5 +256,6 @@ def _mark_when_compiled(mark: Callable[[], None], attribute: str) -> None:
     register_code(lowered)
 
 
-_mark_when_compiled(stay_one_function, "noinline")
-_mark_when_compiled(become_part_of_caller, "alwaysinline")
+if not INTERPRETED:
+    _mark_when_compiled(stay_one_function, "noinline")
+    _mark_when_compiled(become_part_of_caller, "alwaysinline")

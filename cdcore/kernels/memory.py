@@ -6,6 +6,8 @@ one-dimensional array, without any check: the caller keeps the arrays alive and 
 """
 
 from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
@@ -23,6 +25,9 @@ KEPT_BYTES: Final = 16 << 20
 # 5,400 frames. It keeps what is smaller than the largest array ever freed, so one is freed at once (the dynamic
 # threshold of glibc, see mallopt(3)); elsewhere this does nothing.
 np.empty(KEPT_BYTES, dtype=np.uint8)
+
+ENDLESS: Final = 1 << 48
+"""Entries of an array of which only the address is known."""
 
 Memory = Any
 """What a kernel's author writes for an address of doubles, integers or bytes."""
@@ -42,7 +47,19 @@ def _doubles_at(_context: Any, _address: Any) -> Any:
     return pointer(types.float64)(types.int64), generate
 
 
-doubles_at: Callable[[int], Memory] = machine_operation(_doubles_at)
+@cache
+def memory_at(address: int, kind: str) -> NDArray[Any]:
+    """What lies at an address as a long array, of which nobody knows where it ends; for interpreted kernels.
+
+    ``kind``: as NumPy writes the type of an entry.
+    """
+    if address == 0:
+        return np.empty(0, dtype=kind)
+    interface = {"data": (address, False), "shape": (ENDLESS,), "typestr": kind, "version": 3}
+    return np.asarray(SimpleNamespace(__array_interface__=interface))
+
+
+doubles_at: Callable[[int], Memory] = machine_operation(_doubles_at, lambda address: memory_at(int(address), "<f8"))
 """``doubles_at(address)``: what lies there, to be indexed as doubles."""
 
 
@@ -60,7 +77,14 @@ def _of(kind: Any) -> Callable[[Any], Memory]:
 
         return pointer(kind)(array), generate
 
-    return machine_operation(typed)
+    return machine_operation(typed, entries_of)
+
+
+def entries_of(array: NDArray[Any]) -> NDArray[Any]:
+    """The entries of a contiguous array in one row, which share its memory."""
+    if not array.flags.c_contiguous:
+        raise TypingError(f"kernels read arrays as one row; make this one contiguous first: {array.shape}")
+    return array.reshape(-1)
 
 
 doubles_of, words_of = _of(types.float64), _of(types.int64)
@@ -79,5 +103,5 @@ def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
     return types.void(memory, types.int64), generate
 
 
-fetch_early: Callable[[Memory, int], None] = machine_operation(_fetch_early)
+fetch_early: Callable[[Memory, int], None] = machine_operation(_fetch_early, lambda _memory, _index: None)
 """``fetch_early(memory, index)``: the machine may bring this entry near before it is read; any index is harmless."""

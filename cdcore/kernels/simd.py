@@ -3,8 +3,7 @@
 The operations exist in kernels only. A plain double among the operands stands for that double in every lane.
 Comparisons give one bit per lane as an integer, bit k for lane k; a comparison with NaN gives 0.
 
-Differs: ``dot``, ``fused`` and ``turn`` may round once or twice a step, as the machine prefers. Use them where an error
-bound covers both; the reference vertices are built from ``times`` and ``plus``, which always round.
+Every step rounds: no multiplication is fused with an addition, so that every machine, and Python, gives the same bits.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from collections.abc import Callable
 from inspect import Parameter, Signature
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -94,22 +94,28 @@ class _Machine:
     def dot(self, a: Any, b: Any) -> Any:
         total = self.builder.fmul(a[0], b[0])
         for k in range(1, len(a)):
-            total = self.call("fmuladd", a[k], b[k], total)
+            total = self.builder.fadd(total, self.builder.fmul(a[k], b[k]))
         return total
 
 
-def _intrinsic(operands: str, typed: Callable[..., Any], write: Callable[..., Any]) -> Callable[..., Any]:
-    """An operation of kernels, one letter per operand: its type from the operands' kinds, and what writes it."""
+def _intrinsic(
+    operands: str, typed: Callable[..., Any], write: Callable[..., Any], interpreted: Callable[..., Any]
+) -> Callable[..., Any]:
+    """An operation of kernels, one letter per operand: its type from the operands' kinds, what writes it, and its body
+    in Python, where lanes are an array.
+    """
 
     def signature_and_code(_context: Any, *kinds: Any) -> Any:
         return typed(*kinds), write
 
     parameters = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("_context", *operands)]
     signature_and_code.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    return machine_operation(signature_and_code)
+    return machine_operation(signature_and_code, interpreted)
 
 
-def _operation(operands: str, write: Callable[..., Any], result: Any = None) -> Callable[..., Any]:
+def _operation(
+    operands: str, write: Callable[..., Any], interpreted: Callable[..., Any], result: Any = None
+) -> Callable[..., Any]:
     """An operation on the widest kind among its operands, which is also its kind unless ``result`` is."""
 
     def typed(*kinds: Any) -> Any:
@@ -119,7 +125,7 @@ def _operation(operands: str, write: Callable[..., Any], result: Any = None) -> 
         machine = _Machine(context, builder, signature.args, arguments)
         return write(machine, *machine.operands)
 
-    return _intrinsic(operands, typed, generate)
+    return _intrinsic(operands, typed, generate, interpreted)
 
 
 def _triple(m: _Machine, *v: Any) -> Any:
@@ -129,38 +135,71 @@ def _triple(m: _Machine, *v: Any) -> Any:
     return m.builder.fadd(m.builder.fadd(x, y), mul(wz, sub(mul(ux, vy), mul(uy, vx))))
 
 
+def _lesser(a: Lanes, b: Lanes) -> Lanes:
+    return np.where(np.less(a, b), a, b)[()]
+
+
+def _greater(a: Lanes, b: Lanes) -> Lanes:
+    return np.where(np.greater(a, b), a, b)[()]
+
+
+def _bits(larger: Lanes, smaller: Lanes) -> int:
+    return sum(1 << k for k in np.flatnonzero(np.greater(larger, smaller)).tolist())
+
+
+def _dot(a: Lanes, b: Lanes, c: Lanes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
+    return a * x + b * y + c * z
+
+
 _ZERO = ir.Constant(ir.DoubleType(), 0.0)
-plus = _operation("ab", lambda m, a, b: m.builder.fadd(a, b))
-minus = _operation("ab", lambda m, a, b: m.builder.fsub(a, b))
-times = _operation("ab", lambda m, a, b: m.builder.fmul(a, b))
-most = _operation("ab", lambda m, a, b: m.chosen(">", a, b))
-least3 = _operation("abc", lambda m, a, b, c: m.chosen("<", m.chosen("<", a, b), c))
-most3 = _operation("abc", lambda m, a, b, c: m.chosen(">", m.chosen(">", a, b), c))
-root = _operation("a", lambda m, a: m.call("sqrt", a))
-size = _operation("a", lambda m, a: m.call("fabs", a))
+plus = _operation("ab", lambda m, a, b: m.builder.fadd(a, b), lambda a, b: a + b)
+minus = _operation("ab", lambda m, a, b: m.builder.fsub(a, b), lambda a, b: a - b)
+times = _operation("ab", lambda m, a, b: m.builder.fmul(a, b), lambda a, b: a * b)
+most = _operation("ab", lambda m, a, b: m.chosen(">", a, b), _greater)
+least3 = _operation(
+    "abc", lambda m, a, b, c: m.chosen("<", m.chosen("<", a, b), c), lambda a, b, c: _lesser(_lesser(a, b), c)
+)
+most3 = _operation(
+    "abc", lambda m, a, b, c: m.chosen(">", m.chosen(">", a, b), c), lambda a, b, c: _greater(_greater(a, b), c)
+)
+root = _operation("a", lambda m, a: m.call("sqrt", a), np.sqrt)
+size = _operation("a", lambda m, a: m.call("fabs", a), np.abs)
 """The absolute value."""
-fused = _operation("abc", lambda m, a, b, c: m.call("fmuladd", a, b, c))
+fused = _operation("abc", lambda m, a, b, c: m.builder.fadd(m.builder.fmul(a, b), c), lambda a, b, c: a * b + c)
 """``fused(a, b, c)``: a b + c."""
-dot = _operation("abcxyz", lambda m, *v: m.dot(v[:3], v[3:]))
+dot = _operation("abcxyz", lambda m, *v: m.dot(v[:3], v[3:]), _dot)
 """``dot(a, b, c, x, y, z)``: a x + b y + c z, added in that order."""
-moved = _operation("sabcxyz", lambda m, c, *v: m.builder.fadd(c, m.dot(v[:3], v[3:])))
+moved = _operation("sabcxyz", lambda m, c, *v: m.builder.fadd(c, m.dot(v[:3], v[3:])), lambda s, *v: s + _dot(*v))
 """``moved(s, a, b, c, x, y, z)``: s + (a x + b y + c z)."""
-turn = _operation("abcd", lambda m, a, b, c, d: m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d)))
+turn = _operation(
+    "abcd", lambda m, a, b, c, d: m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d)),
+    lambda a, b, c, d: a * b - c * d,
+)  # fmt: skip
 """``turn(a, b, c, d)``: a b - c d."""
-triple = _operation("abcdefghi", _triple)
+triple = _operation(
+    "abcdefghi", _triple,
+    lambda wx, wy, wz, ux, uy, uz, vx, vy, vz: (
+        wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
+    ),
+)  # fmt: skip
 """``triple(wx, wy, wz, ux, uy, uz, vx, vy, vz)``: w . (u x v), every step rounded."""
-excess = _operation("ab", lambda m, a, b: m.chosen(">", m.builder.fsub(m.call("fabs", a), b), m.spread(_ZERO)))
+excess = _operation(
+    "ab", lambda m, a, b: m.chosen(">", m.builder.fsub(m.call("fabs", a), b), m.spread(_ZERO)),
+    lambda a, b: _greater(np.abs(a) - b, 0.0),
+)  # fmt: skip
 """``excess(a, b)``: how far |a| is above b, at least 0."""
-above: Callable[..., int] = _operation("ab", lambda m, a, b: m.bits(a, b), types.int64)
+above: Callable[..., int] = _operation("ab", lambda m, a, b: m.bits(a, b), _bits, types.int64)
 """``above(a, b)``: bit k where a > b in lane k."""
-outside: Callable[..., int] = _operation("ab", lambda m, a, b: m.bits(m.call("fabs", a), b), types.int64)
+outside: Callable[..., int] = _operation(
+    "ab", lambda m, a, b: m.bits(m.call("fabs", a), b), lambda a, b: _bits(np.abs(a), b), types.int64
+)
 """``outside(a, b)``: bit k where |a| > b in lane k."""
 
 
 def _shuffled(*places: int) -> Callable[[Lanes], Lanes]:
     order = ir.Constant(ir.VectorType(ir.IntType(32), 4), list(places))
     undefined = ir.Constant(_vector(four), ir.Undefined)
-    return _operation("a", lambda m, a: m.builder.shuffle_vector(a, undefined, order))
+    return _operation("a", lambda m, a: m.builder.shuffle_vector(a, undefined, order), lambda a: a[list(places)])
 
 
 following4 = _shuffled(1, 2, 0, 1)
@@ -218,18 +257,33 @@ def _first3(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.make_tuple(builder, signature.return_type, values)
 
 
-load8 = _intrinsic("ai", lambda array, _index: eight(array, types.intp), _load)
+def _entries(array: Any, first: int, count: int) -> Any:
+    """A copy of consecutive entries of a contiguous array, counted through all of it."""
+    return array.reshape(-1)[first : first + count].copy()
+
+
+def _store_lanes(array: Any, index: int, value: Lanes) -> None:
+    array.reshape(-1)[index : index + np.size(value)] = value
+
+
+load8 = _intrinsic("ai", lambda array, _index: eight(array, types.intp), _load, lambda a, i: _entries(a, i, 8))
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
-load4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _load)
-row16 = _intrinsic("ai", lambda array, _row: _many(types.float64, 16)(array, types.intp), _row16)
+load4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _load, lambda a, i: _entries(a, i, 4))
+row16 = _intrinsic(
+    "ai", lambda array, _row: _many(types.float64, 16)(array, types.intp), _row16,
+    lambda a, i: tuple(_entries(a, 16 * i, 16)),
+)  # fmt: skip
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
-corners4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _corners4)
+corners4 = _intrinsic(
+    "ai", lambda array, _index: four(array, types.intp), _corners4, lambda a, i: _entries(a, i, 7)[[0, 3, 6, 0]]
+)
 """``corners4(array, index)``: a coordinate of three corners (and the first again), rows of three doubles."""
-first3 = _intrinsic("a", lambda lanes: _many(types.float64, 3)(lanes), _first3)
+first3 = _intrinsic("a", lambda lanes: _many(types.float64, 3)(lanes), _first3, lambda lanes: tuple(lanes[:3]))
 """The first three lanes as doubles."""
-store = _intrinsic("aiv", lambda array, _index, value: types.void(array, types.intp, value), _store)
+store = _intrinsic("aiv", lambda array, _index, value: types.void(array, types.intp, value), _store, _store_lanes)
 """``store(array, index, value)``."""
 splat8 = _intrinsic(
-    "a", lambda _number: eight(types.float64), lambda _context, builder, _types, a: _spread(builder, eight, a[0])
-)
+    "a", lambda _number: eight(types.float64), lambda _context, builder, _types, a: _spread(builder, eight, a[0]),
+    lambda number: np.full(8, number, dtype=np.float64),
+)  # fmt: skip
 """One double in every lane."""

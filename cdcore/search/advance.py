@@ -85,7 +85,7 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
         generation = state.generation + 1
         states[0] = states[1]
         state.generation = generation
-        state.pad = PLACE_PAD * (state.size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
+        state.pad = PLACE_PAD * (state.bodies_size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
     state.budget = budget
     if task == SEARCH and i >= 0:
         follow_start(i, j, faces, state)

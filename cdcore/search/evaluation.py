@@ -73,7 +73,7 @@ def leave_open(key: int, state: State) -> None:
 def trace_evaluation(i: int, j: int, distance: float, state: State) -> None:
     """Write an evaluation down for who watches."""
     stay_one_function()
-    trace, row = doubles_at(state.trace), TRACED * (state.evaluations - 1)
+    trace, row = doubles_at(state.trace_address), TRACED * (state.evaluations - 1)
     trace[row], trace[row + 1], trace[row + 2] = i, j, distance
     trace[row + 3], trace[row + 4], trace[row + 5] = state.iterations, state.asked_by, np.nan
 

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.kernels.compiling import records
 from cdcore.kernels.memory import address_of
 from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow, take_poses
@@ -46,7 +47,7 @@ class PairSearch:
 
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
-        self._states = np.zeros(2, dtype=STATE)
+        self._states = records(np.zeros(2, dtype=STATE))
         self._state, self._fresh = self._states
         self._key = np.uint64(key_of(settings.seed, "qaco", *sorted(names)) % 2**64)
         # Views of the record: to ask it for a field takes longer than to write one.
@@ -54,7 +55,7 @@ class PairSearch:
         """(13,) pose of the first body as the second sees it: rotation by rows, translation, largest coordinate."""
         self._placed = self._fresh["world_a"], self._fresh["world_b"]
         self._result = self._states[list(ANSWER)][:1]
-        self._swarm = np.zeros(settings.ants, dtype=ANT)
+        self._swarm = records(np.zeros(settings.ants, dtype=ANT))
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
         self._faces = Faces(
@@ -65,7 +66,7 @@ class PairSearch:
     def trace(self, rows: int) -> FloatArray:
         """Write the first so many evaluations of each look from here on down, (rows, TRACED), as ``state`` says."""
         self._trace = np.zeros((rows, TRACED))
-        self._fresh["trace"], self._fresh["trace_rows"] = address_of(self._trace), rows
+        self._fresh["trace_address"], self._fresh["trace_rows"] = address_of(self._trace), rows
         return self._trace
 
     def look(
@@ -140,7 +141,7 @@ class PairSearch:
         fresh["who"], fresh["walk"] = SEARCHERS.get(settings.variant, COLONY), settings.variant in ("memetic", "local")
         fresh["daemon"] = settings.variant == "memetic"
         fresh["scale"] = self.first.mean_radius + self.second.mean_radius or 1.0
-        fresh["closest"], fresh["size"] = np.inf, self.first.size + self.second.size
+        fresh["closest"], fresh["bodies_size"] = np.inf, self.first.size + self.second.size
 
     def _search(self, task: int, start: Pair, budget: int) -> SearchResult:
         if self.settings.variant == "printed":

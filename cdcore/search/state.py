@@ -27,11 +27,11 @@ COUNTS = (
     # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
     "head", "found_count", "by_corners", "flood_tests",
     # Who evaluates, a place in ``ASKED_BY``; address of the trace (0: nobody watches) and its rows.
-    "asked_by", "trace", "trace_rows",
+    "asked_by", "trace_address", "trace_rows",
 )  # fmt: skip
 NUMBERS = (
     # Size of both bodies; added to the radii of faces; what a distance is divided by; smallest distance so far.
-    "size", "pad", "scale", "closest",
+    "bodies_size", "pad", "scale", "closest",
     # As in the settings.
     "turn", "mutation", "alpha", "beta", "evaporation", "reward", "pheromone_least", "pheromone_most",
 )  # fmt: skip

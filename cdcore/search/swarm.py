@@ -130,7 +130,7 @@ def move(swarm: Swarm, total: float, state: State) -> None:
 @hot_kernel
 def trace_pheromone(swarm: Swarm, first: int, chains: int, state: State) -> None:
     """Write the pheromone of the ants beside their evaluations of one iteration, from evaluation ``first`` on."""
-    trace = doubles_at(state.trace)
+    trace = doubles_at(state.trace_address)
     for number in range(first, min(state.evaluations, state.trace_rows)):
         trace[TRACED * number + TRACED - 1] = swarm[(number - first) // chains].pheromone
 

@@ -7,7 +7,7 @@ long to hand over, 2.7 microseconds for 25 of them, which a live look pays for e
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from itertools import count
 from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 
@@ -17,13 +17,16 @@ from numba import types
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import machine_operation
-from cdcore.kernels.memory import Memory, address_of
+from cdcore.kernels.memory import Memory, address_of, memory_at
 
 Rows = NDArray[np.void]
 Doubles = Annotated[Memory, types.float64]
 Words = Annotated[Memory, types.int64]
 Integers = Annotated[Memory, types.int32]
 Bytes = Annotated[Memory, types.uint8]
+
+
+TYPE_STRINGS: Final = {types.float64: "<f8", types.int64: "<i8", types.int32: "<i4", types.uint8: "|u1"}
 
 
 class TreeMemory(NamedTuple):
@@ -177,7 +180,32 @@ def reader(kind: Any) -> Callable[[Memory], Any]:
 
         return shape(words), generate
 
-    return machine_operation(typed)
+    return machine_operation(typed, partial(_read, kind))
+
+
+@cache
+def _kinds_of_entries(kind: Any) -> list[Any]:
+    """Of each name of a named tuple: a named tuple, how NumPy writes the type of its entries, or "" of a number."""
+    kinds: list[Any] = []
+    for hint in get_type_hints(kind, include_extras=True).values():
+        if hasattr(hint, "_fields"):
+            kinds.append(hint)
+        else:
+            kinds.append(TYPE_STRINGS[hint.__metadata__[0]] if hasattr(hint, "__metadata__") else "")
+    return kinds
+
+
+def _read(kind: Any, words: Any) -> Any:
+    """A named tuple from a row of words, in Python."""
+    numbers = map(int, words[: layout(kind).itemsize // 8])
+
+    def entry(of: Any) -> Any:
+        if hasattr(of, "_fields"):
+            return of(*map(entry, _kinds_of_entries(of)))
+        number = next(numbers)
+        return memory_at(number, of) if of else number
+
+    return entry(kind)
 
 
 pair_at, pose_at, scratch_at = reader(Pair), reader(PoseMemory), reader(Scratch)

@@ -44,7 +44,7 @@ def _bits_of(_context: Any, _number: Any) -> Any:
     return types.int64(types.float64), generate
 
 
-bits_of: Callable[[float], int] = machine_operation(_bits_of)
+bits_of: Callable[[float], int] = machine_operation(_bits_of, lambda number: int(np.float64(number).view(np.int64)))
 """The 64 bits of a double as an integer."""
 
 

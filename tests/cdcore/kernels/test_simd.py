@@ -1,0 +1,129 @@
+"""Every operation of kernels gives the bits of its body in Python, for numbers of all sizes, infinities and NaN."""
+
+import numpy as np
+import pytest
+from numba import njit
+
+from cdcore.kernels import simd
+from cdcore.narrow.triangles.sums import bits_of
+
+ROWS = 20_000
+LANE_OPERATIONS = {
+    "plus": 2, "minus": 2, "times": 2, "most": 2, "least3": 3, "most3": 3, "root": 1, "size": 1, "fused": 3, "dot": 6,
+    "moved": 7, "turn": 4, "triple": 9, "excess": 2,
+}  # fmt: skip
+"""Operations on lanes, and how many operands they have."""
+BIT_OPERATIONS = ("above", "outside")
+
+
+def numbers(rng, rows, lanes=8):
+    """Doubles of ordinary and extreme sizes, some of them no numbers or zeros of either sign."""
+    values = rng.normal(size=(rows, lanes)) * 2.0 ** rng.integers(-40, 40, (rows, lanes))
+    special = rng.random((rows, lanes))
+    for k, value in enumerate((0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1e308, 1.0)):
+        values[(special > 0.01 * k) & (special < 0.01 * k + 0.004)] = value
+    return values
+
+
+def same_bits(first, second):
+    """Whether doubles are equal to the sign of zero; one NaN is like another."""
+    first, second = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    both_nan = np.isnan(first) & np.isnan(second)
+    return bool(((first.view(np.int64) == second.view(np.int64)) | both_nan).all())
+
+
+def compiled_over(operation, operands):
+    """The operation in machine code on rows of eight lanes, one array (n, 8) an operand."""
+    names = [f"x{k}" for k in range(len(operands))]
+    loads = ", ".join(f"load8({name}, 8 * k)" for name in names)
+    lines = (
+        f"def over({', '.join(names)}, out):\n"
+        "    for k in range(len(out)):\n"
+        f"        store(out, 8 * k, operation({loads}))\n"
+    )
+    room = {"load8": simd.load8, "store": simd.store, "operation": operation}
+    exec(lines, room)
+    out = np.empty_like(operands[0])
+    njit(room["over"])(*operands, out)
+    return out
+
+
+@pytest.mark.parametrize("name", LANE_OPERATIONS)
+def test_an_operation_on_lanes_gives_the_bits_of_its_python_body(name):
+    rng, operation = np.random.default_rng(1), getattr(simd, name)
+    operands = [numbers(rng, ROWS) for _ in range(LANE_OPERATIONS[name])]
+    with np.errstate(all="ignore"):
+        expected = operation.interpreted(*operands)
+    assert same_bits(compiled_over(operation, operands), expected)
+
+
+@pytest.mark.parametrize("name", BIT_OPERATIONS)
+def test_a_comparison_of_lanes_gives_the_bits_of_its_python_body(name):
+    operation, rng = getattr(simd, name), np.random.default_rng(2)
+    load8 = simd.load8
+
+    @njit
+    def over(a, b, out):
+        for k in range(len(out)):
+            out[k] = operation(load8(a, 8 * k), load8(b, 8 * k))
+
+    a, b, out = numbers(rng, 2000), numbers(rng, 2000), np.empty(2000, dtype=np.int64)
+    over(a, b, out)
+    assert out.tolist() == [operation.interpreted(*rows) for rows in zip(a, b, strict=True)]
+    assert out.any()
+    assert out.max() <= 255
+
+
+def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
+    load4, corners4, row16, first3 = simd.load4, simd.corners4, simd.row16, simd.first3
+    following4, first4, splat8, store, plus, load8 = (
+        simd.following4, simd.first4, simd.splat8, simd.store, simd.plus, simd.load8,
+    )  # fmt: skip
+
+    @njit
+    def over(values, out):
+        store(out, 0, load4(values, 3))
+        store(out, 4, corners4(values, 2))
+        store(out, 8, following4(load4(values, 5)))
+        store(out, 12, first4(load4(values, 6)))
+        store(out, 16, splat8(values.ravel()[7]))
+        store(out, 24, plus(load8(values, 1), 0.5))
+        for k, value in enumerate(row16(values, 1)):
+            out[32 + k] = value
+        for k, value in enumerate(first3(load4(values, 9))):
+            out[48 + k] = value
+
+    values, out = np.random.default_rng(3).normal(size=(2, 16)), np.zeros(51)
+    over(values, out)
+    python = {name: getattr(simd, name).interpreted for name in (
+        "load4", "corners4", "row16", "first3", "following4", "first4", "splat8", "plus", "load8",
+    )}  # fmt: skip
+    expected = np.concatenate([
+        python["load4"](values, 3), python["corners4"](values, 2), python["following4"](python["load4"](values, 5)),
+        python["first4"](python["load4"](values, 6)), python["splat8"](values.ravel()[7]),
+        python["plus"](python["load8"](values, 1), 0.5), python["row16"](values, 1),
+        python["first3"](python["load4"](values, 9)),
+    ])  # fmt: skip
+    assert same_bits(out, expected)
+
+
+def test_the_bits_of_a_double_are_those_of_python():
+    @njit
+    def over(values, out):
+        for k in range(len(values)):
+            out[k] = bits_of(values[k])
+
+    values = numbers(np.random.default_rng(4), 100).ravel()
+    out = np.empty(len(values), dtype=np.int64)
+    over(values, out)
+    assert out.tolist() == [bits_of.interpreted(value) for value in values]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LANE_OPERATIONS)
+def test_a_million_random_lanes_give_the_same_bits(name):
+    rng, operation = np.random.default_rng(5), getattr(simd, name)
+    operands = [numbers(rng, 125_000) for _ in range(LANE_OPERATIONS[name])]
+    with np.errstate(all="ignore"):
+        expected = operation.interpreted(*operands)
+    assert same_bits(compiled_over(operation, operands), expected)
