@@ -105,7 +105,7 @@ def kernel(function: Function) -> Function:
     Where kernels are interpreted, numbers overflow and divide by zero as silently as in machine code.
     """
     if INTERPRETED:
-        return cast(Function, np.errstate(all="ignore")(function))
+        return np.errstate(all="ignore")(function)
     made: Any = njit
     compiled = made(**JIT_OPTIONS, **quick_compilers()[0])(function)
     folder = kernel_folder()

@@ -135,12 +135,15 @@ def _triple(m: _Machine, *v: Any) -> Any:
     return m.builder.fadd(m.builder.fadd(x, y), mul(wz, sub(mul(ux, vy), mul(uy, vx))))
 
 
+_select: Any = np.where
+
+
 def _lesser(a: Lanes, b: Lanes) -> Lanes:
-    return np.where(np.less(a, b), a, b)[()]
+    return _select(np.less(a, b), a, b)[()]
 
 
 def _greater(a: Lanes, b: Lanes) -> Lanes:
-    return np.where(np.greater(a, b), a, b)[()]
+    return _select(np.greater(a, b), a, b)[()]
 
 
 def _bits(larger: Lanes, smaller: Lanes) -> int:
