@@ -8,6 +8,7 @@ from time import monotonic
 from typing import Any, Final
 
 import numpy as np
+from msgspec import structs
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
@@ -23,7 +24,8 @@ from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.run_detector import detect_all, make_detector, run_detector
-from replay.pipeline.answer import SESSION, Answer, Fix
+from replay.document.answer import Answer, Fix
+from replay.pipeline.answer import SESSION
 from replay.pipeline.diagnosis import figures_words, pieces_may_help
 from replay.pipeline.ranking import Rank, lost_words
 from replay.pipeline.run_result import RunResult
@@ -71,13 +73,12 @@ def measured_fixes(result: RunResult, limit: float, progress: Progress) -> RunRe
                 fixes[label] = fix
         clock.finish()
     answers = tuple(replace_fix(answer, fixes.get(answer.label)) for answer in result.answers)
-    summary = {**result.summary, "answers": [answer.as_json() for answer in answers]}
-    return replace(result, answers=answers, summary=summary)
+    return replace(result, answers=answers, document=structs.replace(result.document, answers=answers))
 
 
 def replace_fix(answer: Answer, fix: Fix | None) -> Answer:
     """The answer with another Fix, or as it is."""
-    return answer if fix is None else replace(answer, fix=fix)
+    return answer if fix is None else structs.replace(answer, fix=fix)
 
 
 def _is_subject(result: RunResult, answer: Answer, ranks: Mapping[str, Rank]) -> bool:
@@ -126,7 +127,7 @@ class _Measuring:
         self._began = monotonic()
         spec = parse_detector(f"fix={rank.setting}")
         self._rest = {key: value for key, value in spec.settings.items() if key not in SHARED}
-        self._seed = int(result.summary["seed"])
+        self._seed = result.document.seed
 
     def fix(self) -> Fix | None:
         """The Fix that was measured; ``None``: no body of the worst pairs is worth cutting."""
@@ -155,7 +156,7 @@ class _Measuring:
         """A Fix that says why nothing was measured, beside the one that the run has."""
         answer = next(answer for answer in self._result.answers if answer.label == self._rank.label)
         assert answer.fix is not None
-        return replace(answer.fix, words=f"{' '.join(sentences)} {answer.fix.words}")
+        return structs.replace(answer.fix, text=f"{' '.join(sentences)} {answer.fix.text}")
 
     def _worst_bodies(self) -> list[str]:
         """Names of the bodies of the pairs that hold most of what is wrong, the worst first."""
@@ -209,12 +210,12 @@ class _Measuring:
         detector = make_detector(always, self._result.assembly, self._seed)
         comparison = self._reference.compare(detect_all(detector, self._result.assembly))
         once = count_contacts(comparison, self._reference.contacts)
-        return float(wrong_counts(once, 0, count_reports(comparison).share(Outcome.INVENTED), None)["loss"])
+        return float(wrong_counts(once, 0, count_reports(comparison).proportion(Outcome.INVENTED), None)["loss"])
 
     def _figures(self, spec: DetectorSpec, names: Sequence[str]) -> _Measured:
         """The figures that ``run`` gives this detector."""
         assembly, offsets, chosen = self._result.assembly, None, spec
-        live = bool(self._result.summary["detectors"][self._rank.label]["live"])
+        live = self._result.document.detectors[self._rank.label].live
         if has_offsets(spec, len(assembly.motion)):
             offsets = over_phases(spec, assembly, self._reference, self._seed, live=False)
             chosen = replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
@@ -222,7 +223,7 @@ class _Measuring:
         comparison = self._reference.compare(run.detection)
         once = count_contacts(comparison, self._reference.contacts)
         false = len(column_runs((comparison.outcome == Outcome.INVENTED).T))
-        invented = count_reports(comparison).share(Outcome.INVENTED)
+        invented = count_reports(comparison).proportion(Outcome.INVENTED)
         counts = wrong_counts(once, false, invented, offsets)
         parts = getattr(run.detector, "parts", {})
         return _Measured(
@@ -238,7 +239,7 @@ class _Measuring:
         missed, late = (
             (round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])) for name in ("missed", "late")
         )
-        wrong = figures_words(lost_words(missed, late, counts["contacts"]), {"share": counts["false"]})
+        wrong = figures_words(lost_words(missed, late, counts["contacts"]), counts["false"] or 0.0)
         before = self._rank.mean
         more = "" if before is None else f", {frame_time(abs(measured.seconds - before))} "
         more += "" if before is None else ("more" if measured.seconds >= before else "less")

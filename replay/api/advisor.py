@@ -74,17 +74,16 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
 
 
 def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
-    counts, seconds = result.counts[label], result.summary["detectors"][label]["seconds"]
-    looks = seconds.get("per_frame")
+    counts, seconds = result.counts[label], result.document.detectors[label].seconds
     return {
         "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
         "pages": list(choice.pages), "consequence": choice.consequence, "contacts": counts.contacts,
         "undecided": counts.undecided + counts.undecided_in_part, **wrong_in(result, label),
-        "ms": 1e3 * seconds["per_frame_mean"], "p99_ms": None if looks is None else 1e3 * looks["p99"],
+        "ms": 1e3 * seconds.per_frame_mean, "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,
     }  # fmt: skip
 
 
 def wrong_in(result: RunResult, label: str) -> dict[str, Any]:
     """What a detector of a run gets wrong, as a row of ``replay.tradeoff`` has it."""
-    invented, false = result.summary["audit"][label]["invented"], len(result.false[label])
-    return wrong_counts(result.counts[label], false, invented, result.phases.get(label))
+    false_contact, false = result.document.audit[label].false_contact, len(result.false[label])
+    return wrong_counts(result.counts[label], false, false_contact, result.phases.get(label))

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from replay.api.run_result import RunResult
-from replay.auditing.gates import Gates
+from replay.auditing.gates import Gates, times_of
+from replay.document.audit import DetectorAudit
 from replay.errors import AuditError
 from replay.pipeline.scores import pool
 from sessions import Session
@@ -24,12 +25,12 @@ class AuditResult:
     Parameters
     ----------
     results : one run per session, in the order given; each holds all detectors.
-    summary : label -> figures of ``replay.pipeline.scores`` summed over the sessions, with intervals of the sums.
+    audit : label -> counts summed over the sessions, with intervals of the sums.
     broken : a sentence for each limit that was exceeded or could not be checked.
     """
 
     results: tuple[RunResult, ...]
-    summary: Mapping[str, Any]
+    audit: Mapping[str, DetectorAudit]
     broken: tuple[str, ...] = ()
 
 
@@ -38,7 +39,7 @@ def audit(
     *,
     out: str | Path | None = None,
     max_missed: float | None = None,
-    max_invented: float | None = None,
+    max_false: float | None = None,
     max_p99_ms: float | None = None,
     **asked: Any,
 ) -> AuditResult:
@@ -48,7 +49,7 @@ def audit(
     ----------
     sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
-    max_missed, max_invented : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.auditing.gates.Gates``.
+    max_missed, max_false : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.auditing.gates.Gates``.
     asked : as ``replay.run``; an oracle is needed.
 
     Raises ``AuditError``: no session, no oracle, a limit that is none, or two sessions that would share a run folder;
@@ -64,7 +65,7 @@ def audit(
     from replay.outputs.results.run_folder import check_target
     from replay.prepare.session_input import require_session
 
-    limits = Gates(max_missed, max_p99_ms, max_invented)
+    limits = Gates(max_missed, max_p99_ms, max_false)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
     for one in several:
         require_session(one)
@@ -77,9 +78,9 @@ def audit(
         with reaching(folder):
             check_target(folder, force=asked.get("force", False))
     results = [run(session, out=folder, **asked) for session, folder in zip(several, folders, strict=True)]
-    summary = pool(result.summary["audit"] for result in results)
-    broken = limits.broken(summary, [result.summary for result in results])
-    return AuditResult(tuple(results), summary, tuple(broken))
+    pooled = pool(result.document.audit for result in results)
+    broken = limits.broken(pooled, times_of(result.document for result in results))
+    return AuditResult(tuple(results), pooled, tuple(broken))
 
 
 def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:

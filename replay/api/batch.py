@@ -17,6 +17,10 @@ from replay.api.runner import run
 from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.base.workers import DONE, KEPT, OnDone, do_all
+from replay.document.audit import DetectorAudit
+from replay.document.detector import DetectorTimes
+from replay.document.run_document import RunDocument
+from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED
 from replay.outputs.results.batch_parts import FOLDER as TABLES
@@ -31,6 +35,35 @@ NO_SETTINGS: Final[Mapping[str, Any]] = {}
 
 
 @dataclass(frozen=True)
+class SessionOfBatch:
+    """The part of a run's document that gates and tables over many runs read; thousands of whole ones fill the memory.
+
+    ``flagged`` has those poses alone that were dropped; ``times`` is label -> what a detector took.
+    """
+
+    frames: int
+    dropped_frames: int
+    flagged: tuple[FlaggedPoses, ...]
+    times: Mapping[str, DetectorTimes]
+    audit: Mapping[str, DetectorAudit]
+    request: str
+    open_questions: int
+
+    @classmethod
+    def of(cls, document: RunDocument) -> "SessionOfBatch":
+        """The same of a whole document."""
+        return cls(
+            frames=document.session.frames,
+            dropped_frames=document.session.dropped_frames.total,
+            flagged=tuple(poses for poses in document.flagged if poses.dropped),
+            times={label: detector.seconds for label, detector in document.detectors.items()},
+            audit=document.audit,
+            request=document.request,
+            open_questions=len(document.open_questions),
+        )
+
+
+@dataclass(frozen=True)
 class Batch:
     """The outcome of a batch.
 
@@ -41,8 +74,8 @@ class Batch:
     kept : those among them that had it before.
     failed : name -> one sentence.
     digest : SHA-256 over every answer and every row of metrics, in any order of work the same; ``""`` if any failed.
-    audit : label -> figures over all that are done, as ``replay.audit``.
-    runs : name -> what is left of its summary by ``_gist``, for those that are done.
+    audit : label -> counts over all that are done, as ``replay.audit``.
+    runs : name -> session, for those that are done.
     """
 
     out: Path
@@ -50,8 +83,8 @@ class Batch:
     kept: tuple[str, ...]
     failed: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
-    audit: Mapping[str, Any] = field(default_factory=dict)
-    runs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    audit: Mapping[str, DetectorAudit] = field(default_factory=dict)
+    runs: Mapping[str, SessionOfBatch] = field(default_factory=dict)
 
 
 def run_batch(
@@ -104,8 +137,8 @@ def run_batch(
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
     if not is_remote(folder):
-        write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
-    before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
+        write_batch_tables(folder, {name: run.request for name, run in runs.items()})
+    before, audit = tuple(name for name in done if name in kept), pool(session.audit for session in runs.values())
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
 
@@ -117,29 +150,17 @@ def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
             remove_abandoned(folder / name, RUN.listed)
 
 
-def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Mapping[str, Any]]]:
+def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, SessionOfBatch]]:
     """SHA-256 over the digests of all detections and all rows of metrics, in order of name; name -> ``Batch.runs``."""
-    digest, runs = hashlib.sha256(), dict[str, Mapping[str, Any]]()
+    digest, runs = hashlib.sha256(), dict[str, SessionOfBatch]()
     for name in sorted(names):
         run = read_run_folder(out / name)
-        answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
+        answers = {label: detector.digest for label, detector in run.document.detectors.items()}
         # Times differ from run to run.
         rows = [{key: value for key, value in row.items() if key not in MEASURED} for row in run.rows("metrics")]
         digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
-        runs[name] = _gist(run.summary, name)
+        runs[name] = SessionOfBatch.of(run.document)
     return digest.hexdigest(), runs
-
-
-def _gist(summary: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """What gates and tables over many runs ask of each; a thousand whole summaries would fill the memory."""
-    return {
-        "session": {"name": name, **{key: summary["session"][key] for key in ("frames", "dropped_frames")}},
-        "detectors": {label: {"seconds": one["seconds"]} for label, one in summary["detectors"].items()},
-        "flagged": [{"kind": one["kind"], "dropped": one["dropped"]} for one in summary["flagged"] if one["dropped"]],
-        "audit": summary["audit"],
-        "request": summary.get("request", ""),
-        "open_questions": len(summary.get("open_questions", ())),
-    }
 
 
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
@@ -179,7 +200,7 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
 
 def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
     try:
-        made = read_run_folder(out).summary.get("request") == mark
+        made = read_run_folder(out).document.request == mark
         return made and ((out / PICTURE).is_file() or not picture)
     except RunFolderError:
         return False

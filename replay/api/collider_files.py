@@ -226,8 +226,8 @@ def ship_colliders(
 
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
     """What a detector of the run gets wrong and takes, and of how many pieces."""
-    seconds = result.summary["detectors"][label]["seconds"]
-    return wrong_in(result, label) | {"ms": 1e3 * seconds["per_frame_mean"], "pieces": pieces}
+    seconds = result.document.detectors[label].seconds
+    return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "pieces": pieces}
 
 
 class _Search:

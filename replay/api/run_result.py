@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RunResult(run_result.RunResult):
-    """The outcome of ``replay.run``: what it computed, its summary, and where it was written.
+    """The outcome of ``replay.run``: what it computed, its document, and where it was written.
 
     In a notebook it shows itself as its ranking. Its mappings by label answer an unknown label with those there are.
     """

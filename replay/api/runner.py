@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from msgspec import structs
+
 from replay.api.remote_files import delivered, fetched, located, reaching
 from replay.api.run_result import RunResult
 from replay.base.progress import Progress, Silent
@@ -57,7 +59,7 @@ def run(
         result = compute(opened(here, scene), settings, progress=progress, **changes)
     result = with_measured_fixes(with_open_questions(result, progress), progress)
     if request:
-        result = replace(result, summary={**result.summary, "request": request})
+        result = replace(result, document=structs.replace(result.document, request=request))
     if target is not None:
         result = replace(result, out=target)
         with delivered(target) as folder:
@@ -71,14 +73,14 @@ def with_open_questions(result: run_result.RunResult, progress: Progress) -> run
         return result
     from replay.advice.assumptions import first_screen_lines
 
-    said = first_screen_lines(result.session, result.assembly, progress)
-    lines = {"open_questions": said.questions, "guesses": said.guesses}
-    return replace(result, summary={**result.summary, **{key: kept for key, kept in lines.items() if kept}})
+    lines = first_screen_lines(result.session, result.assembly, progress)
+    document = structs.replace(result.document, open_questions=tuple(lines.questions), guesses=tuple(lines.guesses))
+    return replace(result, document=document)
 
 
 def with_measured_fixes(result: run_result.RunResult, progress: Progress) -> run_result.RunResult:
     """The result with the Fix of its colliders measured, in the time that its settings give."""
-    limit = float(result.summary["settings"]["fix_time"])
+    limit = result.document.settings.fix_time
     if limit <= 0.0 or not result.answers:
         return result
     from replay.advice.measured_fix import measured_fixes

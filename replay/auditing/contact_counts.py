@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Comparison, Episode, Outcome
-from replay.base.wilson import share_of_clusters
+from replay.base.wilson import Proportion, proportion_of_clusters
 
 REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
@@ -86,10 +86,10 @@ class ContactCounts:
         """The contacts of one pair."""
         return self.only(self.pairs == pair)
 
-    def share(self, outcome: Outcome) -> dict[str, Any]:
+    def proportion(self, outcome: Outcome) -> Proportion:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
         ended = self.frames[:, outcome]
-        return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
+        return proportion_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
 
     def _left_out(self, decided: bool) -> int:
         """Contacts with frames that were left out, and others that were decided or none."""

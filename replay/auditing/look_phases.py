@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
-from replay.base.wilson import share_of_clusters
+from replay.base.wilson import Proportion, proportion_of_clusters
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import detect_all, make_detector, warm_frames
 from replay.prepare.assembly import Assembly
@@ -42,12 +42,12 @@ class EveryFrame:
 
     contacts_missed: int
     contacts_in_part: int
-    missed: dict[str, Any]  # share of the pair-frames in contact that it does not report
-    invented: dict[str, Any]  # share of the pair-frames that it reports which are no contact
+    missed: Proportion  # share of the pair-frames in contact that it does not report
+    invented: Proportion  # share of the pair-frames that it reports which are no contact
     seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
 
 
-Shares = Mapping[str, dict[str, Any]]
+Shares = Mapping[str, Proportion]
 """``contacts_missed``, ``contacts_in_part``, ``missed`` and ``invented``: counts over all offsets, and their shares."""
 
 
@@ -62,7 +62,7 @@ class OffsetCounts:
     """
 
     frames: IntArray
-    invented: dict[str, Any]
+    invented: Proportion
     false_contacts: IntArray
     false_fractions: FloatArray
     seconds: FloatArray
@@ -82,8 +82,8 @@ class OffsetCounts:
         offsets, contacts, _ = self.frames.shape
         whole = np.full(contacts, offsets)
         missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        shares = {name: share_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
-        return {**shares, "missed": share_of_clusters(missed, missed + found), "invented": self.invented}
+        shares = {name: proportion_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
+        return {**shares, "missed": proportion_of_clusters(missed, missed + found), "invented": self.invented}
 
     @cached_property
     def typical_offset(self) -> float:
@@ -141,8 +141,8 @@ def over_phases(
     every_frame = EveryFrame(
         contacts_missed=always.missed,
         contacts_in_part=always.in_part,
-        missed=always.share(Outcome.MISSED),
-        invented=count_reports(comparison).share(Outcome.INVENTED),
+        missed=always.proportion(Outcome.MISSED),
+        invented=count_reports(comparison).proportion(Outcome.INVENTED),
         seconds=seconds,
     )
     return replace(at_offsets, every_frame=every_frame)
@@ -191,7 +191,7 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
     false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
     return OffsetCounts(
         frames=frames,
-        invented=share_of_clusters(false_sums, said_sums),
+        invented=proportion_of_clusters(false_sums, said_sums),
         false_contacts=stretches,
         false_fractions=fractions,
         seconds=offsets,

@@ -6,11 +6,9 @@ the report that is false, are both T/2L in the mean (1 - L/2T where T > L). Each
 does; a count of wrong contacts does not: samples at 2 Hz have few false contacts because they report few at all.
 """
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
-Share = Mapping[str, Any]
-"""``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high``, as ``replay.base.wilson.share`` makes it."""
+from replay.base.wilson import Proportion
 
 LOSS_MEANING: Final = (
     "share of the contacts missed, plus share of the contact time not reported, plus share of the reported time that "
@@ -19,12 +17,12 @@ LOSS_MEANING: Final = (
 """The definition, as every screen prints it."""
 
 
-def fraction_of(share: Share | None) -> float:
-    """A share from 0 to 1; 0 of nothing."""
-    return 0.0 if share is None or share["share"] is None else float(share["share"])
+def fraction_of(proportion: Proportion | None) -> float:
+    """Return a proportion from 0 to 1; 0 of nothing."""
+    return 0.0 if proportion is None or proportion.value is None else proportion.value
 
 
-def lost(contacts_missed: Share | None, time_missed: Share | None, contacts_undecided: float = 0.0) -> float:
+def lost(contacts_missed: Proportion | None, time_missed: Proportion | None, contacts_undecided: float = 0.0) -> float:
     """The part of a loss that is contact, 0 to 2: contacts that were missed, and contact time that was not reported.
 
     A missed contact counts in both, so that a tap of a single frame weighs as a contact, and not as a frame.
@@ -34,7 +32,10 @@ def lost(contacts_missed: Share | None, time_missed: Share | None, contacts_unde
 
 
 def loss(
-    contacts_missed: Share | None, time_missed: Share | None, time_false: Share | None, contacts_undecided: float = 0.0
+    contacts_missed: Proportion | None,
+    time_missed: Proportion | None,
+    time_false: Proportion | None,
+    contacts_undecided: float = 0.0,
 ) -> float:
     """The loss of a detector, 0 (right) to 3; of a detector of a fixed rate its shares are over 16 sampling offsets.
 

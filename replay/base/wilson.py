@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from replay.base.record import Count, Fraction, Record
 
 OVER_CONTACTS: Final = (
     "In brackets: 95 % intervals over contacts drawn anew, not over sampling offsets alone. Where few contacts are "
@@ -38,35 +40,64 @@ def wilson(count: float, of: float) -> tuple[float, float]:
     return (0.0 if count == 0 else max(0.0, low)), (1.0 if count == of else min(1.0, high))
 
 
-def share(count: int, of: int, clusters: int | None = None, squares: Sequence[int] = ()) -> dict[str, Any]:
-    """A share as plain data: ``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high`` at 95 %.
+class Proportion(Record, frozen=True):
+    """A count of a whole, and its 95 % interval.
 
-    Of ``clusters``, their ``squares`` are the sums of count squared, count times whole, and whole squared.
+    Parameters
+    ----------
+    count, of : how many, of how many.
+    value : ``count / of``; ``None`` of nothing.
+    lower, upper : ends of the interval.
+    clusters : contacts or pairs that the members were drawn in; ``None``: one by one.
+    squares : over the clusters the sums of count squared, count times whole, and whole squared.
+    """
+
+    count: Count
+    of: Count
+    value: Fraction | None
+    lower: Fraction
+    upper: Fraction
+    clusters: Count | None = None
+    squares: tuple[Count, ...] | None = None
+
+
+def proportion(count: int, of: int, clusters: int | None = None, squares: Sequence[int] = ()) -> Proportion:
+    """Return a count of a whole with its interval at 95 %.
+
+    ``squares`` are those of the ``clusters``, as ``Proportion`` has them.
     """
     number = of if clusters is None else _effective(count, of, clusters, squares)
-    low, high = wilson(number * (count / of) if of else 0, number)
-    told = {"count": count, "of": of, "share": count / of if of else None, "low": low, "high": high}
-    return told if clusters is None else {**told, "clusters": clusters, "squares": list(squares)}
+    lower, upper = wilson(number * (count / of) if of else 0, number)
+    return Proportion(
+        count=count,
+        of=of,
+        value=count / of if of else None,
+        lower=lower,
+        upper=upper,
+        clusters=clusters,
+        squares=None if clusters is None else tuple(squares),
+    )
 
 
-def share_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> dict[str, Any]:
-    """As ``share``, of what is drawn in clusters, as pair-frames are drawn in contacts.
+def proportion_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> Proportion:
+    """Return the proportion of members that are drawn in clusters, as pair-frames are drawn in contacts.
 
     ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.
     """
     both = np.array([counts, wholes], dtype=object)  # whole numbers of Python: squares of face pairs pass 64 bits
     (squared, crossed), (_, whole) = (both @ both.T).tolist()
     count, of = both.sum(axis=1).tolist()
-    return share(count, of, int((both[1] > 0).sum()), (squared, crossed, whole))
+    return proportion(count, of, int((both[1] > 0).sum()), (squared, crossed, whole))
 
 
-def pooled(shares: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The share of several sessions together, from the counts of each."""
-    count, of = (sum(one[name] for one in shares) for name in ("count", "of"))
-    if "clusters" not in shares[0]:
-        return share(count, of)
-    squares = [sum(column) for column in zip(*(one["squares"] for one in shares), strict=True)]
-    return share(count, of, sum(one["clusters"] for one in shares), squares)
+def pooled(proportions: Sequence[Proportion]) -> Proportion:
+    """Return the proportion of several sessions together, from the counts of each."""
+    count = sum(session.count for session in proportions)
+    of = sum(session.of for session in proportions)
+    if proportions[0].clusters is None:
+        return proportion(count, of)
+    squares = [sum(column) for column in zip(*(session.squares or () for session in proportions), strict=True)]
+    return proportion(count, of, sum(session.clusters or 0 for session in proportions), squares)
 
 
 def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> float:

@@ -66,7 +66,7 @@ def command(
     folder = out or FOLDER
     seconds = FIX_SECONDS if fix_time is None else fix_time
     result = _demo(folder, force or out is None, people, fix_time=seconds, **made)
-    seconds = result.summary["session"]["duration"]
+    seconds = result.document.session.duration
     people.say(f"Made up a {seconds:.0f} s session: {folder / SESSION}")
     return report_run(result, people, as_json=as_json, recording=folder / SESSION)
 

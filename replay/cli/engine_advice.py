@@ -29,7 +29,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **asked)
-    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.summary)]
+    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     plain = {
         "engine": advice.engine.name, "version": advice.engine.version, "pages": dict(advice.engine.pages),
         "rows": list(advice.rows), "advice": list(advice.sentences), "open_questions": undecided,
@@ -56,7 +56,7 @@ def write_colliders(session: Path, folder: Path, people: People, *, as_json: boo
     tables = [before_after(shipped.before, shipped.after, shipped.result, shipped.engine)]
     if people.verbose:
         tables.append(piece_table(shipped.bodies))
-    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(shipped.result.summary)]
+    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(shipped.result.document)]
     answer(as_json, {**shipped.as_json(), "open_questions": undecided}, lambda: terminal(*tables))
     if not as_json:
         show([*undecided, *_sentences(shipped)])

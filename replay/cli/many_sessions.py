@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
-from replay.cli.run_report import lost_frames, lost_poses
+from replay.cli.run_report import lost_poses
+from replay.document.audit import DetectorAudit
+from replay.document.coding import plain_of
 from replay.words import count_range
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
-    from replay.api.batch import Batch
+    from replay.api.batch import Batch, SessionOfBatch
     from replay.auditing.gates import Gates
     from replay.base.tables import Table
 
@@ -45,22 +47,22 @@ def run_many(
             settings = {**settings, "picture": False}
         done = counting(people, len(files))
         batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)
-    broken = limits.broken(batch.audit, [*batch.runs.values()])
-    lost = bool(batch.failed) or any(lost_frames(run) or lost_poses(run) for run in batch.runs.values())
+    broken = limits.broken(batch.audit, [(name, run.times) for name, run in batch.runs.items()])
+    lost = bool(batch.failed) or any(run.dropped_frames or lost_poses(run.flagged) for run in batch.runs.values())
     sessions = [session_table(batch)] if batch.runs else []
     where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
     lines = [f"{len(batch.done)} of {len(files)} sessions {where}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
-    lines += open_guesses_line([name for name, run in batch.runs.items() if run["open_questions"]], len(batch.done))
+    lines += open_guesses_line([name for name, run in batch.runs.items() if run.open_questions], len(batch.done))
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
     if as_markdown:
         from replay.cli.run_markdown import markdown_page
 
         print(markdown_page(f"{len(files)} sessions", broken, lines, sessions))
     elif as_json:
-        plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
-        undecided = {name: run["open_questions"] for name, run in batch.runs.items() if run["open_questions"]}
-        plain |= {"open_questions": undecided, "broken": broken}
+        plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}
+        undecided = {name: run.open_questions for name, run in batch.runs.items() if run.open_questions}
+        plain |= {"audit": plain_of(batch.audit), "open_questions": undecided, "broken": broken}
         print_json({"out": None if out is None else str(out), **plain})
     else:
         figures = [audit_table(batch.audit)] if batch.audit else []
@@ -119,21 +121,19 @@ class Count:
 NOTHING_COUNTED: Final = Count.once(0)
 
 
-def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, Count]:
+def _counts(run: "SessionOfBatch", missed: Mapping[str, str]) -> dict[str, Count]:
     """What a row of the table says of a run; the contacts are the oracle's, the same beside every detector."""
-    audit = run["audit"]
-    counts = {"frames": Count.once(run["session"]["frames"])}
+    audit = run.audit
+    counts = {"frames": Count.once(run.frames)}
     if missed:
-        counts["contacts"] = Count.once(max((figures["contacts"] for figures in audit.values()), default=0))
+        counts["contacts"] = Count.once(max((detector.contacts for detector in audit.values()), default=0))
     for name, label in missed.items():
         counts[name] = _never_found(audit[label]) if label in audit else NOTHING_COUNTED
-    undecided = sum(figures["contacts_undecided"] for figures in audit.values())
-    rare = zip(RARE, (undecided, lost_frames(run), lost_poses(run)), strict=True)
+    undecided = sum(detector.contacts_undecided for detector in audit.values())
+    rare = zip(RARE, (undecided, run.dropped_frames, lost_poses(run.flagged)), strict=True)
     return counts | {name: Count.once(count) for name, count in rare}
 
 
-def _never_found(figures: Mapping[str, Any]) -> Count:
-    over = figures.get("offsets", {}).get("contacts_missed")
-    if over is None:
-        return Count.once(figures["contacts_missed"])
-    return Count(round(over["smallest"]), round(over["largest"]), over["mean"])
+def _never_found(audit: DetectorAudit) -> Count:
+    counts = audit.counts_over_offsets.contacts_missed
+    return Count(counts.smallest, counts.largest, counts.mean)

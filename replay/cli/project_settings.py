@@ -16,7 +16,7 @@ GATES: Final = "gates"
 """A table of the file whose keys are options too."""
 
 OPTIONS: Final = (
-    "detectors", "oracle", "seed", "step-rate", "noise", "max-missed", "max-invented", "max-p99-ms", "start", "end",
+    "detectors", "oracle", "seed", "step-rate", "noise", "max-missed", "max-false", "max-p99-ms", "start", "end",
     "tau", "policy",
 )  # fmt: skip
 """Not those about one call, nor the path of a file: they stay on the command line."""
@@ -72,6 +72,8 @@ def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
     options = {option.opts[0].removeprefix("--"): option for option in ctx.command.params}
     settings = {}
     for key, value in {**parsed, **gates}.items():
+        if key == "max-invented":
+            raise click.UsageError(f"{file}: max-invented is called max-false now")
         if key not in OPTIONS:
             raise click.UsageError(f"{file}: no setting {key!r}{nearest(key, OPTIONS)}")
         option = options[key]

@@ -25,8 +25,14 @@ from replay.cli.session_files import session_files, several
 STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
 NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
 MISSED_WORDS = "Exit 4 when more contacts or pair-frames are missed."
-INVENTED_WORDS = "Exit 4 when more of the contact it reports is invented."
+FALSE_WORDS = "Exit 4 when more of the contact it reports is false."
 LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
+
+
+def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
+    """Refuse the old name of an option with the new one."""
+    if value is not None:
+        raise click.UsageError("--max-invented is called --max-false now")
 
 
 @click.command(cls=ProjectCommand)
@@ -38,7 +44,8 @@ LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
 @jobs
 @click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
-@click.option("--max-invented", type=SHARE, metavar="SHARE", help=INVENTED_WORDS)
+@click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_WORDS)
+@click.option("--max-invented", hidden=True, expose_value=False, callback=_renamed)
 @click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_WORDS)
 @fix_time
 @replaying
@@ -63,14 +70,14 @@ def command(
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     replay run recordings --out runs --jobs 4 --no-picture
     """
-    from replay.auditing.gates import Gates
+    from replay.auditing.gates import Gates, times_of
 
     picture = not asked.pop("no_picture")
     if asked["step_rate"] is None:
         del asked["step_rate"]
     elif asked["detectors"]:
         raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
-    limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_invented")))
+    limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_false")))
     how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
     if len(files) > 1 or how["scheduler"] is not None or several(sessions):
@@ -88,7 +95,7 @@ def command(
     asked["fix_time"] = FIX_SECONDS if asked["fix_time"] is None else asked["fix_time"]
     progress = TerminalProgress(people)
     result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **asked)
-    broken = limits.broken(result.summary["audit"], [result.summary])
+    broken = limits.broken(result.document.audit, times_of([result.document]))
     if as_markdown:
         from replay.cli.run_markdown import run_markdown
 

@@ -14,7 +14,7 @@ LEVEL = 3
 
 def run_markdown(result: RunResult, broken: Sequence[str]) -> str:
     """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
-    size = f"{result.summary['session']['frames']:,} frames, {len(result.assembly.bodies)} bodies"
+    size = f"{result.document.session.frames:,} frames, {len(result.assembly.bodies)} bodies"
     answers = [f"**{words}**" for words in headlines(result)]
     tables = [ranking_table(result)] if len(result.comparisons) > 1 else []
     name = result.session.scene.name or "Session"

@@ -1,11 +1,13 @@
 """What ``run`` and ``demo`` say when they are done: the answer or JSON on stdout, notes on stderr."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer, print_json, show
+from replay.document.coding import plain_of
+from replay.document.session import FlaggedPoses
 from replay.outputs.results.run_folder import PICTURE
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -45,7 +47,7 @@ def sources_of(result: RunResult, people: People) -> Sources:
     """For who wants more, the sources behind a run: of every detector and effect that ran, and of no others."""
     from replay.pipeline.citations import sources_behind
 
-    detectors = (detector["name"] for detector in result.summary["detectors"].values())
+    detectors = (detector.name for detector in result.document.detectors.values())
     return sources_behind(detectors, result.effects.items()) if people.verbose else {}
 
 
@@ -62,14 +64,15 @@ def answer_cited(
 
 def close_run(result: RunResult, people: People) -> int:
     """Say what people should know about a run, and return its exit code: 3 where poses or frames had to be left out."""
-    for label, detector in result.summary["detectors"].items():
-        settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
-        people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest']}")
-    notes = [*result.assembly.notes, *repair_sentences(result.summary)]
+    for label, detector in result.document.detectors.items():
+        settings = ", ".join(f"{name}={value}" for name, value in detector.settings.items())
+        people.detail(f"{label}: {detector.name}[{settings}], verdicts {detector.digest}")
+    notes = [*result.assembly.notes, *repair_sentences(result.document.flagged)]
     if result.assembly.left_out:
         notes.append(f"no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
     people.say(*(f"note: {note}" for note in notes))
-    return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
+    document = result.document
+    return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else OK
 
 
 def where_to_look(result: RunResult) -> list[str]:
@@ -86,22 +89,17 @@ def where_to_look(result: RunResult) -> list[str]:
     return lines
 
 
-def lost_frames(summary: Mapping[str, Any]) -> int:
-    """Frames of the recording that were left out."""
-    return sum(summary["session"]["dropped_frames"].values())
-
-
-def lost_poses(summary: Mapping[str, Any]) -> int:
+def lost_poses(flagged: Iterable[FlaggedPoses]) -> int:
     """Samples that claimed to be poses and were none."""
-    return sum(flagged["dropped"] for flagged in summary.get("flagged", ()) if flagged["kind"] in DAMAGE)
+    return sum(poses.dropped for poses in flagged if poses.kind in DAMAGE)
 
 
-def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
+def repair_sentences(flagged: Iterable[FlaggedPoses]) -> list[str]:
     """A sentence per kind and body whose poses were in doubt; losses that the tracker flagged itself go without."""
     samples: Counter[tuple[str, str, str]] = Counter()
-    for flagged in summary.get("flagged", ()):
-        if flagged["kind"] not in ("tracking-lost", "gap"):
-            samples[flagged["kind"], flagged["body"], flagged["action"]] += flagged["samples"]
+    for poses in flagged:
+        if poses.kind not in ("tracking-lost", "gap"):
+            samples[poses.kind, poses.body, poses.action] += poses.samples
     return [
         f"{kind}{' of ' + body if body else ''}: {count} samples, {action}"
         for (kind, body, action), count in samples.items()
@@ -109,9 +107,9 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def run_json(result: RunResult) -> dict[str, Any]:
-    """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
+    """The document, the misses, the false contacts, and where the rest lies; null: not measured."""
     rows = {
         name: {label: result.tables[name].where(detector=label).plain() for label in result.comparisons}
         for name in ("misses", "false")
     }
-    return {**result.summary, **rows, "out": None if result.out is None else str(result.out)}
+    return {**plain_of(result.document), **rows, "out": None if result.out is None else str(result.out)}

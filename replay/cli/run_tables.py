@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from shlex import quote
-from typing import Any, Final
+from typing import Final
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -11,6 +11,7 @@ from rich.text import Text
 from replay.base.constants import CAVEAT, RECORDING
 from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
+from replay.document.audit import DetectorAudit
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.words import tallied
@@ -67,7 +68,7 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
         yield Paragraph(f"  {name:<6}", words)
         if command:
             yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
-    busy = busy_words(result.summary)  # the ranking says it
+    busy = busy_words(result.document)  # the ranking says it
     for number, words in enumerate(words for words in price(result) if words != busy):
         yield Paragraph("        " if number else "  Cost  ", words)
 
@@ -78,9 +79,9 @@ def effect_parts(result: RunResult) -> list[Table | RenderableType]:
         table = built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped")
         return [table, Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
     found = [
-        f"{kind} ({tallied(figures['events'])})"
-        for kind, figures in result.summary["effects"].items()
-        if kind != "contact" and figures["events"]
+        f"{kind} ({tallied(effect.events)})"
+        for kind, effect in result.document.effects.items()
+        if kind != "contact" and effect.events
     ]
     return [Paragraph("Effects  ", f"{', '.join(found)}; -v has the table.")] if found else []
 
@@ -99,7 +100,7 @@ def run_tables(result: RunResult) -> Group:
         parts.append(replace(shown, title=f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
     if result.comparisons:
-        parts.append(audit_table(result.summary["audit"]))
+        parts.append(audit_table(result.document.audit))
     if result.detections:
         parts.append(built.cost_table(result).only(*COST_HEAD))
     if result.effects and result.detections:
@@ -137,7 +138,7 @@ def fault_tables(result: RunResult) -> list[Table]:
     return tables
 
 
-def audit_table(audit: Mapping[str, Any]) -> Table:
+def audit_table(audit: Mapping[str, DetectorAudit]) -> Table:
     """Pair-frames with a column per detector."""
     made = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the reference", audit)
     return replace(made, notes=())

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from replay.document.record import Count
+from replay.base.record import Count
 
 
 class KeyMoment(Struct, frozen=True):
@@ -40,13 +40,14 @@ class Fix(Struct, frozen=True):
 
     Parameters
     ----------
-    words : what to do, and where it was measured its metrics.
+    text : what to do, and where it was measured its metrics.
     measured : whether they were measured on this session.
+    setting : the detector whose metrics these are, where it is none of the run.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
     setting : the detector whose metrics these are, as ``replay run --detectors`` takes it; ``""``: it is in the run.
     """
 
-    words: str
+    text: str
     measured: bool
     command: str = ""
     setting: str = ""
@@ -65,4 +66,4 @@ class Answer(Struct, frozen=True):
     def reasons(self) -> list[tuple[str, str, str]]:
         """``Why`` and ``Fix``, each with its text and its command; nothing where nothing is wrong."""
         rows = [("Why", self.why, "")] if self.why else []
-        return rows if self.fix is None else [*rows, ("Fix", self.fix.words, self.fix.command)]
+        return rows if self.fix is None else [*rows, ("Fix", self.fix.text, self.fix.command)]

@@ -1,27 +1,17 @@
 """The audit of one detector: everything counted about its answers beside those of the reference."""
 
-from typing import Literal
+from typing import Final, Literal
 
-from replay.document.proportion import Proportion
-from replay.document.record import Count, Counts, Record
+from replay.base.record import Count, Counts, Record
+from replay.base.wilson import Proportion
 
-NOT_EXAMINED = "not examined"
+NOT_EXAMINED: Final = "not examined"
 """Stands for a count of contacts between frames where both detectors decide at instants only."""
 
 
 class PairFrames(
     Record,
     frozen=True,
-    rename={
-        "neither": "NEITHER",
-        "both": "BOTH",
-        "missed": "MISSED",
-        "false_contact": "INVENTED",
-        "within_tolerance": "WITHIN_TOLERANCE",
-        "between_frames": "BETWEEN_FRAMES",
-        "left_out": "LEFT_OUT",
-        "grasped": "HELD",
-    },
 ):
     """Pair-frames by ``Outcome``: every pair in every frame is one of them."""
 
@@ -38,13 +28,6 @@ class PairFrames(
 class ContactPairFrames(
     Record,
     frozen=True,
-    rename={
-        "both": "BOTH",
-        "missed": "MISSED",
-        "false_contact": "INVENTED",
-        "within_tolerance": "WITHIN_TOLERANCE",
-        "grasped": "HELD",
-    },
 ):
     """Frames of one pair by those outcomes that speak of contact."""
 
@@ -55,7 +38,7 @@ class ContactPairFrames(
     grasped: Count
 
 
-class GraspedCounts(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part", "false_contact": "invented"}):
+class GraspedCounts(Record, frozen=True):
     """Counts while a hand holds the body, which stand in no other: contacts, then pair-frames."""
 
     contacts: Count
@@ -74,7 +57,7 @@ class CountRange(Record, frozen=True):
     mean: float
 
 
-class OffsetRanges(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part"}):
+class OffsetRanges(Record, frozen=True):
     """Contacts with a fault over the sampling offsets; of a detector of no rate all are the same."""
 
     contacts_missed: CountRange
@@ -84,7 +67,6 @@ class OffsetRanges(Record, frozen=True, rename={"late_or_cut_short": "contacts_i
 class OffsetProportions(
     Record,
     frozen=True,
-    rename={"late_or_cut_short": "contacts_in_part", "time_missed": "missed", "false_contact": "invented"},
 ):
     """Means over the sampling offsets, with intervals over contacts."""
 
@@ -103,7 +85,7 @@ class CauseCounts(Record, frozen=True):
     missed: Count
 
 
-class TimeErrors(Record, frozen=True, rename={"p95_absolute": "p95_off", "largest_absolute": "most_off"}):
+class TimeErrors(Record, frozen=True):
     """Seconds by which matched contacts begin, end or last longer than the reference's."""
 
     mean: float
@@ -115,15 +97,6 @@ class TimeErrors(Record, frozen=True, rename={"p95_absolute": "p95_off", "larges
 class ContactMatching(
     Record,
     frozen=True,
-    rename={
-        "reference_contacts": "truth",
-        "reported_contacts": "found",
-        "reference_excused": "excused_truth",
-        "false_contacts": "invented",
-        "reported_excused": "excused_found",
-        "missed_proportion": "missed_share",
-        "false_proportion": "invented_share",
-    },
 ):
     """Contacts of the reference and of a detector, matched one to one; errors are ``None`` where none is matched."""
 
@@ -148,7 +121,6 @@ class ContactMatching(
 class NoiseProofAudit(
     Record,
     frozen=True,
-    rename={"time_missed": "missed", "counts_over_offsets": "offsets", "means_over_offsets": "phases"},
 ):
     """Counts of those contacts alone that hold in spite of tracker noise."""
 
@@ -163,20 +135,6 @@ class DetectorAudit(
     Record,
     frozen=True,
     kw_only=True,
-    rename={
-        "time_missed": "missed",
-        "false_contact": "invented",
-        "reference_undecided": "oracle_undecided",
-        "reference_undecided_reasons": "oracle_undecided_reasons",
-        "reference_inside_undecided": "oracle_inside_undecided",
-        "late_or_cut_short": "contacts_in_part",
-        "while_grasped": "held",
-        "misses_by_kind": "by_kind",
-        "counts_over_offsets": "offsets",
-        "means_over_offsets": "phases",
-        "noise_proof": "holds",
-        "matching": "episodes",
-    },
 ):
     """Everything counted about one audited detector.
 
@@ -234,8 +192,13 @@ class DetectorAudit(
     causes: CauseCounts
     matching: ContactMatching
 
+    @property
+    def false_contact_mean(self) -> Proportion:
+        """The false part of the pair-frames reported as contact, over the sampling offsets if there are several."""
+        return self.false_contact if self.means_over_offsets is None else self.means_over_offsets.false_contact
 
-class PairAudit(Record, frozen=True, rename={"late_or_cut_short": "contacts_in_part", "while_grasped": "held"}):
+
+class PairAudit(Record, frozen=True):
     """One pair beside the reference; ``while_grasped``: ``None`` where no hand holds the body."""
 
     contacts_missed: Count

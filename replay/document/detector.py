@@ -1,8 +1,10 @@
 """A detector of a run: its settings, its verdicts, and the seconds that it took."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
-from replay.document.record import Count, Counts, Digest, Fraction, Record, Seconds
+from msgspec import Meta
+
+from replay.base.record import Count, Counts, Digest, Fraction, Record, Seconds
 
 
 class Quantiles(Record, frozen=True):
@@ -14,7 +16,7 @@ class Quantiles(Record, frozen=True):
     max: Seconds
 
 
-class SampleTimes(Record, frozen=True, rename={"samples": "looks"}):
+class SampleTimes(Record, frozen=True):
     """Seconds over the samples: the frames on which the detector ran.
 
     Parameters
@@ -33,16 +35,14 @@ class SampleTimes(Record, frozen=True, rename={"samples": "looks"}):
     stages: dict[str, Quantiles]
 
 
-class LongestStage(Record, frozen=True, rename={"fraction": "share"}):
+class LongestStage(Record, frozen=True):
     """The stage that takes most of the time."""
 
     stage: str
     fraction: Fraction
 
 
-class DetectorTimes(
-    Record, frozen=True, kw_only=True, rename={"sample_times": "per_frame", "processor_fraction": "processor_share"}
-):
+class DetectorTimes(Record, frozen=True, kw_only=True):
     """Seconds that a detector took.
 
     Parameters
@@ -72,10 +72,12 @@ class DetectorTimes(
         return None if self.sample_times is None else self.sample_times.p99
 
 
-VerdictName = Literal["CLEAR", "CONTACT", "CONTAINED", "CANDIDATE", "NOT_FOUND", "UNRESOLVED", "INVALID", "NO_POSE"]
+VerdictName: TypeAlias = Annotated[
+    str, Meta(pattern="^(clear|contact|contained|candidate|not_found|unresolved|invalid|no_pose)$")
+]
 
 
-class DetectorRecord(Record, frozen=True, rename={"spec": "asked", "faces_queried": "faces_asked"}):
+class DetectorRecord(Record, frozen=True):
     """A detector of a run.
 
     Parameters

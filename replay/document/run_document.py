@@ -1,13 +1,13 @@
 """``RunDocument``: a run as data, all that ``summary.json`` holds."""
 
-from typing import Any
+from typing import Any, Final
 
 from msgspec import field
 
+from replay.base.record import Count, Counts, Record, Seconds
 from replay.document.answer import Answer
 from replay.document.audit import DetectorAudit, PairAudit
 from replay.document.detector import DetectorRecord
-from replay.document.record import Count, Counts, Record, Seconds
 from replay.document.session import (
     EffectRecord,
     FindingRecord,
@@ -19,7 +19,8 @@ from replay.document.session import (
     Window,
 )
 
-SCHEMA = "vrlab-replay/run/1"
+SCHEMA: Final = "vrlab-replay/run/2"
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/3"
 
 
 class ContactLengths(Record, frozen=True):
@@ -31,7 +32,7 @@ class ContactLengths(Record, frozen=True):
     cut: Count
 
 
-class PairRecord(Record, frozen=True, rename={"grasp": "held", "grasped_contacts": "held_contacts"}):
+class PairRecord(Record, frozen=True):
     """A pair of bodies; mappings are by the label of a detector.
 
     Parameters
@@ -50,6 +51,17 @@ class PairRecord(Record, frozen=True, rename={"grasp": "held", "grasped_contacts
     contacts: dict[str, ContactLengths] = field(default_factory=dict)
     grasped_contacts: dict[str, ContactLengths] = field(default_factory=dict)
     audit: dict[str, PairAudit] = field(default_factory=dict)
+
+
+class TradeoffRecord(Record, frozen=True, tag_field="schema", tag=TRADEOFF_SCHEMA):
+    """What every setting that was tried misses and takes, as ``replay.pipeline.run_result.Tradeoff``."""
+
+    answer: str
+    advice: tuple[str, ...]
+    front: tuple[str, ...]
+    cut: tuple[str, ...]
+    rows: tuple[dict[str, Any], ...]
+    about: dict[str, Any]
 
 
 class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCHEMA):
@@ -96,5 +108,5 @@ class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCH
     open_questions: tuple[str, ...] = ()
     guesses: tuple[str, ...] = ()
     request: str = ""
-    tradeoff: dict[str, Any] | None = None
+    tradeoff: TradeoffRecord | None = None
     files: tuple[str, ...] = ()

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from replay.document.record import Count, Digest, Record, Seconds
+from replay.base.record import Count, Digest, Record, Seconds
 
 
 class RecordingMark(Record, frozen=True):
@@ -26,7 +26,7 @@ class DroppedFrames(Record, frozen=True):
         return self.repeated + self.backwards
 
 
-class AssumptionRecord(Record, frozen=True, rename={"subject": "what", "sentence": "said"}):
+class AssumptionRecord(Record, frozen=True):
     """One thing that an import assumed of its source."""
 
     subject: str
@@ -155,7 +155,7 @@ class PlanRecord(Record, frozen=True):
     not_run: tuple[str, ...]
 
 
-class EffectRecord(Record, frozen=True, rename={"fraction": "share"}):
+class EffectRecord(Record, frozen=True):
     """An effect of a run: why it ran, what it took, and what it found.
 
     Parameters

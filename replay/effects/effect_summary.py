@@ -41,7 +41,7 @@ def effect_summary(effects: Mapping[str, EffectRun], seconds: float) -> dict[str
             "about": run.spec.about,
             "because": list(run.because),
             "seconds": run.seconds,
-            "share": run.seconds / seconds if seconds > 0.0 else 0.0,
+            "fraction": run.seconds / seconds if seconds > 0.0 else 0.0,
             "frames": run.frames,
             "frames_run": run.frames_run,
             "trigger": run.spec.trigger,

@@ -112,7 +112,7 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
         "student": pseudonym(result),
         "session": session_digest(result),
         "scene": result.session.scene.name,
-        "tool": str(result.summary.get("versions", {}).get("vrlab-replay", "")),
+        "tool": str(result.document.versions.get("vrlab-replay", "")),
         "valid_minutes": motion.valid_minutes,
         "flagged_share": motion.flagged_share,
         "grasp_attempts": None if seen.grasps is None else len(seen.grasps),
@@ -179,11 +179,11 @@ def contact_frames(result: RunResult) -> int | None:
 
 def settings_digest(result: RunResult, label: str) -> str:
     """The first 16 hex digits over everything that decides a row but the session."""
-    summarised = result.summary["detectors"][label]
-    settings = dict(summarised["settings"])
-    if OFFSET_SETTING not in summarised["asked"]:
+    detector = result.document.detectors[label]
+    settings = dict(detector.settings)
+    if OFFSET_SETTING not in detector.spec:
         # The offset that is typical of a session belongs to the session.
         settings.pop(OFFSET_SETTING, None)
-    decided = {"name": summarised["name"], "settings": settings, "oracle": result.oracle,
-               "versions": result.summary.get("versions")}  # fmt: skip
+    decided = {"name": detector.name, "settings": settings, "oracle": result.oracle,
+               "versions": result.document.versions}  # fmt: skip
     return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]

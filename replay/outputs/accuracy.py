@@ -18,8 +18,8 @@ def run_dots(result: Summarised) -> list[Dot]:
 
     The worst one has the kind of its larger fault, ``false`` or ``missed``; the reference is a ``reference``.
     """
-    audits = result.summary["audit"]
-    if all(audit["undecided"]["share"] == 1 for audit in audits.values()):
+    audits = result.document.audit
+    if all(audit.undecided.value == 1 for audit in audits.values()):
         return []
     dots = []
     for number, rank in enumerate(result.ranking):

@@ -10,15 +10,16 @@ from replay import words
 from replay.auditing.fault import Cause, FaultKind
 from replay.auditing.gates import percent
 from replay.auditing.look_phases import PHASES
-from replay.auditing.loss import Share
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
 from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
-from replay.base.wilson import OVER_CONTACTS
+from replay.base.wilson import OVER_CONTACTS, Proportion
+from replay.document.audit import DetectorAudit
+from replay.document.detector import LongestStage
+from replay.document.run_document import ContactLengths
 from replay.effects.effects_runner import CURVES
 from replay.outputs.words import (
-    FRAME_ROWS,
-    OUTCOME_WORDS,
+    PAIR_FRAME_ROWS,
     WITHIN,
     span_words,
     tallied,
@@ -47,15 +48,15 @@ def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
     return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
 
 
-def _false_share(of: tuple[Share | None, bool], *, intervals: bool = False) -> Cell:
+def _false_share(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
     false, unconfirmed = of
     if false is None:
         return NOT_APPLICABLE
-    if false["share"] is None:
+    if false.value is None:
         return "0 %"
     word = " unconfirmed" if unconfirmed else ""
-    text = percent(false, word.strip()) if intervals else f"{words.share(false['share'])}{word}"
-    return Marked(text, INVENTED if false["count"] else "")
+    text = percent(false, word.strip()) if intervals else f"{words.share(false.value)}{word}"
+    return Marked(text, INVENTED if false.count else "")
 
 
 def _ms(seconds: float | None) -> str:
@@ -74,8 +75,8 @@ def _quick_ms(seconds: float | None) -> str:
     return "" if seconds is None else words.milliseconds(seconds)
 
 
-def _stage(longest: Mapping[str, Any] | None) -> str:
-    return f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
+def _stage(longest: LongestStage | None) -> str:
+    return f"{longest.stage} {100 * longest.fraction:.0f} %" if longest else ""
 
 
 COLUMNS = columns_of(
@@ -93,7 +94,7 @@ COLUMNS = columns_of(
         "percent_or_dash": lambda share: NOT_APPLICABLE if share is None else words.share(share),
         "percent": lambda share: "" if share is None else words.share(share),
         "stage": _stage,
-        "cut_of": lambda row: int(row["lengths"].get("cut", 0)),
+        "cut_of": lambda row: row["lengths"].cut,
         "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
         "moment_of": _moment,
         "as_is": lambda cell: cell,
@@ -113,7 +114,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
     notes = [OVER_CONTACTS] if intervals else []
-    if busy := busy_words(result.summary):
+    if busy := busy_words(result.document):
         notes.append(busy)
     notes += timed_apart(result)
     made = Table.of(RANKING, ranks, title, notes)
@@ -127,7 +128,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
 
 def timed_apart(result: Summarised) -> list[str]:
     """A line that names the detectors of a ranking that were not timed frame by frame, where others were."""
-    live = {rank.label: result.summary["detectors"][rank.label]["live"] for rank in result.ranking if rank.mean}
+    live = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
     at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
     if len(at_once) in (0, len(live)):
         return []
@@ -149,18 +150,18 @@ def sampling_notes(result: Summarised) -> list[str]:
     return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset nearest the mean."]
 
 
-def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
-    """Pair-frames of every audited detector, a column each, from the figures of ``summary.json``."""
-    figures = list(audit.values())
+def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
+    """Pair-frames of every audited detector, a column each."""
+    audits = list(audit.values())
     rows: list[tuple[Cell, ...]] = [
-        (OUTCOME_WORDS[one].lower(), *(each["pair_frames"][one.name] for each in figures)) for one in FRAME_ROWS
+        (name, *(getattr(each.pair_frames, field) for each in audits)) for field, name in PAIR_FRAME_ROWS.items()
     ]
-    rows.append(("missed, of those in contact", *(percent(each["missed"]) for each in figures)))
-    rows.append(("between frames", *(each["between_frames"] for each in figures)))
+    rows.append(("missed, of those in contact", *(percent(each.time_missed) for each in audits)))
+    rows.append(("between frames", *(each.between_frames for each in audits)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
-NO_CONTACTS: Final[Mapping[str, float]] = {"count": 0, "seconds": 0.0, "longest": 0.0}
+NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
 
 
 def pair_table(result: Summarised, label: str) -> Table:
@@ -168,35 +169,39 @@ def pair_table(result: Summarised, label: str) -> Table:
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
-    rows, apart = list[dict[str, Any]](), list[dict[str, Any]]()
-    for pair in result.summary["pairs"]:
-        audit = pair.get("audit", {}).get(label)
+    rows, grasped_rows = list[dict[str, Any]](), list[dict[str, Any]]()
+    for pair in result.document.pairs:
+        audit = pair.audit.get(label)
         if audit is None:
             continue
-        frames = {outcome.lower(): count for outcome, count in audit["pair_frames"].items()}
-        lengths, held_lengths = (
-            pair.get(kind, {}).get(result.oracle, NO_CONTACTS) for kind in ("contacts", "held_contacts")
-        )
-        if lengths["count"] or frames["invented"] or frames["within_tolerance"]:
-            rows.append({"pair": pair["name"], "lengths": lengths, "audit": audit, "frames": frames})
-        if held := audit.get("held"):
-            frames = {**held, "within_tolerance": 0}
-            apart.append({"pair": f"{pair['name']} (held)", "lengths": held_lengths, "audit": held, "frames": frames})
-    rows.sort(key=lambda row: (-row["frames"]["missed"], -row["frames"]["invented"]))
+        frames = audit.pair_frames
+        lengths = pair.contacts.get(result.oracle, NO_CONTACTS)
+        if lengths.count or frames.false_contact or frames.within_tolerance:
+            rows.append({
+                "pair": pair.name, "lengths": lengths, "audit": audit, "frames": frames,
+                "within_tolerance": frames.within_tolerance,
+            })  # fmt: skip
+        if grasped := audit.while_grasped:
+            lengths = pair.grasped_contacts.get(result.oracle, NO_CONTACTS)
+            grasped_rows.append({
+                "pair": f"{pair.name} (held)", "lengths": lengths, "audit": grasped, "frames": grasped,
+                "within_tolerance": 0,
+            })  # fmt: skip
+    rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
     title = f"Contacts ({result.oracle}) and what {label} made of them"
-    made = Table.of(COLUMNS["pairs"], rows + apart, title, containment_notes(result, result.oracle))
+    made = Table.of(COLUMNS["pairs"], rows + grasped_rows, title, containment_notes(result, result.oracle))
     absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
-    absent.add("false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED)
+    absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
     return made.only(*(name for name in made.head if name not in absent))
 
 
 def contact_table(result: Summarised, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
     rows = [
-        {"pair": pair["name"] + (" (held)" if pair["held"] or kind != "contacts" else ""), "lengths": pair[kind][label]}
-        for pair in result.summary["pairs"]
-        for kind in ("contacts", "held_contacts")
-        if label in pair.get(kind, ())
+        {"pair": f"{pair.name} (held)" if pair.grasp or grasped else pair.name, "lengths": contacts[label]}
+        for pair in result.document.pairs
+        for grasped, contacts in ((False, pair.contacts), (True, pair.grasped_contacts))
+        if label in contacts
     ]
     made = Table.of(
         COLUMNS["lengths"] + COLUMNS["cut"], rows, f"Contacts found by {label}", containment_notes(result, label)
@@ -209,7 +214,7 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
     Pairs that it decides in some frames are no matter of this line: their undecided frames are counted.
     """
-    words = [pair.get("containment", {}).get(label, DECIDED) for pair in result.summary["pairs"]]
+    words = [pair.containment.get(label, DECIDED) for pair in result.document.pairs]
     refused = [word for word in words if word.startswith(REFUSED)]
     why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
@@ -240,25 +245,25 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 def cost_table(result: Summarised) -> Table:
     """What each detector took; the mean is over all frames, quantiles and the share over budget over the samples."""
     rows, notes = [], list[str]()
-    for label, figures in result.summary["detectors"].items():
-        how = REFERENCE if label == result.oracle else "live" if figures["live"] else "offline"
-        if label in result.summary["audit"] and not figures["online"]:
+    for label, detector in result.document.detectors.items():
+        how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
+        if label in result.document.audit and not detector.online:
             notes.append(f"{label} cannot be asked live")
-        rows.append({"per_frame": None, **figures["seconds"], "detector": label, "how": how})
-    if busy := busy_words(result.summary):
+        rows.append({"detector": label, "how": how, "seconds": detector.seconds})
+    if busy := busy_words(result.document):
         notes.append(busy)
     return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
 
 
 EFFECTS = (
-    Column("effect", of="kind", whole=True),
-    Column("because", of=lambda row: "; ".join(row["because"])),
-    Column("found", of=lambda row: tallied(row["events"]) or _curves(row["counters"].get(CURVES, 0))),
-    Column("runs only in", of=lambda row: row["trigger"] or "always"),
-    Column("work", of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row["counters"].items())),
-    Column("ms", float, of=lambda row: 1e3 * row["seconds"], show=".1f"),
-    Column("% of the run", float, of=lambda row: 100 * row["share"], show=".1f"),
-    Column("% skipped", float, of=lambda row: 100 - 100 * row["frames_run"] / max(1, row["frames"]), show=".1f"),
+    Column("effect", of="0", whole=True),
+    Column("because", of=lambda row: "; ".join(row[1].because)),
+    Column("found", of=lambda row: tallied(row[1].events) or _curves(int(row[1].counters.get(CURVES, 0)))),
+    Column("runs only in", of=lambda row: row[1].trigger or "always"),
+    Column("work", of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row[1].counters.items())),
+    Column("ms", float, of=lambda row: 1e3 * row[1].seconds, show=".1f"),
+    Column("% of the run", float, of=lambda row: 100 * row[1].fraction, show=".1f"),
+    Column("% skipped", float, of=lambda row: 100 - 100 * row[1].frames_run / max(1, row[1].frames), show=".1f"),
 )
 
 
@@ -268,8 +273,7 @@ def _curves(count: int) -> str:
 
 def effect_table(result: Summarised) -> Table:
     """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
-    rows = [{**figures, "kind": kind} for kind, figures in result.summary["effects"].items()]
-    return Table.of(EFFECTS, rows, "Effects")
+    return Table.of(EFFECTS, result.document.effects.items(), "Effects")
 
 
 def finding_table(

@@ -98,7 +98,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
 
 def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, settings: bool = False) -> Table:
     """A row a choice: what is set in the engine and what comes of it; the ``settings`` for ``run`` on request."""
-    contacts, seconds = result.ranking[-1].contacts, result.summary["session"]["duration"]
+    contacts, seconds = result.ranking[-1].contacts, result.document.session.duration
     session = f"{plural(contacts, 'contact')} in {words.duration(seconds)}, beside {result.oracle}"
     title = f"{engine.name} {engine.version}: {session}"
     notes = (

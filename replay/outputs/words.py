@@ -13,8 +13,14 @@ OUTCOME_WORDS: Final[Mapping[int, str]] = {
 """Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
-FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
-"""Outcomes that every table of pair-frames counts, in its order."""
+PAIR_FRAME_ROWS: Final[Mapping[str, str]] = {
+    "both": OUTCOME_WORDS[Outcome.BOTH].lower(),
+    "missed": OUTCOME_WORDS[Outcome.MISSED].lower(),
+    "false_contact": OUTCOME_WORDS[Outcome.INVENTED].lower(),
+    "within_tolerance": OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE].lower(),
+    "left_out": OUTCOME_WORDS[Outcome.LEFT_OUT].lower(),
+}
+"""Field of ``PairFrames`` -> its name in tables, in their order."""
 
 
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]

@@ -2,51 +2,56 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import isfinite, isnan
 from typing import Any, Final
+
+from msgspec import structs
 
 from cdcore.detectors import settings_of
 from replay.auditing.contact_reach import offset_setting
 from replay.auditing.fault import Cause, Fault, FaultKind, longest_curve_first
 from replay.auditing.look_phases import OFFSET_SETTING
-from replay.auditing.loss import Share, fraction_of, loss
+from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome
 from replay.base.shown import plural
-from replay.base.wilson import share as share_of
+from replay.base.wilson import proportion
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.recorded import RECORDED
-from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment
-from replay.pipeline.ranking import Rank, counts_over_offsets, fault_words, lost_words
+from replay.document.answer import Answer, Fix, KeyMoment
+from replay.document.audit import DetectorAudit
+from replay.document.run_document import RunDocument
+from replay.pipeline.answer import RUN, SESSION
+from replay.pipeline.ranking import Rank, count_range, fault_words, lost_words
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import detector_words, sentence_of
 from replay.prepare.frame_times import frame_rate
 from replay.words import frame_time, rate, share
 
 
-def answers(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
+def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> tuple[Answer, ...]:
     """One for each audited detector, in the order of ``ranks``, the worst first."""
     found = []
     for number, rank in enumerate(ranks[:-1]):
         label, fault = rank.label, _key_fault(result, rank)
-        sentence = _sentence(result, summary, rank, worst=number == 0 and len(ranks) > 2)
+        sentence = _sentence(result, document, rank, worst=number == 0 and len(ranks) > 2)
         answer = Answer(label, sentence)
         if rank.undecided:
             # Contacts that were left undecided come first in the sentence, and no fault explains them.
-            answer = replace(answer, why=_undecided(summary["audit"][label], label))
+            answer = structs.replace(answer, why=_undecided(document.audit[label], label))
         elif fault is not None:
-            fix, moment = _fix(result, summary, ranks, rank, fault), _moment(result, fault)
-            answer = replace(answer, why=fault.why, fix=fix, moment=moment)
+            fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
+            answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment)
         found.append(answer)
     return tuple(found)
 
 
-def _sentence(result: RunResult, summary: Mapping[str, Any], rank: Rank, worst: bool) -> str:
+def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool) -> str:
     """What is wrong with a detector; ``worst``: it is the worst of several."""
-    cut = summary["audit"][rank.label].get("contacts_cut", 0)
+    cut = document.audit[rank.label].contacts_cut
     more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
     if not rank.contacts and not fraction_of(rank.false):
-        return _nothing_happened(result, summary, rank.label) + more
+        return _nothing_happened(result, document, rank.label) + more
     who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
     whose = "its" if code else "their"
     if not worst:
@@ -57,20 +62,20 @@ def _sentence(result: RunResult, summary: Mapping[str, Any], rank: Rank, worst: 
     return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
 
 
-def _undecided(audit: Mapping[str, Any], label: str) -> str:
+def _undecided(audit: DetectorAudit, label: str) -> str:
     """How much a detector left undecided, and why where it says so."""
-    frames = plural(audit["contact_frames_undecided"], "pair-frame")
-    reasons = "; ".join(audit.get("undecided_reasons", {}))
+    frames = plural(audit.contact_frames_undecided, "pair-frame")
+    reasons = "; ".join(audit.undecided_reasons)
     return f"{label} did not decide {frames} in contact{': ' + reasons if reasons else ''}."
 
 
-def _nothing_happened(result: RunResult, summary: Mapping[str, Any], label: str) -> str:
+def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> str:
     """Why there is no contact that a detector could miss."""
     outcome = result.comparisons[label].outcome
     if (outcome == Outcome.LEFT_OUT).all():
         return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames."
-    verdicts = summary["detectors"][result.oracle].get("verdicts", {})
-    lost, every = verdicts.get("NO_POSE", 0), sum(verdicts.values())
+    verdicts = document.detectors[result.oracle].verdicts
+    lost, every = verdicts.get("no_pose", 0), sum(verdicts.values())
     if lost:
         return f"No contact found, but poses are lost in {lost:,} of {every:,} pair-frames, where a contact may be."
     return f"No contact happened, so none for {label} to miss, and it reported none."
@@ -109,10 +114,9 @@ def _moment(result: RunResult, fault: Fault) -> KeyMoment:
     )
 
 
-def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
+def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
     """What mends a fault: figures where this run holds them and they are better, else the command that measures it."""
-    figures = summary["detectors"][rank.label]
-    spec = parse_detector(f"fix={figures.get('asked', figures['name'])}")
+    spec = parse_detector(f"fix={document.detectors[rank.label].spec}")
     if spec.name == RECORDED:
         command = f"replay tradeoff {SESSION} --engine unity"
         return Fix("Other settings of the engine: not measured. To measure them:", False, command)
@@ -121,7 +125,7 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
         every_frame = _at_every_frame(result, rank, spec)
         if every_frame is not None:
             return every_frame
-    runs = _Runs(result, summary, ranks)
+    runs = _Runs(result, document, ranks)
     for mended, words in _mended(spec, cause):
         if runs.same(mended, rank.label):
             continue
@@ -129,7 +133,7 @@ def _fix(result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank], r
         if label is None:
             return _unmeasured(f"{sentence_of(words)}: not measured. To measure it:", mended)
         if runs.loss_of(label) < rank.loss:
-            return _measured(sentence_of(words), label, summary)
+            return _measured(sentence_of(words), label, document)
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
     command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
@@ -147,8 +151,8 @@ def pieces_may_help(result: RunResult, rank: Rank) -> bool:
 class _Runs:
     """The detectors of a run by all of their settings, and what each loses."""
 
-    def __init__(self, result: RunResult, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> None:
-        self._seed, self._detectors = summary["seed"], summary["detectors"]
+    def __init__(self, result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> None:
+        self._seed, self._detectors = document.seed, document.detectors
         self._loss = {rank.label: rank.loss for rank in ranks} | {result.oracle: 0.0}
 
     def label_of(self, spec: DetectorSpec) -> str | None:
@@ -158,12 +162,12 @@ class _Runs:
     def same(self, spec: DetectorSpec, label: str) -> bool:
         """Whether a detector of the run is the one meant, in every setting that decides its answers."""
         made = self._detectors[label]
-        if made["name"] != spec.name:
+        if made.name != spec.name:
             return False
         meant = asdict(settings_of(spec.name, dict(spec.settings)))
         if "seed" in meant:
             meant["seed"] = spec.settings.get("seed", self._seed)
-        return _deciding(meant) == _deciding(made["settings"])
+        return _deciding(meant) == _deciding(made.settings)
 
     def loss_of(self, label: str) -> float:
         """The loss by which the ranking orders; 0 of the reference."""
@@ -228,11 +232,11 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | 
     if every is None:
         settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
         return _unmeasured(f"{words}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
-    if loss(share_of(every.contacts_missed, rank.contacts), every.missed, every.invented) >= rank.loss:
+    if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.invented) >= rank.loss:
         return None
     missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
     took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
-    told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
+    told = figures_words(lost_words(missed, late, rank.contacts), fraction_of(every.invented))
     return Fix(f"{words}: {told}{took} (measured on this session).", True)
 
 
@@ -242,20 +246,21 @@ def _recorded_rate(result: RunResult) -> str:
     return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
 
 
-def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:
+def _measured(words: str, label: str, document: RunDocument) -> Fix:
     """With the figures of another detector of this run, or of the reference itself."""
-    figures, audit = summary["detectors"][label], summary["audit"].get(label)
-    took = f"{frame_time(figures['seconds']['per_frame_mean'])} a frame"
+    seconds, audit = document.detectors[label].seconds, document.audit.get(label)
+    took = f"{frame_time(seconds.per_frame_mean)} a frame"
     if audit is None:
         return Fix(f"{words} ({label}), the reference here: {took} (measured on this session).", True)
-    missed, late = (counts_over_offsets(audit, name) for name in ("contacts_missed", "contacts_in_part"))
-    told = figures_words(lost_words(missed, late, audit["contacts"]), audit.get("phases", audit)["invented"])
+    missed = count_range(audit.counts_over_offsets.contacts_missed)
+    late = count_range(audit.counts_over_offsets.late_or_cut_short)
+    told = figures_words(lost_words(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
     return Fix(f"{words} ({label}): {told}; {took} (measured on this session).", True)
 
 
-def figures_words(lost: str, false: Share) -> str:
+def figures_words(lost: str, false: float) -> str:
     """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
-    return f"{lost or 'none missed or late'}, {share(fraction_of(false))} false"
+    return f"{lost or 'none missed or late'}, {share(false)} false"
 
 
 def _words(spec: DetectorSpec) -> str:

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
+from msgspec import structs
 
 from cdcore import Detection, Detector, Motion
 from replay.auditing.causes import Audited, examine
@@ -35,7 +36,7 @@ from replay.pipeline.ranking import ranking
 from replay.pipeline.result_tables import result_tables
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
-from replay.pipeline.summary import summarise
+from replay.pipeline.summary import document_of_run
 from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
@@ -124,12 +125,13 @@ def compute(
             believed = _believed(planned, runs, lineup.oracle)
             effects |= run_effects(planned, result.session, ready.assembly, believed)
     result = replace(result, effects=effects)
-    summary = summarise(result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began)
+    document = document_of_run(
+        result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began
+    )
     tidy()
-    ranks = ranking(summary)
-    told = answers(result, summary, ranks)
-    summary["answers"] = [answer.as_json() for answer in told]
-    return replace(result, tables=result_tables(result), summary=summary, ranking=ranks, answers=told)
+    ranks = ranking(document)
+    complete = structs.replace(document, answers=answers(result, document, ranks))
+    return replace(result, tables=result_tables(result), document=complete, ranking=ranks, answers=complete.answers)
 
 
 def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:

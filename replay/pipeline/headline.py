@@ -1,11 +1,12 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Final
 
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.base.shown import plural
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
+from replay.document.run_document import RunDocument
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.ranking import all_unconfirmed
 from replay.pipeline.run_result import RunResult, Summarised
@@ -29,12 +30,12 @@ def doubts(result: RunResult) -> list[str]:
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
-    return [*open_questions(result.summary), *doubts_of(result.treatment.findings)]
+    return [*open_questions(result.document), *doubts_of(result.treatment.findings)]
 
 
-def open_questions(summary: Mapping[str, Any]) -> list[str]:
+def open_questions(document: RunDocument) -> list[str]:
     """What an import guessed and changes the contacts, a sentence each; then one on all its other guesses."""
-    return [*summary.get("open_questions", ()), *summary.get("guesses", ())]
+    return [*document.open_questions, *document.guesses]
 
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:
@@ -53,22 +54,19 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
 
 def undecided(result: Summarised) -> list[str]:
     """A line of what the reference did not decide, and one for each detector that left out more than that."""
-    audits = result.summary["audit"]
+    audits = result.document.audit
     lines = []
     for audit in list(audits.values())[:1]:
-        count = audit["oracle_undecided"]
+        count = audit.reference_undecided
         if count:
-            frames = plural(count, "frame" if len(result.summary["pairs"]) == 1 else "pair-frame")
-            because = _because(audit.get("oracle_undecided_reasons", {}))
+            frames = plural(count, "frame" if len(result.document.pairs) == 1 else "pair-frame")
+            because = _because(audit.reference_undecided_reasons)
             lines.append(f"Not counted: {frames}{because or f', which {result.oracle} did not decide'}.")
     for label, audit in audits.items():
-        # A run folder of an earlier version has neither this count nor reasons.
-        alone = audit.get("undecided_alone", audit["undecided"]["count"])
-        if alone:
-            what = f"{alone:,} of {audit['undecided']['of']:,} pair-frames with a pose"
+        if audit.undecided_alone:
+            what = f"{audit.undecided_alone:,} of {audit.undecided.of:,} pair-frames with a pose"
             lines.append(f"Not counted: {what}, which {label} did not decide.")
-            reasons = audit.get("undecided_reasons", {})
-            lines += [f"Of them {count:,}: {reason}." for reason, count in reasons.items()]
+            lines += [f"Of them {count:,}: {reason}." for reason, count in audit.undecided_reasons.items()]
     return lines
 
 
@@ -82,12 +80,12 @@ def _because(reasons: Mapping[str, int]) -> str:
 def held(result: Summarised) -> list[str]:
     """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
     lines = []
-    for label, audit in result.summary["audit"].items():
-        apart = audit["held"]
-        contacts, frames = apart["contacts"], apart["invented"]
+    for label, audit in result.document.audit.items():
+        grasped = audit.while_grasped
+        contacts, frames = grasped.contacts, grasped.false_contact
         parts = []
         if contacts:
-            parts.append(f"misses {apart['contacts_missed']} of {plural(contacts, 'contact')}")
+            parts.append(f"misses {grasped.contacts_missed} of {plural(contacts, 'contact')}")
         if frames:
             unconfirmed = all_unconfirmed(audit)
             parts.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
@@ -104,24 +102,23 @@ def beside(result: RunResult) -> list[str]:
 def engine_reports(result: Summarised) -> list[str]:
     """A line about the delay of an engine's reports, and about their clock, which may hold a part of that delay."""
     lines = []
-    facts = result.summary["session"]["facts"]
-    for label, audit in result.summary["audit"].items():
-        if result.summary["detectors"][label]["name"] != RECORDED:
+    facts = result.document.session.facts
+    for label, audit in result.document.audit.items():
+        if result.document.detectors[label].name != RECORDED:
             continue
-        episodes = audit.get("episodes", {})
-        # A run folder of an earlier version has no error of the ends.
-        begins, ends = episodes.get("onset_error"), episodes.get("end_error")
-        clock = REPORT_CLOCKS[facts.get(CLOCK_FACT, ReportClock.OWN)].format(offset=facts.get(OFFSET_FACT, "0"))
+        begins, ends = audit.matching.onset_error, audit.matching.end_error
+        stated = facts.get(CLOCK_FACT, "")
+        clock = REPORT_CLOCKS.get(stated, REPORT_CLOCKS[ReportClock.OWN]).format(offset=facts.get(OFFSET_FACT, "0"))
         if begins and ends:
-            median = f"median of {plural(episodes['matched'], 'contact')}"
-            lateness = f"{_lateness('begins', begins['median'])}, {_lateness('ends', ends['median'])}"
+            median = f"median of {plural(audit.matching.matched, 'contact')}"
+            lateness = f"{_lateness('begins', begins.median)}, {_lateness('ends', ends.median)}"
             lines.append(f"Reports of the engine ({label}): {lateness} ({median}), {clock}.")
         else:
             lines.append(f"Reports of the engine ({label}): none matches a contact, so no delay is known; {clock}.")
     return lines
 
 
-REPORT_CLOCKS: Final = {
+REPORT_CLOCKS: Final[Mapping[str, str]] = {
     ReportClock.OWN: "on the recording's own clock",
     ReportClock.GIVEN: "with the clock offset that was given ({offset} s)",
     ReportClock.FITTED: "with a fitted clock offset ({offset} s), which holds what is constant of a delay",
@@ -144,8 +141,9 @@ def in_noise(result: RunResult) -> list[str]:
     words = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
     lines = [f"In {noise.copies} copies with tracker noise: {words if total else 'no contact to ask about'}."]
     for label in result.comparisons if firm else ():
-        holds = result.summary["audit"][label]["holds"]
-        lines.append(f"Of those that hold, {label} missed {holds['contacts_missed']}.")
+        noise_proof = result.document.audit[label].noise_proof
+        if noise_proof is not None:
+            lines.append(f"Of those that hold, {label} missed {noise_proof.contacts_missed}.")
     if noise.near:
         passes = plural(len(noise.near), "near pass", "near passes")
         lines.append(f"A contact within the noise may be hidden in {passes}.")
@@ -169,7 +167,7 @@ def compounds(result: RunResult) -> list[str]:
 
 def price(result: Summarised) -> list[str]:
     """What the reference takes, and whether the machine was busy; no line where nothing is audited."""
-    words = cost(result.summary, result.oracle)
+    words = cost(result.document)
     if not words:
         return []
-    return [line for line in (words, TIMES_ARE, busy_words(result.summary)) if line]
+    return [line for line in (words, TIMES_ARE, busy_words(result.document)) if line]

@@ -1,16 +1,17 @@
 """The detectors of a run in one order, the worst first: the rows that terminal, page and picture show."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 from replay import words
 from replay.auditing.look_phases import PHASES
-from replay.auditing.loss import Share, fraction_of, loss, lost
+from replay.auditing.loss import fraction_of, loss, lost
 from replay.base.constants import BUDGET_MS
 from replay.base.shown import plural
-from replay.base.wilson import share
+from replay.base.wilson import Proportion, proportion
 from replay.detection.recorded import RECORDED
+from replay.document.audit import CountRange, DetectorAudit
+from replay.document.run_document import RunDocument
 from replay.pipeline.sentences import detector_words
 
 Range = tuple[int, int]
@@ -30,12 +31,12 @@ class Rank:
     contacts: int  # of the oracle
     mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
     p99: float | None  # seconds in which 99 of 100 of its samples were decided; ``None``: not timed one by one
-    missed: Share | None = None  # of the contacts, never found
-    in_part: Share | None = None  # of the contacts, found late or cut short
-    time_missed: Share | None = None  # of the pair-frames in contact, those that it does not report
+    missed: Proportion | None = None  # of the contacts, never found
+    in_part: Proportion | None = None  # of the contacts, found late or cut short
+    time_missed: Proportion | None = None  # of the pair-frames in contact, those that it does not report
     missed_counts: Range | None = None  # contacts never found
     late_counts: Range | None = None  # contacts found late or cut short
-    false: Share | None = None  # of the pair-frames it reports as contact, those that are none
+    false: Proportion | None = None  # of the pair-frames it reports as contact, those that are none
     unconfirmed: bool = False  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int = 0  # contacts that it left undecided
     held: tuple[int, int] = (0, 0)  # while a hand holds the body, so not counted: false pair-frames, contacts missed
@@ -67,69 +68,65 @@ class Rank:
         return None if self.mean is None else 1e3 * self.mean / BUDGET_MS
 
 
-def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
-    """The audited detectors of a run's summary, the one with the largest loss first, and the oracle last.
+def ranking(document: RunDocument) -> tuple[Rank, ...]:
+    """The audited detectors of a run, the one with the largest loss first, and the oracle last.
 
     Of equal losses the one that misses more contacts comes first. A run computes it once (``RunResult.ranking``), and
     so does a run folder that is read.
     """
-    found = [_rank(summary, label) for label in summary["audit"]]
-    found.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.in_part)))
-    return (*found, _asked(summary, summary["oracle"], found[0].contacts)) if found else ()
+    ranks = [_rank(document, label) for label in document.audit]
+    ranks.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.in_part)))
+    return (*ranks, _without_faults(document, document.oracle, ranks[0].contacts)) if ranks else ()
 
 
-def _asked(summary: Mapping[str, Any], label: str, contacts: int) -> Rank:
-    """What a detector is and takes, before any fault."""
-    made = summary["detectors"][label]
-    seconds = {} if made["name"] == RECORDED else made["seconds"]
+def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
+    """What a detector is and takes, before any fault; the time of an engine was not measured."""
+    detector = document.detectors[label]
+    measured = detector.name != RECORDED
     return Rank(
         label=label,
-        what=detector_words(made["name"], made.get("settings", {})),
-        setting=made.get("asked", made["name"]),
+        what=detector_words(detector.name, detector.settings),
+        setting=detector.spec,
         contacts=contacts,
-        mean=seconds.get("per_frame_mean"),
-        p99=seconds.get("per_frame", {}).get("p99"),
+        mean=detector.seconds.per_frame_mean if measured else None,
+        p99=detector.seconds.p99 if measured else None,
     )
 
 
-def _rank(summary: Mapping[str, Any], label: str) -> Rank:
-    audit = summary["audit"][label]
-    contacts, held, over = audit["contacts"], audit.get("held", {}), audit.get("phases")
+def _rank(document: RunDocument, label: str) -> Rank:
+    audit = document.audit[label]
+    contacts, means = audit.contacts, audit.means_over_offsets
     return replace(
-        _asked(summary, label, contacts),
-        missed=over["contacts_missed"] if over else share(audit["contacts_missed"], contacts),
-        time_missed=over["missed"] if over else audit["missed"],
-        in_part=over["contacts_in_part"] if over else share(audit["contacts_in_part"], contacts),
-        missed_counts=counts_over_offsets(audit, "contacts_missed"),
-        late_counts=counts_over_offsets(audit, "contacts_in_part"),
-        false=over["invented"] if over else audit["invented"],
+        _without_faults(document, label, contacts),
+        missed=means.contacts_missed if means else proportion(audit.contacts_missed, contacts),
+        time_missed=means.time_missed if means else audit.time_missed,
+        in_part=means.late_or_cut_short if means else proportion(audit.late_or_cut_short, contacts),
+        missed_counts=count_range(audit.counts_over_offsets.contacts_missed),
+        late_counts=count_range(audit.counts_over_offsets.late_or_cut_short),
+        false=audit.false_contact_mean,
         unconfirmed=all_unconfirmed(audit),
-        undecided=audit["contacts_undecided"],
-        held=(held.get("invented", 0), held.get("contacts_missed", 0)),
-        phases=PHASES if over else 1,
+        undecided=audit.contacts_undecided,
+        held=(audit.while_grasped.false_contact, audit.while_grasped.contacts_missed),
+        phases=PHASES if means else 1,
     )
 
 
-def counts_over_offsets(audit: Mapping[str, Any], name: str) -> Range:
-    """Smallest and largest count of a name over the sampling offsets; this run's where no other was sampled."""
-    spread = audit.get("offsets", {}).get(name)
-    if spread is None:
-        return audit[name], audit[name]
-    return round(spread["smallest"]), round(spread["largest"])
+def count_range(counts: CountRange) -> Range:
+    """Smallest and largest count over the sampling offsets; this run's where no other was sampled."""
+    return counts.smallest, counts.largest
 
 
-def all_unconfirmed(audit: Mapping[str, Any]) -> bool:
+def all_unconfirmed(audit: DetectorAudit) -> bool:
     """Whether every false pair-frame of an audited detector is a candidate, which nobody confirmed on triangles."""
-    count = audit.get("unconfirmed", 0)
-    return count > 0 and count == audit["pair_frames"]["INVENTED"]
+    return audit.unconfirmed > 0 and audit.unconfirmed == audit.pair_frames.false_contact
 
 
-def false_words(share: Share | None, unconfirmed: bool, whose: str) -> str:
+def false_words(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
     """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
-    false = fraction_of(share)
+    false = fraction_of(proportion_false)
     if not false:
         return ""
     what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"

@@ -1,9 +1,9 @@
-"""What a run gives back: detections, the audit between them, effects, a summary, and what other settings cost."""
+"""What a run gives back: detections, the audit between them, effects, a document, and what other settings cost."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, cast
 
 from cdcore import Detection, Detector
 from replay.auditing.causes import Causes
@@ -15,15 +15,14 @@ from replay.auditing.noisy_contacts import NoiseResult
 from replay.auditing.outcome import Comparison, Episode
 from replay.auditing.tolerance import Reference
 from replay.base.tables import Table
+from replay.document.answer import Answer
+from replay.document.run_document import TRADEOFF_SCHEMA, RunDocument, TradeoffRecord
 from replay.effects.effects_runner import EffectRun
-from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
-
-TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +51,13 @@ class Tradeoff:
         """The first sentence of the advice, without its full stop."""
         return self.advice[0].removesuffix(".")
 
+    @property
+    def record(self) -> TradeoffRecord:
+        """All of it, as the document of a run has it."""
+        return TradeoffRecord(
+            answer=self.answer, advice=self.advice, front=self.front, cut=self.cut, rows=self.rows, about=self.about
+        )
+
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
         lists = {name: list(getattr(self, name)) for name in ("advice", "front", "cut", "rows")}
@@ -59,11 +65,11 @@ class Tradeoff:
 
 
 class Summarised(Protocol):
-    """A run as far as its summary tells of it: in memory, or read again from its folder."""
+    """A run as far as its document tells of it: in memory, or read again from its folder."""
 
     @property
-    def summary(self) -> Mapping[str, Any]:
-        """What ``summary.json`` holds."""
+    def document(self) -> RunDocument:
+        """Everything that ``summary.json`` holds."""
 
     @property
     def oracle(self) -> str:
@@ -78,11 +84,15 @@ class Summarised(Protocol):
         """What is said first of each audited detector, in the order of the ranking."""
 
 
+NO_DOCUMENT: Final = cast("RunDocument", None)
+"""Stands in a result until everything else in it is computed."""
+
+
 @dataclass(frozen=True, eq=False)
 class RunResult:
     """The outcome of ``replay.run``: all that it computed, each fact once, and where it was written.
 
-    Mappings are by the label of a detector. ``summary`` holds settings, seeds, counts, digests and machine as JSON can;
+    Mappings are by the label of a detector. ``document`` holds settings, seeds, counts, digests and machine;
     ``tradeoff`` is what other settings would have missed and taken, where that was measured; ``out`` is the run folder,
     or ``None`` when nothing was written.
     """
@@ -108,7 +118,7 @@ class RunResult:
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``
-    summary: Mapping[str, Any] = field(default_factory=dict)
+    document: RunDocument = NO_DOCUMENT  # made of all the others
     ranking: tuple[Rank, ...] = ()  # the worst audited detector first, the oracle last; none without an audit
     answers: tuple[Answer, ...] = ()  # of each audited detector, in the order of the ranking
     tradeoff: Tradeoff | None = None

@@ -1,12 +1,13 @@
-"""The figures of an audit as plain data: every share with its count, its whole and its interval; and the faults.
+"""The audit of a detector as records: every proportion with its count, its whole and its interval; and the faults.
 
 Of misses and false contacts there are as many as the report has cards for; the tables of the run hold them all.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal
 
+import msgspec
 import numpy as np
 
 from cdcore import Detection, Verdict
@@ -17,129 +18,247 @@ from replay.auditing.fault import MISS_KINDS
 from replay.auditing.look_phases import OffsetCounts, spread
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
-from replay.auditing.outcome import Outcome, counts_by_pair
-from replay.base.wilson import pooled, share, share_of_clusters
+from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
+from replay.base.wilson import Proportion, pooled, proportion, proportion_of_clusters
+from replay.document.audit import (
+    NOT_EXAMINED,
+    CauseCounts,
+    ContactMatching,
+    ContactPairFrames,
+    CountRange,
+    DetectorAudit,
+    GraspedCounts,
+    NoiseProofAudit,
+    OffsetProportions,
+    OffsetRanges,
+    PairAudit,
+    PairFrames,
+    TimeErrors,
+)
+from replay.document.run_document import ContactLengths, PairRecord
 from replay.pipeline.run_result import RunResult
 
-NOT_EXAMINED: Final = "not examined"
-"""Stands for a count of contacts between frames where both detectors decide at instants only."""
 
-OF_PAIR: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.HELD)
-"""Outcomes that are counted pair by pair."""
-
-SPREADS: Final = ("onset_error", "duration_error", "end_error")
-"""Errors of matched contacts do not add up from their middles; each session keeps its own."""
-
-
-def score(result: RunResult, label: str) -> dict[str, Any]:
-    """Everything counted about one audited detector."""
+def score(result: RunResult, label: str) -> DetectorAudit:
+    """Return everything counted about one audited detector."""
     comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
-    frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
-    truth = counts_by_pair(result.detections[result.oracle].verdict, len(Verdict)).sum(axis=0)
+    reference = result.detections[result.oracle]
+    reference_verdicts = counts_by_pair(reference.verdict, len(Verdict)).sum(axis=0)
     false = result.false.get(label, ())
-    # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
-    columns = zip(result.detections[label].verdict.T, comparison.outcome.T, strict=True)
-    unconfirmed = sum(int(((one == Verdict.CANDIDATE) & (as_ == Outcome.INVENTED)).sum()) for one, as_ in columns)
-    held_pairs = sorted({one.pair for one in result.holdings})
-    figures: dict[str, Any] = {
-        "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
-        "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
-        "undecided_reasons": reasons_of(result.detections[label]),
-        "undecided_alone": undecided_alone(result, label),
-        "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
-        "oracle_undecided_reasons": reasons_of(result.detections[result.oracle]),
-        "oracle_inside_undecided": inside_undecided(result.detections[result.oracle]),
-        "between_frames": _between(result, label),
-        "unconfirmed": unconfirmed, "contacts": contacts.contacts,
-        "contacts_cut": sum(one.cuts > 0 for one in result.loose),
-        "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
-        "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
-        "held": _held(result, label, held_pairs), "misses": len(missed),
-        "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
-        "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
-    }  # fmt: skip
     offsets = result.phases.get(label)
-    figures |= _over_offsets(contacts, offsets)
-    if result.noise is not None:
-        holds = np.array([result.noise.words[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
-        firm = contacts.only(holds)
-        figures["holds"] = {
-            "contacts": firm.contacts,
-            "contacts_missed": firm.missed,
-            "missed": firm.share(Outcome.MISSED),
-            **_over_offsets(firm, None if offsets is None else offsets.only(holds)),
-        }
-    if label in result.causes:
-        figures["causes"] = result.causes[label].table()
-    if label in result.matches:
-        matches = result.matches[label]
-        counts = len(result.episodes[result.oracle]) - len(matches.held_truth), len(result.episodes[label])
-        figures["episodes"] = episode_figures(matches, counts[0], counts[1] - len(matches.held_found))
-    return figures
+    return DetectorAudit(
+        pair_frames=_pair_frames(comparison),
+        time_missed=contacts.proportion(Outcome.MISSED),
+        false_contact=count_reports(comparison).proportion(Outcome.INVENTED),
+        undecided=undecided_proportion(result, label),
+        undecided_reasons=reasons_of(result.detections[label]),
+        undecided_alone=undecided_alone(result, label),
+        reference_undecided=int(reference_verdicts[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
+        reference_undecided_reasons=reasons_of(reference),
+        reference_inside_undecided=inside_undecided(reference),
+        between_frames=_between_frames(result, label),
+        unconfirmed=_unconfirmed(result, label),
+        contacts=contacts.contacts,
+        contacts_cut=sum(contact.cuts > 0 for contact in result.loose),
+        contacts_missed=contacts.missed,
+        late_or_cut_short=contacts.in_part,
+        contacts_undecided=contacts.undecided,
+        contact_frames_undecided=contacts.frames_undecided,
+        while_grasped=_while_grasped(result, label, sorted({contact.pair for contact in result.holdings})),
+        misses=len(missed),
+        misses_by_kind={kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+        false_contacts=len(false),
+        false_causes=dict(Counter(contact.cause for contact in false)),
+        counts_over_offsets=_counts_over_offsets(contacts, offsets),
+        means_over_offsets=_means_over_offsets(offsets),
+        noise_proof=_noise_proof(result, contacts, offsets),
+        causes=msgspec.convert(result.causes[label].table(), CauseCounts),
+        matching=contact_matching(result, label),
+    )
 
 
-def _over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) -> dict[str, Any]:
-    """Smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same.
+def _pair_frames(comparison: Comparison) -> PairFrames:
+    """Return pair-frames by outcome."""
+    return PairFrames(
+        neither=comparison.count(Outcome.NEITHER),
+        both=comparison.count(Outcome.BOTH),
+        missed=comparison.count(Outcome.MISSED),
+        false_contact=comparison.count(Outcome.INVENTED),
+        within_tolerance=comparison.count(Outcome.WITHIN_TOLERANCE),
+        between_frames=comparison.count(Outcome.BETWEEN_FRAMES),
+        left_out=comparison.count(Outcome.LEFT_OUT),
+        grasped=comparison.count(Outcome.HELD),
+    )
 
-    Of a rate ``phases`` are the shares over all offsets.
+
+def _unconfirmed(result: RunResult, label: str) -> int:
+    """Count false pair-frames that are candidates."""
+    # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
+    columns = zip(result.detections[label].verdict.T, result.comparisons[label].outcome.T, strict=True)
+    return sum(
+        int(((verdict == Verdict.CANDIDATE) & (outcome == Outcome.INVENTED)).sum()) for verdict, outcome in columns
+    )
+
+
+def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCounts | None) -> NoiseProofAudit | None:
+    """Count those contacts alone that hold in spite of tracker noise; ``None``: noise was not asked for."""
+    if result.noise is None:
+        return None
+    words = result.noise.words
+    holds = np.array([words[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
+    firm = contacts.only(holds)
+    firm_offsets = None if offsets is None else offsets.only(holds)
+    return NoiseProofAudit(
+        contacts=firm.contacts,
+        contacts_missed=firm.missed,
+        time_missed=firm.proportion(Outcome.MISSED),
+        counts_over_offsets=_counts_over_offsets(firm, firm_offsets),
+        means_over_offsets=_means_over_offsets(firm_offsets),
+    )
+
+
+def _counts_over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) -> OffsetRanges:
+    """Return smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same."""
+    if offsets is None:
+        ranges = {"contacts_missed": spread([contacts.missed]), "contacts_in_part": spread([contacts.in_part])}
+    else:
+        ranges = offsets.spreads()
+    return OffsetRanges(
+        contacts_missed=msgspec.convert(ranges["contacts_missed"], CountRange),
+        late_or_cut_short=msgspec.convert(ranges["contacts_in_part"], CountRange),
+    )
+
+
+def _means_over_offsets(offsets: OffsetCounts | None) -> OffsetProportions | None:
+    """Return the proportions over all sampling offsets; ``None``: no other offset was tried."""
+    if offsets is None:
+        return None
+    proportions = offsets.shares()
+    return OffsetProportions(
+        contacts_missed=proportions["contacts_missed"],
+        late_or_cut_short=proportions["contacts_in_part"],
+        time_missed=proportions["missed"],
+        false_contact=proportions["invented"],
+    )
+
+
+def contact_matching(result: RunResult, label: str) -> ContactMatching:
+    """Return how the contacts of a detector match those of the reference, without those of a hand and what it holds."""
+    matches = result.matches[label]
+    reference_contacts = len(result.episodes[result.oracle]) - len(matches.held_truth)
+    reported_contacts = len(result.episodes[label]) - len(matches.held_found)
+    return matching_of(matches, reference_contacts, reported_contacts)
+
+
+def matching_of(matches: EpisodeMatches, reference_contacts: int, reported_contacts: int) -> ContactMatching:
+    """Return matched and unmatched contacts, and the errors of the matched ones."""
+    to_match = reference_contacts - len(matches.excused_truth)
+    return ContactMatching(
+        reference_contacts=reference_contacts,
+        reported_contacts=reported_contacts,
+        matched=len(matches.matched),
+        missed=len(matches.missed),
+        absorbed=len(matches.absorbed),
+        reference_excused=len(matches.excused_truth),
+        false_contacts=len(matches.invented),
+        pieces=len(matches.pieces),
+        reported_excused=len(matches.excused_found),
+        split=len(matches.split),
+        merged=len(matches.merged),
+        missed_proportion=proportion(len(matches.missed), to_match),
+        false_proportion=proportion(len(matches.invented), reported_contacts - len(matches.excused_found)),
+        onset_error=_time_errors([match.onset_error for match in matches.matched]),
+        duration_error=_time_errors([match.duration_error for match in matches.matched]),
+        end_error=_time_errors([match.onset_error + match.duration_error for match in matches.matched]),
+    )
+
+
+def pair_records(result: RunResult) -> tuple[PairRecord, ...]:
+    """Return of every pair its contacts by detector, and what audited detectors made of it."""
+    contacts, grasped_contacts = _contact_lengths(result)
+    return tuple(
+        PairRecord(
+            name=result.assembly.pair_name(pair),
+            grasp=bool(result.assembly.held[pair]),
+            containment={
+                label: detection.containment[pair]
+                for label, detection in result.detections.items()
+                if detection.containment
+            },
+            contacts=contacts[pair],
+            grasped_contacts=grasped_contacts[pair],
+            audit=_pair_audits(result, pair, {*contacts[pair], *grasped_contacts[pair]}),
+        )
+        for pair in range(len(result.assembly.pairs))
+    )
+
+
+Lengths = list[dict[str, ContactLengths]]
+"""Of each pair, label -> its contacts."""
+
+
+def _contact_lengths(result: RunResult) -> tuple[Lengths, Lengths]:
+    """Contacts of every pair by detector, and apart those of a hand with what it holds."""
+    lengths: tuple[Lengths, Lengths] = tuple([{} for _ in result.assembly.pairs] for _ in range(2))  # type: ignore[assignment]
+    grasped = set(result.holdings)
+    for label, contacts in result.episodes.items():
+        for contact in contacts:
+            of_pair = lengths[label == result.oracle and contact in grasped][contact.pair]
+            before = of_pair.get(label, NO_CONTACTS)
+            seconds = contact.end - contact.start
+            of_pair[label] = ContactLengths(
+                count=before.count + 1,
+                seconds=before.seconds + seconds,
+                longest=max(before.longest, seconds),
+                cut=before.cut + (contact.cuts > 0),
+            )
+    return lengths
+
+
+NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
+
+
+def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, PairAudit]:
+    """Label -> what an audited detector made of a pair; nothing where nobody reports contact.
+
+    ``touching`` are the detectors that report a contact of the pair.
     """
-    if offsets is not None:
-        return {"offsets": offsets.spreads(), "phases": dict(offsets.shares())}
-    counts = {"contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part}
-    return {"offsets": {name: spread([count]) for name, count in counts.items()}}
-
-
-def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str, Any]:
-    """Matched and unmatched contacts of ``truth`` by the oracle and ``found``, and the errors of the matched ones."""
-    asked = truth - len(matches.excused_truth)
-    return {
-        "truth": truth, "found": found, "matched": len(matches.matched), "missed": len(matches.missed),
-        "absorbed": len(matches.absorbed), "excused_truth": len(matches.excused_truth),
-        "invented": len(matches.invented), "pieces": len(matches.pieces), "excused_found": len(matches.excused_found),
-        "split": len(matches.split), "merged": len(matches.merged), "missed_share": share(len(matches.missed), asked),
-        "invented_share": share(len(matches.invented), found - len(matches.excused_found)),
-        "onset_error": _spread([match.onset_error for match in matches.matched]),
-        "duration_error": _spread([match.duration_error for match in matches.matched]),
-        "end_error": _spread([match.onset_error + match.duration_error for match in matches.matched]),
-    }  # fmt: skip
-
-
-def pair_figures(result: RunResult) -> list[dict[str, Any]]:
-    """Of every pair its contacts by detector, in seconds, and what audited detectors made of it; of no contact nothing.
-
-    Contacts of a hand with what it holds stand apart.
-    """
-    rows: list[dict[str, Any]] = [{} for _ in result.assembly.pairs]
-    apart = set(result.holdings)
-    for label, found in result.episodes.items():
-        for one in found:
-            kind = "held_contacts" if label == result.oracle and one in apart else "contacts"
-            start = {"count": 0, "seconds": 0.0, "longest": 0.0, "cut": 0}
-            own = rows[one.pair].setdefault(kind, {}).setdefault(label, start)
-            length = one.end - one.start
-            own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length, "cut": own["cut"] + (one.cuts > 0)}
-            own["longest"] = max(own["longest"], length)
+    audits = {}
     for label, comparison in result.comparisons.items():
-        became = result.counts[label]
-        for pair, row in enumerate(rows):
-            counts = {outcome.name: int(comparison.by_pair[pair, outcome]) for outcome in OF_PAIR}
-            if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
-                own = became.of_pair(pair)
-                told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
-                if counts[Outcome.HELD.name]:
-                    told["held"] = _held(result, label, [pair])
-                row.setdefault("audit", {})[label] = told
-    return rows
+        frames = ContactPairFrames(
+            both=int(comparison.by_pair[pair, Outcome.BOTH]),
+            missed=int(comparison.by_pair[pair, Outcome.MISSED]),
+            false_contact=int(comparison.by_pair[pair, Outcome.INVENTED]),
+            within_tolerance=int(comparison.by_pair[pair, Outcome.WITHIN_TOLERANCE]),
+            grasped=int(comparison.by_pair[pair, Outcome.HELD]),
+        )
+        if result.oracle in touching or any(msgspec.structs.astuple(frames)):
+            own = result.counts[label].of_pair(pair)
+            audits[label] = PairAudit(
+                contacts_missed=own.missed,
+                late_or_cut_short=own.in_part,
+                pair_frames=frames,
+                while_grasped=_while_grasped(result, label, [pair]) if frames.grasped else None,
+            )
+    return audits
 
 
-def _held(result: RunResult, label: str, pairs: Sequence[int]) -> dict[str, int]:
-    """What a detector says of some pairs while a hand holds the body."""
+def _while_grasped(result: RunResult, label: str, pairs: Sequence[int]) -> GraspedCounts:
+    """Count what a detector says of some pairs while a hand holds the body."""
     verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
-    apart = tuple(set(result.episodes[result.oracle]) - set(result.loose))
-    return held_counts(result.comparisons[label], verdicts, apart, pairs)
+    grasped = tuple(set(result.episodes[result.oracle]) - set(result.loose))
+    counts = held_counts(result.comparisons[label], verdicts, grasped, pairs)
+    return GraspedCounts(
+        contacts=counts["contacts"],
+        contacts_missed=counts["contacts_missed"],
+        late_or_cut_short=counts["contacts_in_part"],
+        both=counts["both"],
+        missed=counts["missed"],
+        false_contact=counts["invented"],
+    )
 
 
-def _between(result: RunResult, label: str) -> int | str:
+def _between_frames(result: RunResult, label: str) -> int | Literal["not examined"]:
     """Pair-frames of contact that only the motion between frames shows, if a detector decides there."""
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
@@ -164,7 +283,7 @@ def _all_reasons(detection: Detection) -> Counter[str]:
     return Counter(why for why in detection.reasons.values() if why != NO_REASON)
 
 
-def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
+def undecided_proportion(result: RunResult, label: str) -> Proportion:
     """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see.
 
     The interval is over pairs.
@@ -176,7 +295,7 @@ def undecided_share(result: RunResult, label: str) -> dict[str, Any]:
         posed = verdict != Verdict.NO_POSE
         left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
         whole.append(int(posed.sum()))
-    return share_of_clusters(left, whole)
+    return proportion_of_clusters(left, whole)
 
 
 def undecided_alone(result: RunResult, label: str) -> int:
@@ -185,45 +304,56 @@ def undecided_alone(result: RunResult, label: str) -> int:
     return sum(int((~is_undecided(verdict) & (outcome == Outcome.LEFT_OUT)).sum()) for verdict, outcome in columns)
 
 
-def _spread(errors: list[float]) -> dict[str, float] | None:
+def _time_errors(errors: list[float]) -> TimeErrors | None:
     """Seconds: mean and median error, and the absolute error of the 95th percentile and of the worst."""
     if not errors:
         return None
-    away = np.abs(errors)
-    return {
-        "mean": float(np.mean(errors)), "median": float(np.median(errors)),
-        "p95_off": float(np.quantile(away, 0.95)), "most_off": float(away.max()),
-    }  # fmt: skip
+    absolute = np.abs(errors)
+    return TimeErrors(
+        mean=float(np.mean(errors)),
+        median=float(np.median(errors)),
+        p95_absolute=float(np.quantile(absolute, 0.95)),
+        largest_absolute=float(absolute.max()),
+    )
 
 
-def pool(audits: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Label -> figures, from the ``audit`` tables of several summaries; detectors in the order first met."""
-    tables = list(audits)
-    if len(tables) == 1:
-        return dict(tables[0])
-    pooled_tables = {}
-    for label in dict.fromkeys(label for table in tables for label in table):
-        parts = [table[label] for table in tables if label in table]
-        if not all("phases" in part for part in parts):
-            # A session of hours is sampled at its own offset alone: then there is no mean over all of them.
-            parts = [{key: value for key, value in part.items() if key != "phases"} for part in parts]
-        pooled_tables[label] = _sum(parts)
-    return pooled_tables
+def pool(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAudit]:
+    """Label -> audit, from those of several sessions; detectors in the order first met."""
+    sessions = list(audits)
+    if len(sessions) == 1:
+        return dict(sessions[0])
+    labels = dict.fromkeys(label for session in sessions for label in session)
+    return {label: _pooled_audit([session[label] for session in sessions if label in session]) for label in labels}
 
 
-def _sum(values: list[Any]) -> Any:
-    """One value for several: shares from their counts, tables key by key, counts added, words joined."""
-    there = [value for value in values if value is not None]
-    if not there:
+def _pooled_audit(audits: Sequence[DetectorAudit]) -> DetectorAudit:
+    """Return the audit of one detector over several sessions."""
+    if all(audit.means_over_offsets is not None for audit in audits):
+        return _sum(audits)
+    # A session of hours is sampled at its own offset alone: then there is no mean over all of them.
+    return _sum([msgspec.structs.replace(audit, means_over_offsets=None) for audit in audits])
+
+
+def _sum(values: Sequence[Any]) -> Any:
+    """Return one value for several: records and tables key by key, counts added, texts joined.
+
+    Errors of matched contacts do not add up from their middles; each session keeps its own.
+    """
+    values = [value for value in values if value is not None and not isinstance(value, TimeErrors)]
+    if not values:
         return None
-    if isinstance(there[0], Mapping):
-        if "low" in there[0]:
-            return pooled(there)
-        keys = dict.fromkeys(key for value in there for key in value if key not in SPREADS)
-        return {key: _sum([value.get(key) for value in there]) for key in keys}
-    if isinstance(there[0], str):
-        return there[0] if len(set(there)) == 1 else "; ".join(dict.fromkeys(there))
-    return sum(there)
+    first = values[0]
+    if isinstance(first, Proportion):
+        return pooled(values)
+    if isinstance(first, msgspec.Struct):
+        fields = first.__struct_fields__
+        return type(first)(**{name: _sum([getattr(value, name) for value in values]) for name in fields})
+    if isinstance(first, Mapping):
+        keys = dict.fromkeys(key for value in values for key in value)
+        return {key: _sum([value.get(key) for value in values]) for key in keys}
+    if isinstance(first, str):
+        return first if len(set(values)) == 1 else "; ".join(dict.fromkeys(values))
+    return sum(values)
 
 
 MOST_CARDS: Final = 1000

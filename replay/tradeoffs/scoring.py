@@ -7,10 +7,10 @@ from cdcore.numerics import IntArray
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
 from replay.auditing.look_phases import PHASES, OffsetCounts, offset_counts, spread
-from replay.auditing.loss import Share, loss
+from replay.auditing.loss import loss
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference, Tolerance
-from replay.base.wilson import share
+from replay.base.wilson import Proportion, proportion
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError
@@ -20,7 +20,7 @@ from sessions import Session
 
 
 def wrong_counts(
-    once: ContactCounts, false_contacts: int, false: Share, offsets: OffsetCounts | None
+    once: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
 ) -> dict[str, Any]:
     """What a detector gets wrong, as columns.
 
@@ -31,7 +31,7 @@ def wrong_counts(
     """
     if offsets is None:
         counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false_contacts]}
-        contacts_missed, time_missed = share(once.missed, once.contacts), once.share(Outcome.MISSED)
+        contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
     else:
         missed, late = (part.sum(axis=1).tolist() for part in offsets.faults.values())
         counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
@@ -39,10 +39,10 @@ def wrong_counts(
         contacts_missed, time_missed, false = (shares[name] for name in ("contacts_missed", "missed", "invented"))
     row: dict[str, Any] = {
         "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
-        "not_reported": time_missed["share"],
-        "false": false["share"],
-        "false_low": false["low"],
-        "false_high": false["high"],
+        "not_reported": time_missed.value,
+        "false": false.value,
+        "false_low": false.lower,
+        "false_high": false.upper,
     }
     for name, values in counts.items():
         over = spread(values)
@@ -85,7 +85,7 @@ class Scoring:
         return {
             "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
             "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
-            **wrong_counts(once, false, count_reports(comparison).share(Outcome.INVENTED), offsets),
+            **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.INVENTED), offsets),
         }  # fmt: skip
 
     def false_frames(self, detection: Detection) -> IntArray:

@@ -52,12 +52,12 @@ def test_a_policy_changes_verdicts_in_the_flagged_span_only_and_says_how(kind, a
         assert (verdict[first : last + 1, 0] == Verdict.NO_POSE).all()
     else:
         assert not (verdict[:, 0] == Verdict.NO_POSE).any()
-    told = next(one for one in result.summary["flagged"] if one["kind"] == kind)
-    assert (told["body"], told["action"], result.summary["policy"][kind]) == ("hand-left", words, words)
+    told = next(one for one in result.document.flagged if one.kind == kind)
+    assert (told.body, told.action, result.document.policy[kind]) == ("hand-left", words, words)
     done = {"drop": "dropped", "hold": "held", "interpolate": "interpolated"}.get(action)
     counts = {key: told[key] for key in ("dropped", "held", "interpolated")}
     assert counts == {key: told["samples"] if key == done else 0 for key in counts}
-    stated = sum(result.summary["flagged_verdicts"]["hybrid"].values())
+    stated = sum(result.document.flagged_verdicts["hybrid"].values())
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 
 

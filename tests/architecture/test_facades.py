@@ -66,7 +66,7 @@ session = replay.synthetic_session("fast-ball")[0]
 for _ in range(2):
     assert replay.plan(parse_scene("")).effects == ()
     assert replay.run(session, oracle="none", detectors="sphere").detections
-    assert replay.audit(session, detectors="sphere", oracle="exact").summary
+    assert replay.audit(session, detectors="sphere", oracle="exact").audit
     assert replay.tradeoff(session, time_limit=0.0).rows
     assert replay.stress("exact", families=(), pairs=1).tallies == ()
 """

@@ -156,7 +156,7 @@ def test_99_percent_of_three_live_runs_differ_by_30_percent_at_most_or_the_table
     asked = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
     runs = [compute(session, detectors=asked) for _ in range(3)]
     for label in runs[0].comparisons:
-        high = [1e3 * run.summary["detectors"][label]["seconds"]["per_frame"]["p99"] for run in runs]
+        high = [1e3 * run.document.detectors[label].seconds.sample_times.p99 for run in runs]
         why = [note for run in runs for note in cost_table(run).notes if "busy" in note]
         print(f"\n{label}: 99 % {', '.join(f'{ms:.3g}' for ms in high)} ms; {'; '.join(why) or 'nothing said'}", end="")
         assert max(high) <= 1.3 * min(high) or why

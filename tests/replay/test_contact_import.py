@@ -30,8 +30,8 @@ def test_another_clock_is_fitted_and_the_reports_become_a_detector(csv, tmp_path
     assert float(session.facts[DRIFT_FACT]) == 0.0
     write_session(session, tmp_path / "s.mcap")
     result = compute(read_session(tmp_path / "s.mcap"), detectors="recorded", oracle="exact")
-    assert result.summary["audit"]["recorded"]["missed"]["count"] == 0
-    assert result.summary["audit"]["recorded"]["missed"]["of"] == 4
+    assert result.document.audit["recorded"].time_missed.count == 0
+    assert result.document.audit["recorded"].time_missed.of == 4
 
 
 def test_a_given_offset_is_taken_as_it_is(csv):
@@ -94,8 +94,8 @@ def unity_log(path, stamps, begins, ends, reports):
 
 
 def recorded_figures(session):
-    audit = compute(session, detectors="recorded", oracle="exact").summary["audit"]["recorded"]
-    return audit["contacts"], audit["contacts_missed"], audit["contacts_in_part"], audit["invented"]["count"]
+    audit = compute(session, detectors="recorded", oracle="exact").document.audit["recorded"]
+    return audit.contacts, audit.contacts_missed, audit.late_or_cut_short, audit.false_contact.count
 
 
 @pytest.mark.parametrize("seed", range(3))

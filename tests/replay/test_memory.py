@@ -19,9 +19,10 @@ GIBIBYTE = 2**30
 MEASURED = """
 import json, sys
 import replay
+from replay.document.coding import plain_of
 from support.peak_memory import peak_bytes
 result = replay.run(sys.argv[1], detectors="slow=discrete[rate_hz=22.5]", out=sys.argv[2], picture=sys.argv[3] == "yes")
-print(json.dumps({"peak": peak_bytes(), "summary": result.summary}))
+print(json.dumps({"peak": peak_bytes(), "summary": plain_of(result.document)}))
 """
 
 

@@ -1,17 +1,18 @@
 """Runs in all states, their pages, and what a reader sees of a page."""
 
 import re
-from copy import deepcopy
 from dataclasses import replace
 from functools import cache
 from html import unescape
 
 import numpy as np
+from msgspec import structs
 from support.lettered_worlds import run
 from support.planted_faults import FAULTS, clean
 from support.price_rows import ABOUT, price_row
 from support.small_worlds import cube, cubes, jumping
 
+from replay.document.detector import LongestStage, SampleTimes
 from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Tradeoff
@@ -109,19 +110,37 @@ def steady(state, mean=4e-5):
 
 def with_steady_times(result, mean=4e-5):
     """A run whose times are the same on every machine: 0.04 ms a frame, 0.1 ms in 99 of 100, nothing else at work."""
-    summary = deepcopy(result.summary)
-    for figures in summary["detectors"].values():
-        figures["seconds"] |= {"per_frame_mean": mean, "processor_share": 1.0, "detect": 100 * mean}
-        figures["seconds"]["longest_stage"] = {"stage": "search", "share": 0.5}
-        quantiles = {"median": mean, "p95": 2 * mean, "p99": 2.5 * mean, "max": 3 * mean}
-        figures["seconds"]["per_frame"] = quantiles | {"looks": 1, "over_budget": 0.0, "stages": {}}
-    summary |= {"versions": {"vrlab-replay": "1"}, "machine": {"processor": "x", "cores": 2}}
-    for figures in summary["effects"].values():
-        figures |= {"seconds": mean, "share": 0.01}
-    answers = [replace(answer, fix=answer.fix and timeless(answer.fix)) for answer in result.answers]
-    ranks = ranking(summary) if result.ranking else ()
+    samples = SampleTimes(
+        median=mean, p95=2 * mean, p99=2.5 * mean, max=3 * mean, samples=1, over_budget=0.0, stages={}
+    )
+    steady_detectors = {
+        label: structs.replace(
+            detector,
+            seconds=structs.replace(
+                detector.seconds,
+                per_frame_mean=mean,
+                processor_fraction=1.0,
+                detect=100 * mean,
+                longest_stage=LongestStage(stage="search", fraction=0.5),
+                sample_times=samples,
+            ),
+        )
+        for label, detector in result.document.detectors.items()
+    }
+    document = structs.replace(
+        result.document,
+        detectors=steady_detectors,
+        versions={"vrlab-replay": "1"},
+        machine={"processor": "x", "cores": 2},
+        effects={
+            kind: structs.replace(effect, seconds=mean, fraction=0.01)
+            for kind, effect in result.document.effects.items()
+        },
+    )
+    answers = [structs.replace(answer, fix=answer.fix and timeless(answer.fix)) for answer in result.answers]
+    ranks = ranking(document) if result.ranking else ()
     detections = {label: replace(one, seconds=stages(one.seconds)) for label, one in result.detections.items()}
-    return replace(result, summary=summary, ranking=ranks, answers=tuple(answers), detections=detections)
+    return replace(result, document=document, ranking=ranks, answers=tuple(answers), detections=detections)
 
 
 def stages(seconds):
@@ -135,7 +154,7 @@ def stages(seconds):
 
 
 def timeless(fix):
-    return replace(fix, words=re.sub(r"[\d.]+ ms a frame", "0.05 ms a frame", fix.words))
+    return structs.replace(fix, text=re.sub(r"[\d.]+ ms a frame", "0.05 ms a frame", fix.text))
 
 
 def reported(state):

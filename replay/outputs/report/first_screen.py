@@ -22,18 +22,18 @@ MOST_LANES: Final = 6
 
 def page_facts(view: RunView) -> str:
     """How long a session is, how many contacts it has, and whether it was made up."""
-    session = view.summary["session"]
-    facts = [duration(session["duration"])]
+    session = view.document.session
+    facts = [duration(session.duration)]
     if view.ranking and _compared(view):
         facts.append(plural(view.ranking[-1].contacts, "contact"))
-    if "synthetic" in session["facts"]:
+    if "synthetic" in session.facts:
         facts.append("made up")
     return ", ".join(facts)
 
 
 def _compared(view: RunView) -> bool:
     """Whether anything was decided by both, of any detector."""
-    return any(audit["undecided"]["share"] != 1 for audit in view.summary["audit"].values())
+    return any(audit.undecided.value != 1 for audit in view.document.audit.values())
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,8 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
     named = [(label, "") for label in view.contacts]
     if view.oracle:
         named = [(view.oracle, " (reference)"), *((rank.label, f": {rank.what}") for rank in view.ranking[:-1])]
-    start = float(view.summary["window"]["start"] or 0.0)
-    window = start, start + float(view.summary["session"]["duration"])
+    start = float(view.document.window.start or 0.0)
+    window = start, start + float(view.document.session.duration)
     lanes, seen = [], set[str]()
     for label, what in named:
         found = {kind: stretches for kind, stretches in spans(view, label).items() if stretches}

@@ -56,7 +56,7 @@ def page_of(
     values = {
         "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
         "first": None if first is None else first_fault(view),
-        "cost": cost(view.summary, view.oracle), "times_are": f"{TIMES_ARE} {busy_words(view.summary)}".strip(),
+        "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_words(view.document)}".strip(),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
         "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
         "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
@@ -71,7 +71,7 @@ def view_of(result: RunResult) -> RunView:
     return RunView(
         run=result,
         rows=lambda name: result.tables[name].plain(),
-        name=session_names(result.summary)[0],
+        name=session_names(result.document)[0],
         asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
         folder="RUN" if result.out is None else ".",
         faults={label: [*result.false[label], *result.misses[label]] for label in result.comparisons},

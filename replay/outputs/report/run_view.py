@@ -9,10 +9,12 @@ from typing import Any, Final
 
 from replay.auditing.fault import Fault, FaultKind
 from replay.base.shown import plural
+from replay.document.answer import Answer
+from replay.document.run_document import RunDocument
 from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
-from replay.pipeline.answer import RUN, SESSION, Answer
+from replay.pipeline.answer import RUN, SESSION
 from replay.pipeline.headline import doubts_of, open_questions
 from replay.pipeline.ranking import Rank
 from replay.pipeline.result_tables import EFFECT
@@ -64,9 +66,9 @@ class RunView:
     pictured: bool = False  # whether the live picture stands beside the page, and each fault leads it there
 
     @property
-    def summary(self) -> Mapping[str, Any]:
-        """What ``summary.json`` holds."""
-        return self.run.summary
+    def document(self) -> RunDocument:
+        """Everything that ``summary.json`` holds."""
+        return self.run.document
 
     @property
     def oracle(self) -> str:
@@ -86,7 +88,7 @@ class RunView:
     @cached_property
     def contacts(self) -> Mapping[str, Rows]:
         """Of every detector, in order of time; of the reference those that no hand holds: only they are counted."""
-        found: dict[str, list[Row]] = {label: [] for label in self.summary["detectors"]}
+        found: dict[str, list[Row]] = {label: [] for label in self.document.detectors}
         for row in self.rows("episodes"):
             if not (row["held"] and row["detector"] == self.oracle):
                 found[row["detector"]].append(row)
@@ -102,7 +104,7 @@ class RunView:
     @cached_property
     def hero(self) -> Hero | None:
         """What stands first in place of an answer."""
-        return self.asked or (None if self.answers else _without_audit(self.summary, self.events))
+        return self.asked or (None if self.answers else _without_audit(self.document, self.events))
 
     @property
     def title(self) -> str:
@@ -117,25 +119,24 @@ class RunView:
     @property
     def doubts(self) -> list[str]:
         """What a reader must know before the answer."""
-        return [*open_questions(self.summary), *doubts_of(findings_of(self.summary))]
+        return [*open_questions(self.document), *doubts_of(findings_of(self.document))]
 
 
-def session_names(summary: Mapping[str, Any]) -> list[str]:
+def session_names(document: RunDocument) -> list[str]:
     """What a page may call a session: its scene, its pseudonym, its id; never its file, which may name a person."""
-    session = summary["session"]
-    pseudonym = session["facts"].get("pseudonym", NOT_STATED)
-    names = [session["scene"], "" if pseudonym == NOT_STATED else pseudonym, f"session {session['id']}"]
+    session = document.session
+    pseudonym = session.facts.get("pseudonym", NOT_STATED)
+    names = [session.scene, "" if pseudonym == NOT_STATED else pseudonym, f"session {session.id}"]
     return [name for name in names if name]
 
 
-def _without_audit(summary: Mapping[str, Any], events: Rows) -> Hero:
+def _without_audit(document: RunDocument, events: Rows) -> Hero:
     """How many contacts were found, or what the effects say, the weightiest result first."""
-    if summary["detectors"]:
-        found = [
-            f"{plural(figures['contacts'], 'contact')} found by {label}"
-            for label, figures in summary["detectors"].items()
+    if document.detectors:
+        counts = [
+            f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
-        return Hero(", ".join(found))
+        return Hero(", ".join(counts))
     lines = [f"{row['time']:.1f} s: {row['message']}" for row in events[:EVENTS_FIRST]]
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
@@ -148,15 +149,15 @@ def _without_audit(summary: Mapping[str, Any], events: Rows) -> Hero:
     return Hero(tallied(Counter(row["name"] for row in events)) or NOT_LOOKED_FOR, lines)
 
 
-def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
+def findings_of(document: RunDocument) -> list[Finding]:
     """What the doctor said of the recording, the worst first; a code of another version is left out."""
     return [
         Finding(
-            code=row["code"], own_severity=Severity[row["severity"].upper()], message=row["message"],
-            body=row["body"] or "", start=row.get("start"), end=row.get("end"), count=row.get("count", 1),
+            code=row.code, own_severity=Severity[row.severity.upper()], message=row.message,
+            body=row.body or "", start=row.start, end=row.end, count=row.count,
         )
-        for row in summary.get("findings", ())
-        if row["code"] in CODES
+        for row in document.findings
+        if row.code in CODES
     ]  # fmt: skip
 
 

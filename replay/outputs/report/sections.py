@@ -2,13 +2,17 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from msgspec.structs import asdict
 
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
 from replay.base.shown import plural
 from replay.base.tables import Table, table
+from replay.document.run_document import RunDocument
+from replay.document.session import SessionRecord
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.plots import Plot
@@ -40,7 +44,7 @@ GLOSSARY: Final = {
 
 def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     """What the effects found, and what nobody asked for; nothing where the scene calls for none."""
-    planned, effects, events = view.summary["plan"], view.summary["effects"], view.events
+    planned, effects, events = view.document.plan, view.document.effects, view.events
     if not effects:
         return None
     rows = [
@@ -50,9 +54,9 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
     found = table(f"What the effects found{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
     parts: list[Part] = [*curves, effect_table(view), found]
-    if planned["not_run"]:
-        parts.append(f"Not called for, so not imported and not run: {', '.join(planned['not_run'])}.")
-    if not planned["detection"]:
+    if planned.not_run:
+        parts.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
+    if not planned.detection:
         parts.append("No collision query was made.")
     return f"{plural(len(effects), 'effect')}, {plural(len(events), 'event')}", parts
 
@@ -63,64 +67,62 @@ def _seconds(end: float | None) -> str:
 
 def folds(view: RunView) -> Iterator[Fold]:
     """Everything that few read, each below a line that says what it is."""
-    summary = view.summary
-    session = summary["session"]
-    rate = f", {words.rate(1.0 / session['median_step'])}" if session["median_step"] else ""
-    bodies = plural(len(session["bodies"]), "body", "bodies")
-    frames = f"{session['frames']:,} frames in {words.duration(session['duration'])}{rate}"
+    document = view.document
+    session = document.session
+    rate = f", {words.rate(1.0 / session.median_step)}" if session.median_step else ""
+    bodies = plural(len(session.bodies), "body", "bodies")
+    frames = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
     yield (f"Recording: {frames}, {bodies}", [_fact_table(session)])
-    yield (trust(summary), finding_parts(summary))
+    yield (trust(document), finding_parts(document))
     audited = [rank.label for rank in view.ranking[:-1]]
     if audited:
         yield ("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
-        counts = run_tables.pair_frame_table("Pair-frames", summary["audit"])
+        counts = run_tables.pair_frame_table("Pair-frames", document.audit)
         yield ("Counts with intervals", [FRAME_WORDS, counts])
-    if summary["detectors"]:
+    if document.detectors:
         yield ("Time of each detector", [run_tables.cost_table(view)])
-    yield ("Settings, to get the same figures again", [_settings_table(summary)])
+    yield ("Settings, to get the same figures again", [_settings_table(document)])
 
 
-def _fact_table(session: Mapping[str, Any]) -> Table:
+def _fact_table(session: SessionRecord) -> Table:
     """What was recorded, and what was left out of the replay."""
-    dropped = [f"{count} {why}" for why, count in session["dropped_frames"].items() if count]
-    proxies = [name for name, body in session["bodies"].items() if body["proxy"]]
+    dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
+    proxies = [name for name, body in session.bodies.items() if body.proxy]
     rows: list[tuple[str, object]] = [
-        ("session", session["id"]),
-        ("bodies", ", ".join(f"{name} ({body['faces']:,} faces)" for name, body in session["bodies"].items())),
+        ("session", session.id),
+        ("bodies", ", ".join(f"{name} ({body.faces:,} faces)" for name, body in session.bodies.items())),
     ]
     if proxies:
         rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
-    if session["left_out"]:
-        rows.append(("not looked at", f"no mesh: {', '.join(session['left_out'])}"))
+    if session.left_out:
+        rows.append(("not looked at", f"no mesh: {', '.join(session.left_out)}"))
     if dropped:
         rows.append(("frames left out", ", ".join(dropped)))
-    rows += [("note", note) for note in session["notes"]]
-    rows += [(row["what"], row["said"]) for row in session.get("assumptions", ())]
-    rows += [(key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED]
-    if withheld := session.get("facts_withheld", 0):
+    rows += [("note", note) for note in session.notes]
+    rows += [(row.subject, row.sentence) for row in session.assumptions]
+    rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
+    if withheld := session.facts_withheld:
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
     return table("Facts of the session", ("what", "value"), rows, words=2)
 
 
-def trust(summary: Mapping[str, Any]) -> str:
+def trust(document: RunDocument) -> str:
     """How much was found, and what it means for verdicts; that nothing was proves nothing."""
-    if "findings" not in summary:
-        return "The recording was not examined"
-    count = Counter(finding["severity"] for finding in summary["findings"])
+    count = Counter(finding.severity for finding in document.findings)
     bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
-    flagged = ": verdicts on these spans carry a flag" if summary["detectors"] else ""
+    flagged = ": verdicts on these spans carry a flag" if document.detectors else ""
     return f"{' and '.join(bad)} about the recording{flagged}" if bad else NOTHING_SUSPICIOUS
 
 
-def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
+def finding_parts(document: RunDocument) -> list[Part]:
     """What the doctor found, worst first, and what the policy made of it."""
     parts: list[Part] = []
-    if findings := findings_of(summary):
+    if findings := findings_of(document):
         parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
     sums: dict[tuple[str, str, str], Counter[str]] = {}
-    for span in summary.get("flagged", ()):
-        count = sums.setdefault((span["kind"], span["body"] or "all", span["action"]), Counter())
-        count.update({"spans": 1} | {name: span[name] for name in DONE})
+    for span in document.flagged:
+        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
+        count.update({"spans": 1} | {name: getattr(span, name) for name in DONE})
     if sums:
         head = ("kind", "body", "policy", "spans", *DONE)
         rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
@@ -131,12 +133,12 @@ def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
 DONE: Final = ("samples", "dropped", "held", "interpolated")
 
 
-def _settings_table(summary: Mapping[str, Any]) -> Table:
+def _settings_table(document: RunDocument) -> Table:
     """Settings, digests and machine: what it takes to get the same figures again."""
-    rows: list[tuple[object, object]] = [("session", summary["session"]["id"]), ("seed", summary["seed"])]
-    for label, figures in summary["detectors"].items():
-        settings = json.dumps(figures["settings"], sort_keys=True)
-        rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
-    rows += summary["machine"].items()
-    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in summary["versions"].items())))
+    rows: list[tuple[object, object]] = [("session", document.session.id), ("seed", document.seed)]
+    for label, detector in document.detectors.items():
+        settings = json.dumps(detector.settings, sort_keys=True)
+        rows.append((label, f"{detector.name} {settings}, verdicts SHA-256 {detector.digest}"))
+    rows += document.machine.items()
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in document.versions.items())))
     return table("Settings, digests and machine", ("what", "value"), rows, words=2)

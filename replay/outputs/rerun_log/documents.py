@@ -18,7 +18,7 @@ from replay.outputs.report.markup import filled
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS
+from replay.outputs.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
 from replay.pipeline.headline import doubts, price, undecided
 from replay.pipeline.run_result import RunResult
 
@@ -79,10 +79,10 @@ def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:
 def series_names(result: RunResult) -> dict[str, str]:
     """Label -> what a legend says of its times."""
     names = {}
-    for label, figures in result.summary["detectors"].items():
-        seconds, frame = figures["seconds"], figures["seconds"].get("per_frame")
-        slow = f", p99 {words.milliseconds(frame['p99'])}, longest {words.milliseconds(frame['max'])}" if frame else ""
-        names[label] = f"{label}: mean {words.milliseconds(seconds['per_frame_mean'])}{slow}"
+    for label, detector in result.document.detectors.items():
+        times = detector.seconds.sample_times
+        slow = f", p99 {words.milliseconds(times.p99)}, longest {words.milliseconds(times.max)}" if times else ""
+        names[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{slow}"
     return names
 
 
@@ -96,15 +96,15 @@ def replayed(result: RunResult) -> str:
 
 def detector_text(result: RunResult, label: str) -> str:
     """What is wrong with a detector, its settings, its pair-frames, and milliseconds by stage."""
-    figures, counts = result.summary["detectors"][label], None
+    counts = None
     if label in result.comparisons:
-        head = (f"against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
-        frames = result.summary["audit"][label]["pair_frames"]
-        counts = markdown(table("", head, [("pair-frames", *(frames[kind.name] for kind in FRAME_ROWS))]))
+        head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
+        frames = result.document.audit[label].pair_frames
+        counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
     rows = [(stage, f"{ms.mean():.4f}") for stage, ms in stage_ms(result.detections[label]).items()]
     return filled(
         f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
-        setting=figures.get("asked", figures["name"]), counts=counts,
+        setting=result.document.detectors[label].spec, counts=counts,
         stages=markdown(table("", ("stage", "ms a frame"), rows)),
     )  # fmt: skip
 

@@ -87,7 +87,7 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     result = picture.result
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
-    named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
+    named = result.document.plan.bodies if scene.effects is not None and not result.detections else {}
     colours = close_up_colours(result, picture.moments, picture.eyes, picture.balls)
     log_world(writer, assembly, scene, named or assembly.names, colours)
     log_touches(writer, result)

@@ -14,6 +14,7 @@ from replay.auditing.fault import Fault
 from replay.auditing.holding import within
 from replay.auditing.outcome import Outcome
 from replay.base.constants import VERDICT_FRAMES
+from replay.document.run_document import RunDocument
 from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult
@@ -78,16 +79,21 @@ def series_table(result: RunResult) -> pa.Table:
 
 def metrics_table(result: RunResult) -> pa.Table:
     """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
-    rows = [row | _measured(result.summary, row["detector"]) for row in metric_rows(result)]
+    rows = [row | _measured(result.document, row["detector"]) for row in metric_rows(result)]
     tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
     return table_of(rows, METRICS | MEASURED | dict.fromkeys(tasks, float))
 
 
-def _measured(summary: Mapping[str, Any], label: str) -> dict[str, Any]:
-    seconds = summary["detectors"][label]["seconds"] if label in summary["detectors"] else {}
-    frames = seconds.get("per_frame") or {}
-    taken = (seconds.get("per_frame_mean"), frames.get("p99"), frames.get("max"))
-    words = summary["oracle"], summary["session"]["facts"].get("vr_type")
+def _measured(document: RunDocument, label: str) -> dict[str, Any]:
+    detector = document.detectors.get(label)
+    seconds = None if detector is None else detector.seconds
+    samples = None if seconds is None else seconds.sample_times
+    taken = (
+        None if seconds is None else seconds.per_frame_mean,
+        None if samples is None else samples.p99,
+        None if samples is None else samples.max,
+    )
+    words = document.oracle, document.session.facts.get("vr_type")
     return dict(zip(MEASURED, (*words, *(None if one is None else 1e3 * one for one in taken)), strict=True))
 
 

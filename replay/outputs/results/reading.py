@@ -106,10 +106,10 @@ def _require_plain(path: Path, name: str, column: pa.ChunkedArray, needed: froze
         raise RunFolderError(f"{path}: the column {name!r} has a value that no run writes; {AGAIN}")
 
 
-def checked_contacts(path: Path, table: pa.Table, summary: Mapping[str, Any]) -> pa.Table:
-    """Rows of contacts, misses or false contacts that are of the detectors, bodies and frames of a summary."""
-    named = {"detector": summary["detectors"], "body_a": summary["session"]["bodies"]}
-    named["body_b"] = named["body_a"]
+def checked_contacts(path: Path, table: pa.Table, document: RunDocument) -> pa.Table:
+    """Rows of contacts, misses or false contacts that are of the detectors, bodies and frames of a document."""
+    bodies = document.session.bodies.keys()
+    named = {"detector": document.detectors.keys(), "body_a": bodies, "body_b": bodies}
     for column, names in named.items():
         for word in pc.unique(table[column]).to_pylist():
             if word not in names:
@@ -117,10 +117,10 @@ def checked_contacts(path: Path, table: pa.Table, summary: Mapping[str, Any]) ->
     if not len(table):
         return table
     ordered = pc.all(pc.less_equal(table["first"], table["last"])).as_py()
-    within = pc.max(table["last"]).as_py() < summary["session"]["frames"]
+    within = pc.max(table["last"]).as_py() < document.session.frames
     in_time = pc.all(pc.less_equal(table["start"], table["end"])).as_py()
     there = all(
-        pc.all(pc.less(table[name], summary["session"]["frames"])).as_py() is not False
+        pc.all(pc.less(table[name], document.session.frames)).as_py() is not False
         for name in ("deepest", "widest")
         if name in table.column_names
     )

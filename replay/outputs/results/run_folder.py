@@ -11,12 +11,15 @@ from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from msgspec import structs
 
 from replay.auditing.fault import Fault
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
-from replay.document.run_document import RunDocument
+from replay.document.answer import Answer
+from replay.document.coding import json_of
+from replay.document.run_document import SCHEMA, RunDocument
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED, METRICS
@@ -24,11 +27,10 @@ from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_document, checked_table, read_json
-from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.result_tables import COLUMNS, fault_of_row
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
+from replay.pipeline.summary import frame_seconds, recording_mark
 from replay.prepare.session_input import require_folder
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
@@ -112,6 +114,13 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
     (folder / kind.mark).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
+def _write_document(folder: Path, document: RunDocument) -> None:
+    """Write the document of a run, the last file of its folder, with the names of all files."""
+    files = sorted([SUMMARY, *(entry.name for entry in folder.iterdir())])
+    text = json_of(structs.replace(document, files=tuple(files)))
+    (folder / SUMMARY).write_text(text, encoding="utf-8", newline="\n")
+
+
 def table_file(folder: Path, name: str) -> Path:
     """Where a run folder has a table."""
     return folder / f"{name}.parquet"
@@ -150,42 +159,41 @@ def write_run_folder(
         advance(5)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        summary = dict(result.summary)
+        document = result.document
         if result.tradeoff is not None:
             write_rows(result.tradeoff.rows, table_file(folder, "tradeoff"))
-            summary["tradeoff"] = result.tradeoff.as_json()
-        write_summary(folder, RUN, summary)
+            document = structs.replace(document, tradeoff=result.tradeoff.record)
+        _write_document(folder, document)
     return out
 
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A run folder that was found to be one; ``summary`` is what ``summary.json`` holds."""
+    """A run folder that was found to be one; ``document`` is what ``summary.json`` holds."""
 
     path: Path
-    summary: dict[str, Any]
     document: RunDocument
 
     @property
     def oracle(self) -> str:
         """Label of the detection the others are compared with, or ``""``."""
-        return str(self.summary["oracle"])
+        return self.document.oracle
 
     @cached_property
     def ranking(self) -> tuple[Rank, ...]:
         """The audited detectors, the worst first, and the oracle last."""
-        return ranking(self.summary)
+        return ranking(self.document)
 
-    @cached_property
+    @property
     def answers(self) -> tuple[Answer, ...]:
         """What is said first of each audited detector, in the order of the ranking."""
-        return tuple(Answer.of(answer) for answer in self.summary["answers"])
+        return self.document.answers
 
     @cached_property
     def faults(self) -> dict[str, list[Fault]]:
         """Faults of every audited detector, false contacts first; ``RunFolderError``: no run writes such rows."""
-        faults: dict[str, list[Fault]] = {label: [] for label in self.summary["audit"]}
-        pairs = [pair["name"] for pair in self.summary["pairs"]]
+        faults: dict[str, list[Fault]] = {label: [] for label in self.document.audit}
+        pairs = [pair.name for pair in self.document.pairs]
         for name in ("false", "misses"):
             for row in self.rows(name):
                 try:
@@ -207,12 +215,12 @@ class RunFolder:
 
         ``scene``: the one given in place of the recording's. Raises ``RunFolderError``: no recording, or no scene.
         """
-        mark, replaced = self.summary["session"]["recording"], self.summary["session"]["facts"].get(SCENE_FACT)
+        mark, replaced = self.document.session.recording, self.document.session.facts.get(SCENE_FACT)
         if mark is None and given is None:
             raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
         places = (self.path, self.path.parent, Path())
         files = (file for place in places for file in sorted(place.glob("*.mcap")) if file.is_file())
-        alike = (file for file in files if file.stat().st_size == mark["bytes"])
+        alike = (file for file in files if mark is not None and file.stat().st_size == mark.bytes)
         found = given or next((file for file in alike if recording_mark(file) == mark), None)
         if found is None:
             raise RunFolderError(f"the recording that {self.path} replayed is not beside it; say where: --session FILE")
@@ -229,7 +237,7 @@ class RunFolder:
 
     def require_digest(self, recording: Path, digest: str) -> None:
         """Refuse a recording of another hash."""
-        if digest != self.summary["session"]["digest"]:
+        if digest != self.document.session.digest:
             raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
@@ -239,7 +247,7 @@ class RunFolder:
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
         table = checked_table(path, table, kinds | KEYS, needed)
-        return (checked_contacts(path, table, self.summary) if needed >= SPAN else table).to_pylist()
+        return (checked_contacts(path, table, self.document) if needed >= SPAN else table).to_pylist()
 
 
 def read_run_folder(path: str | Path) -> RunFolder:
@@ -255,8 +263,22 @@ def read_run_folder(path: str | Path) -> RunFolder:
         raise RunFolderError(f"{path} is not a run folder: {why}") from error
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
-        raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")
-    return RunFolder(path, summary, checked_document(path / SUMMARY, summary))
+        raise RunFolderError(f"{path / SUMMARY} {_other_version(schema)}")
+    return RunFolder(path, checked_document(path / SUMMARY, summary))
+
+
+def _other_version(schema: Any) -> str:
+    """Say what to do with a document of another schema."""
+    family, number = SCHEMA.rsplit("/", 1)
+    given, _, version = str(schema).rpartition("/")
+    if given != family or not version.isdecimal():
+        return f"has schema {repr(schema)[:60]}, this version reads {SCHEMA!r}; run its session again"
+    if len(version) > len(number) or int(version) > int(number):
+        return f"was written by a newer version ({schema[:40]}, this one reads {SCHEMA}); update vrlab-replay"
+    return (
+        f"was written by an older version ({schema}, this one reads {SCHEMA}); make the folder anew: "
+        "replay run SESSION.mcap --out FOLDER --force"
+    )
 
 
 def _give_back() -> None:

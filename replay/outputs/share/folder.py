@@ -30,7 +30,7 @@ INDEX: Final = "index.html"
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
     """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
-    consents = {str(one.path): one.summary["session"]["facts"].get("consent", "not stated") for one in folders}
+    consents = {str(one.path): one.document.session.facts.get("consent", "not stated") for one in folders}
     without = [f"{path} (consent: {words})" for path, words in consents.items() if words != SHARE]
     if without:
         what = f"not recorded as consent to share: {', '.join(without)}"
@@ -88,7 +88,7 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
     view = folder_view(run, pictured=pictured)
     if pictured:
-        recording, labels = run.path / PICTURE, list(run.summary["audit"])
+        recording, labels = run.path / PICTURE, list(run.document.audit)
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
         packed = _moments(recording, labels) + _packed(recording.read_bytes())
         page.with_name(f"{name}.js").write_bytes(packed)
@@ -112,7 +112,7 @@ def shared_page(view: RunView, recording: str) -> str:
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     rows: list[Sequence[Any]] = []
     for name, one in pages.items():
-        who = one.summary["session"]["facts"].get("pseudonym", "")
+        who = one.document.session.facts.get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
     runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
     return filled("outputs/share/list.html", runs=runs)
@@ -120,6 +120,6 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
-    told, names = run.summary.get("tradeoff"), ", ".join(session_names(run.summary))
-    hero = Hero(str(told["answer"]), told["advice"]) if told else None
+    tradeoff, names = run.document.tradeoff, ", ".join(session_names(run.document))
+    hero = None if tradeoff is None else Hero(tradeoff.answer, tradeoff.advice)
     return RunView(run, run.rows, names, run.faults, hero, pictured=pictured)

@@ -1,6 +1,5 @@
 """All sessions of a folder of runs, and the rows that the tables of the class page count, each with its session."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ import pyarrow.compute as pc
 from replay.errors import StudyError
 from replay.outputs.results.data_set import ADDED, DATA_SET, FoundRuns, find_runs, joined
 from replay.outputs.results.parquet import TYPES
-from replay.outputs.results.run_folder import SUMMARY
+from replay.outputs.results.run_folder import SUMMARY, read_run_folder
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -117,7 +116,7 @@ def runs_with_open_guesses(runs: ClassRuns) -> list[str]:
 def _has_open_guesses(summary: Path) -> bool:
     """Few summaries name the key, so that few of a large class are parsed."""
     data = summary.read_bytes() if summary.is_file() else b""
-    return OPEN_GUESSES.encode() in data and bool(json.loads(data).get(OPEN_GUESSES))
+    return OPEN_GUESSES.encode() in data and bool(read_run_folder(summary.parent).document.open_questions)
 
 
 def read_students(path: Path) -> dict[str, str]:

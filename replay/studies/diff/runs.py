@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from replay.auditing.matching import partners
 from replay.auditing.outcome import Episode
+from replay.document.coding import plain_of
+from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
 from replay.outputs.results.run_folder import read_run_folder
-from replay.pipeline.ranking import Range, counts_over_offsets
+from replay.pipeline.ranking import Range, count_range
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -42,8 +44,9 @@ class DetectorDiff:
     and ``lost`` rows of contacts that only the second, or only the first, run has. Ratios are seconds of the second
     over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
     ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, the smallest and
-    the largest count over the sampling offsets; ``invented`` the shares of the time reported that is false, means over
-    these offsets: both as the ranking of each run says them, ``None`` where the detector was not audited.
+    the largest count over the sampling offsets; ``false_contact`` the parts of the time reported
+    that are false, means over these offsets: both as the ranking of each run says them, ``None`` where the detector was
+    not audited.
     """
 
     same: int
@@ -54,7 +57,7 @@ class DetectorDiff:
     p99_ratio: float | None
     same_verdicts: bool | None
     missed: Ranges
-    invented: Shares
+    false_contact: Shares
 
     @property
     def changed(self) -> bool:
@@ -87,28 +90,28 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     ``different_sessions``.
     """
     runs = [read_run_folder(run) for run in (a, b)]
-    sessions = [run.summary["session"] for run in runs]
-    if len({one["digest"] for one in sessions} - {None}) > 1 and not different_sessions:
-        names = " and ".join(one["id"] for one in sessions)
+    sessions = [run.document.session for run in runs]
+    if len({session.digest for session in sessions} - {None}) > 1 and not different_sessions:
+        names = " and ".join(session.id for session in sessions)
         raise RunFolderError(
             f"{a} and {b} replay different recordings, {names}: their contacts do not compare; "
             "if that is meant, add --different-sessions"
         )
-    labels = [run.summary["detectors"] for run in runs]
+    labels = [run.document.detectors for run in runs]
     episodes = [run.rows("episodes") for run in runs]
     common = [label for label in labels[0] if label in labels[1]]
     only_a, only_b = (tuple(label for label in one if label not in common) for one in labels)
     return RunDiff(
-        {label: _detector(label, [run.summary for run in runs], episodes) for label in common},
+        {label: _detector(label, [run.document for run in runs], episodes) for label in common},
         only_a,
         only_b,
-        dict(_differences(runs[0].summary, runs[1].summary, common)),
+        dict(_differences(runs[0].document, runs[1].document, common)),
     )
 
 
-def _detector(label: str, summaries: Sequence[Row], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
-    """One detector, by the summaries of both runs and their tables of contacts."""
-    told = [summary["detectors"][label] for summary in summaries]
+def _detector(label: str, documents: Sequence[RunDocument], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
+    """One detector, by the documents of both runs and their tables of contacts."""
+    detectors = [document.detectors[label] for document in documents]
     before, after = ([row for row in rows if row["detector"] == label] for rows in episodes)
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
     matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
@@ -116,17 +119,19 @@ def _detector(label: str, summaries: Sequence[Row], episodes: Sequence[Sequence[
     shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
     moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
-    seconds, digests = [one["seconds"] for one in told], [one["digest"] for one in told]
-    audits = [summary["audit"].get(label) for summary in summaries]
-    missed = tuple(None if audit is None else counts_over_offsets(audit, "contacts_missed") for audit in audits)
-    invented = tuple(None if audit is None else audit.get("phases", audit)["invented"]["share"] for audit in audits)
+    seconds, digests = [one.seconds for one in detectors], [one.digest for one in detectors]
+    audits = [document.audit.get(label) for document in documents]
+    missed = tuple(
+        None if audit is None else count_range(audit.counts_over_offsets.contacts_missed) for audit in audits
+    )
+    false = tuple(None if audit is None else audit.false_contact_mean.value for audit in audits)
     return DetectorDiff(
         same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
         lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
-        time_ratio=_ratio(*(one["detect"] for one in seconds)),
-        p99_ratio=_ratio(*(one.get("per_frame", {}).get("p99") for one in seconds)),
+        time_ratio=_ratio(*(one.detect for one in seconds)),
+        p99_ratio=_ratio(*(one.p99 for one in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=missed, invented=invented,
+        missed=missed, false_contact=false,
     )  # fmt: skip
 
 
@@ -146,11 +151,14 @@ def _ratio(before: float | None, after: float | None) -> float | None:
     return after / before if before and after is not None else None
 
 
-def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, tuple[Any, Any]]]:
+def _differences(
+    first: RunDocument, second: RunDocument, common: Sequence[str]
+) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    a, b = plain_of(first), plain_of(second)
     for name in SETTINGS:
-        yield from _unequal(name, a.get(name), b.get(name))
+        yield from _unequal(name, a[name], b[name])
     # what was said of a pair's containment is an answer, not a setting
-    yield from _unequal("pairs", *([(one["name"], one["held"]) for one in run.get("pairs", [])] for run in (a, b)))
+    yield from _unequal("pairs", *([(pair.name, pair.grasp) for pair in run.pairs] for run in (first, second)))
     for name in ("frames", "bodies"):
         yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
     for label in common:

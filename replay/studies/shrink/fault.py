@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from msgspec.structs import asdict
 
 from cdcore import Body, Motion, create_detector
 from cdcore.detectors import load_detector
@@ -82,21 +83,21 @@ def of_run(
     """
     row, contact = _row(run, miss, false, label), miss is not None
     trusted, label = parse_detector(label).name if label else None, row["detector"]
-    said = run.summary["detectors"][label]
-    if ":" in said["name"] and said["name"] != trusted:
+    detector = run.document.detectors[label]
+    if ":" in detector.name and detector.name != trusted:
         raise ShrinkError(
-            f"{label} is {said['name']}, a class that {run.path} names and no table of this machine; "
-            f"where you trust it, say so: --detector {label}={said['name']}"
+            f"{label} is {detector.name}, a class that {run.path} names and no table of this machine; "
+            f"where you trust it, say so: --detector {label}={detector.name}"
         )
-    if said["name"] == RECORDED:
+    if detector.name == RECORDED:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
-    if said["settings"].get("shape") == "shipped":
+    if detector.settings.get("shape") == "shipped":
         raise ShrinkError(
             f"{label} asks colliders that came with the recording, which a test of two meshes cannot hold"
         )
-    oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
-    usual = vars(load_detector(said["name"]).Settings())
-    settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
+    oracle = "continuous" if run.document.detectors[run.document.oracle].covers == "intervals" else "exact"
+    usual = vars(load_detector(detector.name).Settings())
+    settings = {key: value for key, value in detector.settings.items() if value != usual.get(key)}
     assembly = _assembled(run, session, scene)
     names = [body.name for body in assembly.bodies]
     pair = names.index(row["body_a"]), names.index(row["body_b"])
@@ -104,7 +105,7 @@ def of_run(
     for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS):
         began = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
         motion = assembly.motion.take(np.arange(began, frame + 1))
-        fault = of_pairs(Fault(said["name"], settings, oracle, assembly.bodies, motion, pairs, contact))
+        fault = of_pairs(Fault(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))
         # The first frame is sampled at any offset, so most faults stand without one.
         plain = {key: value for key, value in settings.items() if key != OFFSET_SETTING}
         for candidate in (replace(fault, settings=plain), fault):
@@ -138,7 +139,7 @@ def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None
 
     ``wanted``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
     """
-    names = {label: run.summary["detectors"][label]["name"] for label in run.summary["audit"]}
+    names = {label: run.document.detectors[label].name for label in run.document.audit}
     among = [
         label
         for label, name in names.items()
@@ -161,9 +162,9 @@ def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
     found = run.recording(session, scene)
-    ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
+    ready = prepared(read_session(found, scene=scene), policy=run.document.policy, **asdict(run.document.window))
     run.require_digest(found, ready.treatment.digest)
-    told, assembly = run.summary["session"], ready.assembly
-    if len(assembly.motion) != told["frames"] or {*assembly.names} != {*told["bodies"]}:
+    replayed, assembly = run.document.session, ready.assembly
+    if len(assembly.motion) != replayed.frames or {*assembly.names} != {*replayed.bodies}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")
     return assembly

@@ -95,14 +95,14 @@ def test_a_run_says_first_what_nobody_decided_and_nothing_once_it_is_decided(tmp
     axes, imported = scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
-    (question,) = result.summary["open_questions"]
+    (question,) = result.document.open_questions
     assert question.startswith("Not decided: axes of meshes of tool and plate. As the poses (ros): no contact")
     assert "Y up" in question and "2 contacts" in question and doubts(result)[0] == question
     page = (tmp_path / "run" / "report.html").read_text()
     assert "Not decided: axes of meshes" in page and "guessed, not sure: STL files say no axes" in page
     write_session(imported(mesh_axes=axes), tmp_path / "said.mcap")
     said = replay.run(tmp_path / "said.mcap", detectors="exact")
-    assert "open_questions" not in said.summary and len(said.episodes["exact"]) == 2
+    assert said.document.open_questions == () and len(said.episodes["exact"]) == 2
 
 
 def test_an_answer_is_the_recording_that_the_option_makes_and_can_be_forgotten(tmp_path):
@@ -176,11 +176,11 @@ def test_a_mesh_that_a_scene_brings_later_is_asked_for_too(tmp_path):
     bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
     (tmp_path / "scene.toml").write_text(bodies)
     result = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
-    assert len(result.summary["open_questions"]) == 1
+    assert len(result.document.open_questions) == 1
     said = bodies.replace(".stl", '.stl"\nmesh_axes = "y-up')
     (tmp_path / "scene.toml").write_text(said)
     decided = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
-    assert "open_questions" not in decided.summary and len(decided.episodes["exact"]) == 2
+    assert decided.document.open_questions == () and len(decided.episodes["exact"]) == 2
 
 
 def collider_file(path, map_point):

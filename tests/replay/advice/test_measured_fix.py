@@ -17,7 +17,7 @@ from replay.cli.main import main
 from replay.cutting import piece_store
 from replay.cutting.piece_store import Cut
 from replay.pipeline.engine import compute
-from replay.pipeline.ranking import counts_over_offsets, lost_words
+from replay.pipeline.ranking import count_range, lost_words
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData, Session, write_session
 
@@ -53,18 +53,19 @@ def test_a_measured_fix_asked_again_gives_its_figures(subject):
     session = stirred(BEAKER)
     first = run(session, detectors=f"subject={subject},exact", fix_time=60)
     fix = first.answers[0].fix
-    assert fix.measured and "Split beaker into" in fix.words
+    assert fix.measured and "Split beaker into" in fix.text
     again = run(session, detectors=f"it={fix.setting},subject={subject},exact")
-    audit = again.summary["audit"]["it"]
-    missed, late = (counts_over_offsets(audit, name) for name in ("contacts_missed", "contacts_in_part"))
-    false = audit.get("phases", audit)["invented"]["share"]
-    assert f"{words.share(false)} false" in fix.words
-    assert (lost_words(missed, late, audit["contacts"]) or "none missed or late") in fix.words
+    audit = again.document.audit["it"]
+    missed = count_range(audit.counts_over_offsets.contacts_missed)
+    late = count_range(audit.counts_over_offsets.late_or_cut_short)
+    false = audit.false_contact_mean.value
+    assert f"{words.share(false)} false" in fix.text
+    assert (lost_words(missed, late, audit.contacts) or "none missed or late") in fix.text
     loss = {rank.label: rank.loss for rank in again.ranking}
     assert loss["it"] < loss["subject"]
     pieces = len(again.detectors["it"].parts["beaker"])
-    assert f"into {pieces} convex pieces:" in fix.words
-    assert first.summary["answers"][0]["fix"]["setting"] == fix.setting
+    assert f"into {pieces} convex pieces:" in fix.text
+    assert first.document.answers[0].fix.setting == fix.setting
 
 
 def test_a_name_of_any_signs_can_be_asked_again():
@@ -84,14 +85,14 @@ def test_a_body_with_holes_keeps_its_hull_and_says_so():
     holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
     result = run(stirred(holed), detectors="subject=hull50,exact", fix_time=60)
     fix = result.answers[0].fix
-    assert not fix.measured and fix.words.startswith("beaker keeps its hull: its surface has holes")
+    assert not fix.measured and fix.text.startswith("beaker keeps its hull: its surface has holes")
 
 
 def test_bodies_that_are_not_cut_in_time_are_named(monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=1)
     fix = result.answers[0].fix
-    assert not fix.measured and fix.words.startswith("Not reached within 1 s: beaker (about ")
+    assert not fix.measured and fix.text.startswith("Not reached within 1 s: beaker (about ")
 
 
 def test_pieces_that_are_no_better_are_not_advised(monkeypatch):
@@ -99,7 +100,7 @@ def test_pieces_that_are_no_better_are_not_advised(monkeypatch):
     result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: piece_store.hull_of(BEAKER.vertices))
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
-    assert not answer.fix.measured and answer.fix.words.startswith("Convex pieces of beaker make it no better")
+    assert not answer.fix.measured and answer.fix.text.startswith("Convex pieces of beaker make it no better")
 
 
 def test_only_bodies_that_are_not_convex_are_cut():

@@ -30,16 +30,14 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
     assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 2
     for row in advice.rows:
         alone = replay.run(session, detectors=f"it={row['setting']}")
-        counts, figures = alone.counts["it"], alone.summary["audit"]["it"]
+        counts, audit = alone.counts["it"], alone.document.audit["it"]
         assert row["contacts"] == counts.contacts
-        over = figures.get("offsets")
-        if over is None:
-            told = [row["missed"], row["late"], row["false"]]
-            assert told == [counts.missed, counts.in_part, figures["invented"]["share"]]
-        else:
-            for name, key in (("missed", "contacts_missed"), ("late", "contacts_in_part")):
-                assert all(row[f"{name}_{end}"] == over[key][end] for end in ("smallest", "largest"))
-            assert row["false"] == figures["phases"]["invented"]["share"]
+        ranges = audit.counts_over_offsets
+        for name, counted in (("missed", ranges.contacts_missed), ("late", ranges.late_or_cut_short)):
+            assert all(row[f"{name}_{end}"] == getattr(counted, end) for end in ("smallest", "largest"))
+        if audit.means_over_offsets is None:
+            assert [row["missed"], row["late"]] == [counts.missed, counts.in_part]
+        assert row["false"] == audit.false_contact_mean.value
         assert row["ms"] > 0 and row["p99_ms"] > 0
 
 

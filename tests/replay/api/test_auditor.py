@@ -19,9 +19,9 @@ def files(tmp_path):
 
 def test_several_sessions_are_summed_and_keep_their_own_runs():
     found = replay.audit([cubes(BUMP), cubes(BUMP)], detectors=[SLOW, "hybrid"])
-    assert isinstance(found, AuditResult) and len(found.results) == 2 and set(found.summary) == {"slow", "hybrid"}
-    assert found.summary["slow"]["misses"] == 2 * replay.audit(cubes(BUMP), detectors=SLOW).summary["slow"]["misses"]
-    assert found.summary["slow"]["episodes"]["truth"] == 4 and found.summary["slow"]["missed"]["of"] == 8
+    assert isinstance(found, AuditResult) and len(found.results) == 2 and set(found.audit) == {"slow", "hybrid"}
+    assert found.audit["slow"].misses == 2 * replay.audit(cubes(BUMP), detectors=SLOW).audit["slow"].misses
+    assert found.audit["slow"].matching.reference_contacts == 4 and found.audit["slow"].time_missed.of == 8
 
 
 def test_detectors_have_a_common_run_folder_and_sessions_separate(files, tmp_path):
@@ -42,7 +42,7 @@ def test_existing_or_shared_folder_is_refused_before_any_work(files, tmp_path):
 
 def test_limits_hold_for_all_sessions_together():
     sessions = [cubes(BUMP), cubes({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]})]
-    assert replay.audit(sessions, detectors=SLOW, max_missed=0.9, max_invented=1.0).broken == ()
+    assert replay.audit(sessions, detectors=SLOW, max_missed=0.9, max_false=1.0).broken == ()
     broken = replay.audit(sessions, detectors=SLOW, max_missed=0.4).broken
     assert any("slow missed contacts" in sentence for sentence in broken)
     with pytest.raises(AuditError, match="share"):

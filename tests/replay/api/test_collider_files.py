@@ -64,10 +64,10 @@ def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
     told = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
     assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
     again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
-    audit = again.summary["audit"]["it"]
-    assert told["after"]["false"] == audit["phases"]["invented"]["share"]
-    over = audit["offsets"]["contacts_missed"]
-    assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over["smallest"], over["largest"]]
+    audit = again.document.audit["it"]
+    assert told["after"]["false"] == audit.means_over_offsets.false_contact.value
+    over = audit.counts_over_offsets.contacts_missed
+    assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over.smallest, over.largest]
 
 
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):

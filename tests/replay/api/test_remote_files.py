@@ -85,7 +85,7 @@ def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     words = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *words, f"{store}/one"]) == 0
     assert f"{located(f'{store}/one')}/report.html" in capsys.readouterr().out
-    assert read_run_folder(located(f"{store}/one")).summary["session"]["recording"]["bytes"] > 0
+    assert read_run_folder(located(f"{store}/one")).document.session.recording.bytes > 0
     assert main(["run", *words, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
     assert main(["run", *words, f"{store}/one", "--force"]) == 0 and located(f"{store}/one/summary.json").is_file()

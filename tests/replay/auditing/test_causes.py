@@ -86,8 +86,8 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
         assert told.examined > 5, planted
         assert {cause for cause, count in told.pair_frames.items() if count} == {planted}
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
-        figures = result.summary["audit"][label]["causes"]
-        assert figures["misses"][planted] == len(result.misses[label]) and set(figures["misses"]) == set(MISS_CAUSES)
+        figures = result.document.audit[label].causes
+        assert figures.misses[planted] == len(result.misses[label]) and set(figures.misses) == set(MISS_CAUSES)
 
 
 @pytest.mark.slow
@@ -109,8 +109,8 @@ NINETY_HZ_NS = 11_111_111
 def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digits, missed, invented):
     session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
     result = compute(reported(session, late_ns, digits), detectors="recorded", oracle="exact")
-    figures = result.summary["audit"]["recorded"]
-    assert (figures["missed"]["count"], figures["invented"]["count"]) == (missed, invented)
+    figures = result.document.audit["recorded"]
+    assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
 
 
 def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():

@@ -14,7 +14,7 @@ from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
 from replay.auditing.misses import missed_faults
 from replay.auditing.outcome import Outcome
-from replay.base.wilson import OVER_CONTACTS, share_of_clusters
+from replay.base.wilson import OVER_CONTACTS, proportion_of_clusters
 
 
 @pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
@@ -77,9 +77,9 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
     )  # fmt: skip
     comparison, faces = compare(subject, oracle), frames * random.integers(5, 50, contacts)
     return {
-        "missed": count_contacts(comparison, episodes(oracle)).share(Outcome.MISSED),
-        "invented": count_reports(comparison).share(Outcome.INVENTED),
-        "faces": share_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
+        "missed": count_contacts(comparison, episodes(oracle)).proportion(Outcome.MISSED),
+        "invented": count_reports(comparison).proportion(Outcome.INVENTED),
+        "faces": proportion_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
     }
 
 
@@ -90,7 +90,7 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
     truth = drawn(random, 20_000, every, longest)
     sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
     for what, of_all in truth.items():
-        held = [one[what]["low"] <= of_all["share"] <= one[what]["high"] for one in sessions]
+        held = [one[what].lower <= of_all.value <= one[what].upper for one in sessions]
         assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
 
 
@@ -98,9 +98,9 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
 @pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
 def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say(contacts, least, most):
     random = np.random.default_rng(16)
-    truth = drawn(random, 20_000, unseen=0.05)["missed"]["share"]
+    truth = drawn(random, 20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
-    assert least <= np.mean([one["low"] <= truth <= one["high"] for one in sessions]) <= most
+    assert least <= np.mean([one.lower <= truth <= one.upper for one in sessions]) <= most
     assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
 
 
@@ -108,6 +108,6 @@ def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_joi
     subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
     within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))
-    told = counts.share(Outcome.INVENTED)
+    told = counts.proportion(Outcome.INVENTED)
     assert counts.pairs.tolist() == [0, 1, 0]
-    assert (told["count"], told["of"], told["clusters"]) == (4, 6, 3)
+    assert (told.count, told.of, told.clusters) == (4, 6, 3)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import astuple
 from support.small_worlds import cube, cubes
 
 from cdcore import Verdict
@@ -65,11 +66,11 @@ def test_no_detector_is_blamed_for_what_is_inside_a_damaged_block(name):
     assert truth[:2].tolist() == [Verdict.CLEAR] * 2
     assert (truth[2:] != Verdict.CLEAR).all()
     undecided = int((truth == Verdict.UNRESOLVED).sum())
-    for label, audit in run.summary["audit"].items():
+    for label, audit in run.document.audit.items():
         assert not run.false[label]
-        assert audit["contacts_missed"] == 0 and audit["pair_frames"]["MISSED"] == 0
-        assert audit["oracle_undecided"] == undecided
-        assert sum(audit["pair_frames"].values()) == len(PATH)
+        assert audit.contacts_missed == 0 and audit.pair_frames.missed == 0
+        assert audit.reference_undecided == undecided
+        assert sum(astuple(audit.pair_frames)) == len(PATH)
     lines = headline.undecided(run)
     if not undecided:
         assert not any("frames" in line for line in lines)
@@ -81,8 +82,8 @@ def test_no_detector_is_blamed_for_what_is_inside_a_damaged_block(name):
 
 def test_frames_that_are_not_counted_break_no_gate():
     run = audited(BLOCKS["lacks a side"])
-    assert run.summary["audit"]["hull"]["oracle_undecided"] > 0
-    assert Gates(max_missed=0.0, max_invented=0.0).broken(run.summary["audit"], [run.summary]) == []
+    assert run.document.audit["hull"].reference_undecided > 0
+    assert Gates(max_missed=0.0, max_false=0.0).broken(run.document.audit, []) == []
 
 
 def test_a_hollow_is_claimed_only_where_the_reference_knows_the_side():

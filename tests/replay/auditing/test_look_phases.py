@@ -25,13 +25,13 @@ def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector
     name, _, settings = detector.rstrip("]").partition("[")
     asked = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"
     result = compute(bumps(seed), detectors=asked)
-    offsets, audit = result.phases["slow"], result.summary["audit"]["slow"]
-    displayed = result.summary["detectors"]["slow"]["settings"]["sampling_offset_s"]
+    offsets, audit = result.phases["slow"], result.document.audit["slow"]
+    displayed = result.document.detectors["slow"].settings["sampling_offset_s"]
     number = int(np.flatnonzero(offsets.seconds == displayed)[0])
     assert len(offsets.seconds) == PHASES
     # What the run shows and what was counted at that offset are the same frames.
     assert np.array_equal(result.counts["slow"].frames, offsets.frames[number])
-    assert audit["invented"]["share"] == pytest.approx(offsets.false_fractions[number])
+    assert audit.false_contact.value == pytest.approx(offsets.false_fractions[number])
     (answer,), rank = result.answers, result.ranking[0]
     missed, never = offsets.frames.sum(axis=1)[:, Outcome.MISSED], offsets.faults["contacts_missed"].sum(axis=1)
     away = np.abs([counts - counts.mean() for counts in (missed, never, offsets.false_fractions)])
@@ -47,7 +47,7 @@ def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector
 def test_an_offset_that_is_asked_for_is_kept():
     for offset in (0.0, 0.013):
         result = compute(bumps(1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
-        assert result.summary["detectors"]["slow"]["settings"]["sampling_offset_s"] == offset
+        assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset
         times = result.assembly.motion.times
         ticks = np.floor((times - offset + 1e-6) * 20.0)
         sampled = np.flatnonzero(np.diff(ticks, prepend=-np.inf) > 0)

@@ -12,7 +12,7 @@ from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
 from replay.auditing.look_phases import offset_counts
 from replay.auditing.loss import loss, lost
-from replay.base.wilson import share
+from replay.base.wilson import proportion
 
 FRAMES_HZ = 90
 CYCLE = 45
@@ -89,11 +89,11 @@ def test_more_samples_rank_no_worse_than_chance_allows():
 @pytest.mark.parametrize(
     ("missed", "time_missed", "time_false", "undecided", "total"),
     [
-        (share(0, 18), share(0, 100), share(0, 100), 0.0, 0.0),
-        (share(18, 18), share(100, 100), share(0, 0), 0.0, 2.0),
-        (share(0, 18), share(0, 100), share(86, 100), 0.0, 0.86),
-        (share(9, 18), share(25, 100), share(10, 100), 0.0, 0.85),
-        (share(0, 18), share(0, 0), share(0, 0), 0.5, 0.5),
+        (proportion(0, 18), proportion(0, 100), proportion(0, 100), 0.0, 0.0),
+        (proportion(18, 18), proportion(100, 100), proportion(0, 0), 0.0, 2.0),
+        (proportion(0, 18), proportion(0, 100), proportion(86, 100), 0.0, 0.86),
+        (proportion(9, 18), proportion(25, 100), proportion(10, 100), 0.0, 0.85),
+        (proportion(0, 18), proportion(0, 0), proportion(0, 0), 0.5, 0.5),
         (None, None, None, 0.0, 0.0),
     ],
 )
@@ -105,5 +105,5 @@ def test_a_loss_is_contacts_and_time_missed_and_time_reported_falsely(
 
 
 def test_a_missed_tap_outweighs_as_many_frames_missed_of_a_long_contact():
-    frames = share(1, 1000)
-    assert loss(share(1, 18), frames, share(0, 0)) > loss(share(0, 18), frames, share(0, 0))
+    frames = proportion(1, 1000)
+    assert loss(proportion(1, 18), frames, proportion(0, 0)) > loss(proportion(0, 18), frames, proportion(0, 0))

@@ -51,8 +51,8 @@ def test_deep_contacts_and_those_that_no_noise_reaches_hold_grazing_ones_are_und
     (hidden,) = noise.near
     assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.share < 0.95
     assert noise.resting == () and noise.asked == 122
-    settings = result.summary["noise"]
-    assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
+    settings = result.document.noise
+    assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
     places = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
     (contact,) = asked(cubes(places), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.share, contact.word) == (1.0, module.HOLDS)
@@ -93,15 +93,15 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     misses = zip(*(tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
     assert {(word, share == 1.0) for word, share in misses} == {("holds", True), ("undecidable", False)}
     assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
-    figures = result.summary["audit"]["slow"]
-    assert figures["contacts_missed"] == 3 and figures["holds"]["contacts"] == figures["holds"]["contacts_missed"] == 1
-    (words, *_) = Gates(max_missed=0.5).broken(result.summary["audit"], [result.summary])
+    figures = result.document.audit["slow"]
+    assert figures.contacts_missed == 3 and figures.noise_proof.contacts == figures.noise_proof.contacts_missed == 1
+    (words, *_) = Gates(max_missed=0.5).broken(result.document.audit, [])
     assert "slow missed" in words and " of 1" in words and words.endswith("counted is what holds in spite of the noise")
 
 
 def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
     result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
-    assert result.noise is None is result.summary["noise"] and "holds" not in result.summary["audit"]["hybrid"]
+    assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in beside(result))
 
 

@@ -33,25 +33,34 @@ def test_what_was_planted_is_what_is_counted(plate, fault):
     session, truth = plate
     said = getattr(planted_detectors, fault).spoil(None, truth[:, None].copy())[:, 0]
     result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
-    figures = result.summary["audit"]["it"]
+    figures = result.document.audit["it"]
     lost, extra, contacts, reports = (spans(mask) for mask in (truth & ~said, said & ~truth, truth, said))
     assert len(contacts) > 5 and lost + extra
-    for name, wrong, of in (("missed", truth & ~said, truth), ("invented", said & ~truth, said)):
-        assert (figures[name]["count"], figures[name]["of"]) == (wrong.sum(), of.sum())
+    for counted, wrong, of in (
+        (figures.time_missed, truth & ~said, truth),
+        (figures.false_contact, said & ~truth, said),
+    ):
+        assert (counted.count, counted.of) == (wrong.sum(), of.sum())
     assert [(one.first, one.last) for one in result.misses["it"]] == lost
     assert [(one.first, one.last) for one in result.false["it"]] == extra
     pieces = [sum(first <= end and begin <= last for begin, end in reports) for first, last in contacts]
     alone = sum(not truth[first : last + 1].any() for first, last in reports)
-    told = figures["episodes"]
-    assert (told["found"], told["matched"], told["invented"]) == (len(reports), np.count_nonzero(pieces), alone)
-    assert told["missed"] == figures["contacts_missed"] == pieces.count(0)
-    assert (told["split"], told["pieces"]) == (sum(k > 1 for k in pieces), sum(max(0, k - 1) for k in pieces))
-    for name, count, of in (("missed", pieces.count(0), len(contacts)), ("invented", alone, len(reports))):
-        part = told[f"{name}_share"]
-        assert not of or (part["share"], part["low"], part["high"]) == (count / of, *wilson(count, of))
+    told = figures.matching
+    assert (told.reported_contacts, told.matched, told.false_contacts) == (
+        len(reports),
+        np.count_nonzero(pieces),
+        alone,
+    )
+    assert told.missed == figures.contacts_missed == pieces.count(0)
+    assert (told.split, told.pieces) == (sum(k > 1 for k in pieces), sum(max(0, k - 1) for k in pieces))
+    for part, count, of in (
+        (told.missed_proportion, pieces.count(0), len(contacts)),
+        (told.false_proportion, alone, len(reports)),
+    ):
+        assert not of or (part.value, part.lower, part.upper) == (count / of, *wilson(count, of))
     if fault == "Dropping":
         counts = int((truth & ~said).sum()), int(truth.sum())
-        assert (figures["missed"]["low"], figures["missed"]["high"]) == wilson(*counts)
+        assert (figures.time_missed.lower, figures.time_missed.upper) == wilson(*counts)
     if fault == "Late":
         errors = np.array([(one.onset_error, one.duration_error) for one in result.matches["it"].matched])
         assert errors == pytest.approx(np.tile([3 / 90, 0.0], (len(contacts), 1)), abs=1e-7)

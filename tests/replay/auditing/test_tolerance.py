@@ -95,14 +95,14 @@ def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampli
     tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), 2e-6)
     reference = Reference.of(truth, assembly, None, tolerance)
     always = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CONTACT))
-    once = count_reports(reference.compare(always)).share(Outcome.INVENTED)["share"]
-    assert once == offset_counts(1e4, always, reference).invented["share"] == pytest.approx(1 / 3)
+    once = count_reports(reference.compare(always)).proportion(Outcome.INVENTED).value
+    assert once == offset_counts(1e4, always, reference).invented.value == pytest.approx(1 / 3)
 
 
 def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():
     # unit cubes: overlapping by half, by a micrometre, touching, apart
     session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
     for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):
-        summary = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", **more).summary
-        counted = summary["audit"]["blind"]["pair_frames"]
-        assert (counted["MISSED"], counted["WITHIN_TOLERANCE"]) == counts and summary["tau"] == tau
+        summary = compute(session, detectors="blind=support.planted_detectors:Blind", oracle="exact", **more).document
+        counted = summary.audit["blind"].pair_frames
+        assert (counted.missed, counted.within_tolerance) == counts and summary.tau == tau

@@ -23,19 +23,19 @@ def test_measured_fix_has_the_figures_of_its_own_run():
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
     fixed = compute(cubes(PLACES), detectors="often=discrete")
-    audit = fixed.summary["audit"]["often"]
+    audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
-    assert answer.fix.measured and "none missed or late, 0 % false" in answer.fix.words
-    assert (every.contacts_missed, every.contacts_in_part) == (audit["contacts_missed"], audit["contacts_in_part"])
-    assert (every.contacts_missed, every.contacts_in_part, every.invented["count"]) == (0, 0, 0)
-    assert every.invented == audit["invented"]
+    assert answer.fix.measured and "none missed or late, 0 % false" in answer.fix.text
+    assert (every.contacts_missed, every.contacts_in_part) == (audit.contacts_missed, audit.late_or_cut_short)
+    assert (every.contacts_missed, every.contacts_in_part, every.invented.count) == (0, 0, 0)
+    assert every.invented == audit.false_contact
 
 
 def test_unmeasured_fix_says_so_and_its_command_runs():
     gap = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
     assert "are worst" in answer.sentence
-    assert not answer.fix.measured and "not measured" in answer.fix.words
+    assert not answer.fix.measured and "not measured" in answer.fix.text
     (spec,) = parse_detectors(answer.fix.command.split('"')[1])
     assert settings_of(spec.name, spec.settings).pieces == 16
 

@@ -78,12 +78,12 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
 def test_given_scene_replaces_all_of_the_recorded_scene(files):
     own, other = (replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
                   for more in ({}, {"scene": files / "other.toml"}))  # fmt: skip
-    assert own.summary["session"]["scene"] == "own" and other.summary["session"]["scene"] == "other"
-    assert [pair["name"] for pair in own.summary["pairs"]] == ["a-c"]
-    assert [pair["name"] for pair in other.summary["pairs"]] == ["a-b"]
+    assert own.document.session.scene == "own" and other.document.session.scene == "other"
+    assert [pair.name for pair in own.document.pairs] == ["a-c"]
+    assert [pair.name for pair in other.document.pairs] == ["a-b"]
     assert other.session.scene.effects is None and other.session.scene.body("c") is None
-    assert other.summary["session"]["facts"]["scene_file"] == "other.toml"
-    assert "scene_file" not in own.summary["session"]["facts"]
+    assert other.document.session.facts["scene_file"] == "other.toml"
+    assert "scene_file" not in own.document.session.facts
     # Of meshes a scene replaces those that it declares: half the edge, so that 0.9 m is no contact.
     assert own.session.meshes["b"].bounds[1, 0] == 0.5 and other.session.meshes["b"].bounds[1, 0] == 0.25
     assert not other.episodes["exact"]

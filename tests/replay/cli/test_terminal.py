@@ -4,10 +4,13 @@ import io
 from types import SimpleNamespace
 
 import pytest
+from msgspec import structs
 from rich.console import Console
+from support.documents import EMPTY, document_with
 from support.small_worlds import cubes
 
 from replay.api import advisor
+from replay.api.batch import SessionOfBatch
 from replay.base.tables import markdown, table
 from replay.cli import console as console_module
 from replay.cli.main import main
@@ -116,6 +119,7 @@ def test_name_never_becomes_markup_or_an_extra_cell():
 
 @pytest.mark.parametrize(("count", "notes"), [(20, ()), (22, ("… and 2 more",))])
 def test_of_many_sessions_twenty_are_listed(count, notes):
-    run = {"session": {"frames": 3, "dropped_frames": {}}, "audit": {}}
+    session = structs.replace(EMPTY.session, frames=3)
+    run = SessionOfBatch.of(document_with(session=session))
     made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
     assert len(made.rows) == 21 and tuple(made.notes) == notes and made.rows[-1][1] == 3 * count

@@ -35,11 +35,11 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_pat
     assert err.index("outside the time limit: one audit") < err.index("wrote ") < err.index("report.html")
     assert said.index("FCL") < said.index("meshes at 20 Hz") and "0-1" in said
     assert "Missing nothing costs" in said or "No advice about cost until then." in said
-    told = read_run_folder(tmp_path / "costs").summary["tradeoff"]
+    told = read_run_folder(tmp_path / "costs").document.tradeoff
     written = pq.read_table(tmp_path / "costs" / "tradeoff.parquet").to_pylist()
-    assert [row | {"work": json.loads(row["work"])} for row in written] == told["rows"]
+    assert [row | {"work": json.loads(row["work"])} for row in written] == [*told.rows]
     report = (tmp_path / "costs" / "report.html").read_text("utf-8")
-    for row in told["rows"]:  # one price, on the screen and on the page
+    for row in told.rows:  # one price, on the screen and on the page
         price = format(Decimal(f"{row['mean_ms']:.1e}").normalize(), "f")
         assert f" {price} " in said and f">{price}<" in report
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0

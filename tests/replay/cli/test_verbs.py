@@ -120,7 +120,7 @@ VERBS = (
     "--seed 9; view r4; share r4 -o r5 --anyway",
     "view p.mcap", "view text.mcap",
     f"audit p.mcap {SLOW} --max-missed 0.01 --max-p99-ms 10000", "run p.mcap --detector hybrid --max-p99-ms 0.000001",
-    f"{UNDECIDED} --max-missed 1", f"{UNDECIDED} --max-invented 1",
+    f"{UNDECIDED} --max-missed 1", f"{UNDECIDED} --max-false 1", "run p.mcap --max-invented 0.5",
     "run p.mcap --detector support.planted_detectors:Raising", "run p.mcap --detector support.planted_detectors:Unmade",
     "run p.mcap --step-rate 25",
     "run p.mcap --detectors box=collider[shape=box,skin_m=2.1]; run p.mcap --detectors exact -o r6",

@@ -90,12 +90,13 @@ payloads, findings = McapFile.payloads, meshes.mesh_findings
 McapFile.payloads = lambda self, topic: topics.append(topic) or payloads(self, topic)
 meshes.mesh_findings = lambda name, mesh: examined.append(name) or findings(name, mesh)
 from replay.api.runner import run
+from replay.document.coding import plain_of
 result = run(folder / "s.mcap", out=folder / "run")
 tables = {{one.stem: pq.read_table(one) for one in (folder / "run").glob("*.parquet")}}
 drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "run.rrd")).stream()}}
 (folder / "told.json").write_text(json.dumps({{
-    "topics": topics, "examined": examined, "drawn": sorted(drawn), "plan": result.summary["plan"],
-    "effects": list(result.summary["effects"]), "entered": list(result.effects),
+    "topics": topics, "examined": examined, "drawn": sorted(drawn), "plan": plain_of(result.document.plan),
+    "effects": list(result.document.effects), "entered": list(result.effects),
     "counters": [name for one in result.effects.values() for name in one.counters],
     "sources": sorted(set(tables["events"]["source"].to_pylist())),
     "series": sorted(set(tables["series"]["effect"].to_pylist())) if "series" in tables else [],

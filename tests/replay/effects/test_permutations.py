@@ -89,7 +89,7 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
     result = compute(world(poses, bodies, *tables), detectors=())
     figures = {
         kind: {key: told[key] for key in ("about", "because", "events", "frames", "frames_run", "sources")}
-        for kind, told in result.summary["effects"].items()
+        for kind, told in result.document.effects.items()
     }
     rows, spans = {}, []
     for kind, run in result.effects.items():

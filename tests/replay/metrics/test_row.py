@@ -54,9 +54,9 @@ def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows
     result, _ = silver
     assert set(rows) == {"slow", "hybrid", "exact"}
     assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
-    pair_frames = result.summary["audit"]["slow"]["pair_frames"]
-    assert rows["slow"]["recall"] == pair_frames["BOTH"] / (pair_frames["BOTH"] + pair_frames["MISSED"])
-    assert {row["contact_frames"] for row in rows.values()} == {pair_frames["BOTH"] + pair_frames["MISSED"]}
+    pair_frames = result.document.audit["slow"].pair_frames
+    assert rows["slow"]["recall"] == pair_frames.both / (pair_frames.both + pair_frames.missed)
+    assert {row["contact_frames"] for row in rows.values()} == {pair_frames.both + pair_frames.missed}
     assert len({row["session"] for row in rows.values()}) == 1
     assert len({row["settings"] for row in rows.values()}) == 3
 
@@ -82,7 +82,7 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
     minutes = metric_rows(result)[0]["valid_minutes"]
     counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
     assert counts == pytest.approx({label: len(found) for label, found in result.episodes.items()})
-    assert counts["exact"] == pytest.approx(10) == result.summary["audit"]["hybrid"]["contacts"]
+    assert counts["exact"] == pytest.approx(10) == result.document.audit["hybrid"].contacts
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
         assert pq.read_table(tmp_path / "run" / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
     assert [run_json(result)[name]["it"] for name in ("misses", "false")] == [rows["misses"], rows["false"]]
     audit = json.loads((tmp_path / "run" / "summary.json").read_text())["audit"]["it"]
-    names = ("contacts", "contacts_missed", "contacts_in_part", "contacts_undecided", "misses", "false_contacts")
+    names = ("contacts", "contacts_missed", "late_or_cut_short", "contacts_undecided", "misses", "false_contacts")
     assert [audit[name] for name in names] == [contacts, whole, late, open_, len(lost), len(wrong)]
     assert list(audit["pair_frames"].values())[1:4] == counts[:3]
 
@@ -135,8 +135,8 @@ def test_a_miss_is_rendered_through_at_most_twelve_files(output):
     assert 2 < len(files) <= 12, sorted(files)
 
 
-ONCE = ("ranking", "answers", "examine", "pair_figures", "result_tables", "summarise")
-OF_EACH = ("episodes", "sample_figures")
+ONCE = ("ranking", "answers", "examine", "pair_records", "result_tables", "document_of_run")
+OF_EACH = ("episodes", "sample_times")
 OF_AUDITED = ("score", "false_contacts", "match_episodes")
 
 

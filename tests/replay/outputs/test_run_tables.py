@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec import structs
 from support.small_worlds import cubes, grazing
 
 from replay.base.tables import Column, Marked
@@ -15,7 +16,7 @@ from replay.outputs.run_tables import (
 )
 from replay.outputs.words import span_words
 from replay.pipeline.engine import compute
-from replay.pipeline.summary import sample_figures
+from replay.pipeline.summary import sample_times
 from replay.words import duration
 
 
@@ -61,13 +62,14 @@ def test_uncertain_first_touch_states_its_uncertainty(away, known):
 def test_quantiles_and_the_share_over_the_budget_are_over_samples(run):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(run.detections["slow"], seconds=seconds)
-    figures = sample_figures(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
-    assert figures["looks"] == 3 and figures["over_budget"] == pytest.approx(2 / 3)
-    assert [figures[key] for key in ("median", "max")] == pytest.approx([0.012, 0.022])
-    assert figures["stages"]["volumes"]["max"] == 0.02
-    every = sample_figures(slow, None)
-    assert every["looks"] == 12 and every["median"] == pytest.approx(0.002)
-    was = run.summary["detectors"]["slow"]
-    told = {"slow": {**was, "seconds": was["seconds"] | {"per_frame": figures}}}
-    (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).cells()
+    figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
+    assert figures.samples == 3 and figures.over_budget == pytest.approx(2 / 3)
+    assert [figures.median, figures.max] == pytest.approx([0.012, 0.022])
+    assert figures.stages["volumes"].max == 0.02
+    every = sample_times(slow, None)
+    assert every.samples == 12 and every.median == pytest.approx(0.002)
+    was = run.document.detectors["slow"]
+    told = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
+    document = structs.replace(run.document, detectors={"slow": told})
+    (row,) = cost_table(replace(run, document=document)).only("median ms", LATE).cells()
     assert row == ("12", "67 %")

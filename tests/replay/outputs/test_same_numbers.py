@@ -2,13 +2,13 @@
 
 import json
 import re
-from copy import deepcopy
 from dataclasses import replace
 from html import unescape
 from io import StringIO
 
 import pyarrow.parquet as pq
 import pytest
+from msgspec import structs
 from rich.console import Console
 from support.report_states import STATES, steady
 from support.sentences import recording_text
@@ -37,10 +37,11 @@ def result_of(state):
     if state != "busy":
         return steady(state)
     result = steady("several")
-    summary = deepcopy(result.summary)
-    for figures in summary["detectors"].values():
-        figures["seconds"]["processor_share"] = 0.4
-    return replace(result, summary=summary)
+    detectors = {
+        label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=0.4))
+        for label, detector in result.document.detectors.items()
+    }
+    return replace(result, document=structs.replace(result.document, detectors=detectors))
 
 
 @pytest.fixture(scope="module", params=SCREENS)
@@ -64,23 +65,23 @@ def screens(request, tmp_path_factory):
 def cells_of(summary, label):
     """Cells of a detector in every ranking, from the numbers of the summary alone."""
     audit, seconds = summary["audit"].get(label), summary["detectors"][label]["seconds"]
-    mean, p99 = seconds["per_frame_mean"], seconds["per_frame"]["p99"]
+    mean, p99 = seconds["per_frame_mean"], seconds["sample_times"]["p99"]
     times = [words.milliseconds(mean), words.milliseconds(p99)]
     if summary["detectors"][label]["name"] == "recorded":
         times = ["not measured"] * 2
     if audit is None:
         return ["reference", "-", "-", *times]
-    ranges = [audit["offsets"][name] for name in ("contacts_missed", "contacts_in_part")]
+    ranges = [audit["counts_over_offsets"][name] for name in ("contacts_missed", "late_or_cut_short")]
     counts = [words.count_range((round(one["smallest"]), round(one["largest"]))) for one in ranges]
-    false = audit.get("phases", audit)["invented"]["share"]
+    false = audit.get("means_over_offsets", audit)["false_contact"]["value"]
     return [*counts, "0 %" if false is None else words.share(false), *times]
 
 
 def loss_of(audit):
     """The loss by its definition in the glossary, from the numbers of the summary alone."""
-    over = audit.get("phases")
-    missed = over["contacts_missed"]["share"] if over else audit["contacts_missed"] / max(1, audit["contacts"])
-    false, time = ((over or audit)[name]["share"] or 0.0 for name in ("invented", "missed"))
+    over = audit.get("means_over_offsets")
+    missed = over["contacts_missed"]["value"] if over else audit["contacts_missed"] / max(1, audit["contacts"])
+    false, time = ((over or audit)[name]["value"] or 0.0 for name in ("false_contact", "time_missed"))
     return (missed or 0.0) + audit["contacts_undecided"] / max(1, audit["contacts"]) + time + false
 
 
@@ -149,7 +150,7 @@ def test_a_gap_reads_the_same_in_sentence_list_and_table(screens):
 
 def test_a_busy_machine_is_named_on_every_screen(screens):
     _, summary, texts, _ = screens
-    shares = [1.0 - figures["seconds"].get("processor_share", 1.0) for figures in summary["detectors"].values()]
+    shares = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
     sentence = busy_sentence(max(shares))
     for name in ("terminal", "Markdown", "report", "picture"):
         written = "The machine was busy" in " ".join(texts[name].split())
@@ -169,8 +170,8 @@ def test_the_rate_of_a_recording_is_the_same_in_fix_and_report(screens):
     rate = frame_rate(result.assembly.motion.times)
     assert summary["session"]["median_step"] == pytest.approx(1.0 / rate)
     assert f", {words.rate(rate)}, " in texts["report"]
-    fixes = [fix for answer in result.answers if (fix := answer.fix) and fix.words.startswith("Sample every frame")]
-    assert all(f"({words.rate(rate)})" in fix.words for fix in fixes)
+    fixes = [fix for answer in result.answers if (fix := answer.fix) and fix.text.startswith("Sample every frame")]
+    assert all(f"({words.rate(rate)})" in fix.text for fix in fixes)
 
 
 @pytest.mark.parametrize("state", ["several", "one missed", "nine pairs"])

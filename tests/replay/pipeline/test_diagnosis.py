@@ -61,8 +61,8 @@ def test_a_fix_that_the_run_measured_and_that_is_no_better_is_not_given():
     ranks = {rank.label: rank for rank in run.ranking}
     assert ranks["it"].leads_false and "fills its hollow" in answers["it"].why
     for answer in answers.values():
-        assert "Sample every frame" not in answer.fix.words
-        assert f"({answer.label})" not in answer.fix.words
+        assert "Sample every frame" not in answer.fix.text
+        assert f"({answer.label})" not in answer.fix.text
 
 
 @pytest.mark.parametrize("pieces", [64, 4096])
@@ -70,7 +70,7 @@ def test_pieces_end_where_no_more_help_and_triangles_come_next(pieces):
     # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
     run = compute(cubes(APART), detectors=f"it=collider[shape=compound,pieces={pieces},skin_m=0.01],exact")
     (answer,) = run.answers
-    assert "pieces" not in answer.fix.words and "skin_m=0" in answer.fix.words
+    assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
 
 
 def test_two_numbers_of_pieces_are_two_settings():
@@ -85,6 +85,6 @@ def test_two_numbers_of_pieces_are_two_settings():
         if fix is None:
             continue
         better = ranks[mended].loss < ranks[label].loss
-        assert (f"({mended})" in fix.words) == better and f"({label})" not in fix.words
+        assert (f"({mended})" in fix.text) == better and f"({label})" not in fix.text
         if better:
-            assert f"Up to {mended[1:]} convex pieces" in fix.words
+            assert f"Up to {mended[1:]} convex pieces" in fix.text

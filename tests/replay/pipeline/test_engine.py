@@ -3,6 +3,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from msgspec.structs import asdict
 from support.small_worlds import TWO_BUMPS, cube, cubes
 
 from cdcore.errors import CollisionCoreError
@@ -53,11 +54,11 @@ def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are
 def test_the_settings_of_a_run_stand_whole_in_its_summary_and_give_the_same_answers_again():
     asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
     first = compute(cubes(TWO_BUMPS), asked)
-    told = first.summary["settings"]
-    assert set(told) == {field.name for field in fields(RunSettings)}
-    again = compute(cubes(TWO_BUMPS), RunSettings(**told))
-    assert again.summary["settings"] == told
-    digests = [{label: made["digest"] for label, made in run.summary["detectors"].items()} for run in (first, again)]
+    told = first.document.settings
+    assert set(told.__struct_fields__) == {field.name for field in fields(RunSettings)}
+    again = compute(cubes(TWO_BUMPS), RunSettings(**asdict(told)))
+    assert again.document.settings == told
+    digests = [{label: made.digest for label, made in run.document.detectors.items()} for run in (first, again)]
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
@@ -79,7 +80,7 @@ def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
 def test_without_an_oracle_nothing_is_compared_and_effects_only_looks_at_no_pair(detectors):
     result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
     assert not result.comparisons and not result.misses and result.oracle == ""
-    assert ",".join(result.episodes) == ",".join(result.summary["detectors"]) == detectors
+    assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
 
 
 def test_only_detectors_of_effects_alone_are_not_asked_live():
@@ -89,9 +90,9 @@ def test_only_detectors_of_effects_alone_are_not_asked_live():
         "oracle": "static",
     }
     live, offline = compute(**asked), compute(**asked, offline=True)
-    told = {label: made["live"] for label, made in live.summary["detectors"].items()}
+    told = {label: made.live for label, made in live.document.detectors.items()}
     assert told == {"hybrid": True, "sphere": True, "image-space": False, "static": True, "continuous": False}
-    assert not any(made["live"] for made in offline.summary["detectors"].values())
+    assert not any(made.live for made in offline.document.detectors.values())
     for label, found in live.detections.items():
         assert found.digest == offline.detections[label].digest
         assert {np.shape(spent) for spent in found.seconds.values()} == {(12,) if told[label] else ()}
@@ -99,10 +100,10 @@ def test_only_detectors_of_effects_alone_are_not_asked_live():
 
 def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces():
     result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
-    exact, told = result.detections["exact"], result.summary["detectors"]["exact"]
-    assert told["live"] and not told["faces_asked"], "the faces come from a pass that is not timed"
+    exact, told = result.detections["exact"], result.document.detectors["exact"]
+    assert told.live and not told.faces_queried, "the faces come from a pass that is not timed"
     assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
-    assert told["seconds"]["detect"] == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
+    assert told.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
 def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):

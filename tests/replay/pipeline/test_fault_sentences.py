@@ -43,11 +43,11 @@ class Claim:
 
     @property
     def settings(self):
-        return self.run.summary["detectors"][self.label]["settings"]
+        return self.run.document.detectors[self.label].settings
 
     @property
     def name(self):
-        return self.run.summary["detectors"][self.label]["name"]
+        return self.run.document.detectors[self.label].name
 
     @property
     def times(self):
@@ -383,25 +383,25 @@ def fixes_hold(run, session, *, again):
         if fix is None:
             continue
         if not fix.measured:
-            assert "measured on this session" not in fix.words
+            assert "measured on this session" not in fix.text
             if fix.command.startswith("replay run"):
                 spec = parse_detector("fix=" + fix.command.split('"')[1])
                 assert str(spec) != str(parse_detector("fix=" + rank.setting))
             continue
-        named = re.search(r"\((\S+)\)(?:, the reference here)?: ", fix.words)
-        if fix.words.startswith("Sample every frame"):
-            settings = run.summary["detectors"][answer.label]["settings"]
-            spec = (run.summary["detectors"][answer.label]["name"], settings | {"rate_hz": None})
+        named = re.search(r"\((\S+)\)(?:, the reference here)?: ", fix.text)
+        if fix.text.startswith("Sample every frame"):
+            settings = run.document.detectors[answer.label].settings
+            spec = (run.document.detectors[answer.label].name, settings | {"rate_hz": None})
             if again:
                 (alone, _) = compute(session, detectors={"it": spec, "exact": "exact"}).ranking
-                assert alone.loss < rank.loss and figures_of(fix.words) == figures_of_rank(alone)
+                assert alone.loss < rank.loss and figures_of(fix.text) == figures_of_rank(alone)
         elif named and named[1] != run.oracle:
             other = ranks[named[1]]
             assert other.label != answer.label and other.loss < rank.loss
-            assert figures_of(fix.words) == figures_of_rank(other)
-            pieces = re.match(r"Up to (\d+) convex pieces", fix.words)
+            assert figures_of(fix.text) == figures_of_rank(other)
+            pieces = re.match(r"Up to (\d+) convex pieces", fix.text)
             if pieces:
-                assert run.summary["detectors"][other.label]["settings"]["pieces"] == int(pieces[1])
+                assert run.document.detectors[other.label].settings["pieces"] == int(pieces[1])
 
 
 def figures_of(words):

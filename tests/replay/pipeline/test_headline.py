@@ -4,33 +4,37 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from msgspec import structs
+from support.documents import audit_of, detector_of, document_with, times_of, zeros
 from support.small_worlds import TWO_BUMPS, cubes, jumping
 
+from replay.document.audit import GraspedCounts
 from replay.pipeline.diagnosis import answers
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import compounds, held, price
 
 
 def took(mean, p99, *, live=True, busy=0.0):
-    seconds = {"per_frame_mean": mean, "per_frame": {"p99": p99}, "processor_share": 1.0 - busy}
-    return {"name": "discrete", "live": live, "seconds": seconds}
+    seconds = structs.replace(times_of(mean, p99), processor_fraction=1.0 - busy)
+    return detector_of("discrete", live=live, seconds=seconds)
 
 
 @pytest.mark.parametrize("busy", [0.03, 0.69])
 def test_the_price_is_that_of_the_reference_and_a_busy_machine_is_said_beside_it(busy):
-    summary = {"audit": {"slow": {}}, "detectors": {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}}
-    first, second, *more = price(SimpleNamespace(summary=summary, oracle="exact"))
+    detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
+    document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
+    first, second, *more = price(SimpleNamespace(document=document))
     assert first == "exact takes 0.041 ms a frame, 0.37 % of a 90 Hz frame; p99 0.1 ms."
     assert "not of your engine" in second
     assert more == ["The machine was busy (69 %): run again for reliable times."] * (busy > 0.05)
-    assert price(SimpleNamespace(summary={**summary, "audit": {}}, oracle="exact")) == []
+    assert price(SimpleNamespace(document=structs.replace(document, audit={}))) == []
 
 
 def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
     run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
-    often = run.summary["detectors"]["slow"]["seconds"]["at_every_frame"]
-    assert run.phases["slow"].every_frame.seconds == often > 0 and run.summary["detectors"]["slow"]["live"]
-    assert "at_every_frame" not in run.summary["detectors"]["hybrid"]["seconds"]
+    often = run.document.detectors["slow"].seconds.at_every_frame
+    assert run.phases["slow"].every_frame.seconds == often > 0 and run.document.detectors["slow"].live
+    assert run.document.detectors["hybrid"].seconds.at_every_frame is None
     offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
     assert (
         offline.phases["slow"].every_frame.seconds is None
@@ -40,12 +44,11 @@ def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
 
 def test_what_a_hand_holds_is_not_counted_and_that_is_said():
     def told(**counts):
-        apart = {"contacts": 0, "contacts_missed": 0, "invented": 0} | counts
-        audit = {"held": apart, "pair_frames": {"INVENTED": 0}}
-        return held(SimpleNamespace(summary={"audit": {"slow": audit}}))
+        audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
+        return held(SimpleNamespace(document=document_with(audit={"slow": audit})))
 
     assert told() == []
-    assert told(invented=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
+    assert told(false_contact=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
     assert told(contacts=1) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
 
 
@@ -66,7 +69,7 @@ def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
 
 def test_sampling_every_frame_is_a_command_with_the_other_settings_where_no_offset_was_measured():
     run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
-    (answer,) = answers(replace(run, phases={}), run.summary, run.ranking)
+    (answer,) = answers(replace(run, phases={}), run.document, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
 
@@ -74,5 +77,5 @@ def test_sampling_every_frame_is_a_command_with_the_other_settings_where_no_offs
 def test_a_contact_between_frames_is_shown_where_it_begins_and_mended_by_looking_there():
     # 3 edges away at 10 ms, and as far beyond at 20 ms.
     (answer,) = compute(jumping(), detectors="collider[shape=mesh]", oracle="continuous").answers
-    assert answer.fix.measured and "continuous" in answer.fix.words
+    assert answer.fix.measured and "continuous" in answer.fix.text
     assert answer.moment.seconds == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)

@@ -31,16 +31,16 @@ def test_a_touch_with_two_lost_stretches_is_one_contact_that_is_marked():
     result = compute(session([5, 7]), detectors="hybrid")
     heads = [pair_table(one, "hybrid").head for one in (result, compute(session([1]), detectors="hybrid"))]
     assert [CUT in head for head in heads] == [True, False]
-    audit = result.summary["audit"]["hybrid"]
-    assert (audit["contacts"], audit["contacts_cut"]) == (2, 1)
-    assert [found["cut"] for found in result.summary["pairs"][0]["contacts"].values()] == [1, 1]
-    assert (audit["episodes"]["matched"], audit["episodes"]["split"]) == (2, 0)
+    audit = result.document.audit["hybrid"]
+    assert (audit.contacts, audit.contacts_cut) == (2, 1)
+    assert [found.cut for found in result.document.pairs[0].contacts.values()] == [1, 1]
+    assert (audit.matching.matched, audit.matching.split) == (2, 0)
     assert headlines(result)[0].endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
     told = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows
     both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
     assert told == tuple((label, *one) for label in ("hybrid", "exact") for one in both)
     # A frame that nobody could see is no frame of contact left undecided.
-    assert Gates(max_missed=0.0).broken(result.summary["audit"], [result.summary]) == []
+    assert Gates(max_missed=0.0).broken(result.document.audit, []) == []
 
 
 def test_where_lost_poses_hide_every_contact_that_is_said_first():

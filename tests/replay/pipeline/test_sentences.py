@@ -7,17 +7,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec import convert
+from support.documents import EMPTY, detector_of, document_with
 from support.shapes import beaker_mesh
 from support.small_worlds import STEP_NS, cubes, framed
 
 import replay
 from replay.auditing.gates import Gates
+from replay.document.session import FindingRecord
 from replay.outputs.report.sections import trust
 from replay.pipeline import headline
 from replay.pipeline.engine import compute
 from sessions import Finding, MeshData, Severity, Status
 
-LIMITS = Gates(max_missed=0.0, max_invented=0.0)
+LIMITS = Gates(max_missed=0.0, max_false=0.0)
 STATES = tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
 SPOKEN = str.maketrans(".C-", "ncn")
 
@@ -31,7 +34,7 @@ def test_every_sentence_holds_in_every_state(state):
     session = framed(np.arange(len(lost)) * STEP_NS, lost)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
-    said = headline.undecided(run) + LIMITS.broken(run.summary["audit"], [run.summary])
+    said = headline.undecided(run) + LIMITS.broken(run.document.audit, [])
     assert said == told["sentences"]
 
 
@@ -56,13 +59,13 @@ def test_the_moment_of_a_false_contact_says_how_far_apart_the_surfaces_are():
     ],
 )  # fmt: skip
 def test_the_report_says_how_much_is_suspicious(severities, words):
-    findings = [{"severity": one.name.lower()} for one in severities]
-    assert trust({"findings": findings, "detectors": {"it": {}}}) == words
-    assert trust({"detectors": {}}) == "The recording was not examined"
+    findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
+    records = tuple(convert(finding, FindingRecord) for finding in findings)
+    assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == words
 
 
 def doubted(*findings):
-    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), summary={}))
+    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), document=EMPTY))
 
 
 def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
@@ -83,7 +86,7 @@ def test_pair_frames_that_an_engine_cannot_test_are_counted_with_the_reason():
     session = cubes({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
     meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
     found = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
-    assert found.summary["audit"]["bullet-mesh"]["undecided_reasons"] == {
+    assert found.document.audit["bullet-mesh"].undecided_reasons == {
         "not supported: Bullet tests no triangle mesh against another": 4
     }
     assert any("Of them 4: not supported" in words for words in headline.undecided(found))

@@ -27,9 +27,9 @@ def done(bumped):
 
 def audited(run, label):
     """Counts of a run, of a detector without a step rate."""
-    audit = run.summary["audit"][label]
-    counts = audit["contacts"], audit["contacts_missed"], audit["contacts_in_part"], len(run.false[label])
-    return *counts, audit["invented"]["share"], run.detections[label].digest
+    audit = run.document.audit[label]
+    counts = audit.contacts, audit.contacts_missed, audit.late_or_cut_short, len(run.false[label])
+    return *counts, audit.false_contact.value, run.detections[label].digest
 
 
 def counted(row):

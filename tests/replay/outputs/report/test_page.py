@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.documents import EMPTY, detector_of, document_with
 from support.report_states import STATES, read_page, steady
 from support.small_worlds import TWO_BUMPS, cubes
 
@@ -29,7 +30,9 @@ def test_what_only_bounding_volumes_report_is_unconfirmed():
 
 def test_what_a_hand_holds_is_no_contact_of_the_reference():
     rows = [{"detector": label, "held": held} for label in ("exact", "it") for held in (False, True)]
-    run = SimpleNamespace(summary={"detectors": {"exact": {}, "it": {}}}, oracle="exact")
+    run = SimpleNamespace(
+        document=document_with(detectors={"exact": detector_of("exact"), "it": detector_of("x")}), oracle="exact"
+    )
     contacts = RunView(run, lambda _: rows, "s").contacts
     assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
 
@@ -39,7 +42,7 @@ def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
     rows = [
         {"source": "effect/spill", "name": "spill", "time": float(k), "message": "spilt"} for k in range(count, 0, -1)
     ]
-    run = SimpleNamespace(summary={"detectors": {}, "answers": []}, answers=(), oracle="", ranking=())
+    run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=())
     lines = RunView(run, lambda name: rows if name == "events" else [], "s").hero.lines
     assert lines[0] == "1.0 s: spilt" and lines[-2] == last
 

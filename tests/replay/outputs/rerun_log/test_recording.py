@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 from rerun.chunk import RrdReader
 from support.sentences import recording_text
 from support.small_worlds import cubes
@@ -39,8 +40,8 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
 
 
 def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
-    summary = {**demo.summary, "audit": {}, "oracle": ""}
-    bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, summary=summary)
+    document = structs.replace(demo.document, audit={}, oracle="")
+    bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, document=document)
     room = drawn(bare)
     assert "/world/rod" in room.entities and "# taps" in recording_text(room.path)
     seen = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))

@@ -198,10 +198,10 @@ def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_p
     assert set(metrics["oracle"].to_pylist()) == {"exact"}
     assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
     for row in metrics.to_pylist():
-        taken = found.summary["detectors"][row["detector"]]["seconds"]
-        frames = taken.get("per_frame", {"p99": None, "max": None})
+        taken = found.document.detectors[row["detector"]].seconds
+        slowest = taken.sample_times and taken.sample_times.max
         told = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
-        assert told == pytest.approx([taken["per_frame_mean"], frames["p99"], frames["max"]])
+        assert told == pytest.approx([taken.per_frame_mean, taken.p99, slowest])
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 

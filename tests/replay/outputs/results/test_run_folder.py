@@ -5,6 +5,7 @@ import pyarrow.parquet as pq
 import pytest
 from support.small_worlds import cubes
 
+from replay.document.coding import json_of
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import check_target, read_run_folder, write_run_folder
 from replay.pipeline.engine import compute
@@ -41,7 +42,7 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing
     ]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
     summary = json.loads((out / "summary.json").read_text())
-    assert summary.pop("files") == names(out) and summary == json.loads(json.dumps(result.summary))
+    assert summary.pop("files") == names(out) and summary == json.loads(json_of(result.document))
     assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
     assert names(out.parent) == ["run"]
 
@@ -86,7 +87,7 @@ def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
         check_target(tmp_path, force=True)
     with pytest.raises(OutputError, match="is a file"):
         check_target(tmp_path / "thesis.txt", force=True)
-    outside = '{"schema": "vrlab-replay/run/1", "files": ["../thesis.txt"]}'
+    outside = '{"schema": "vrlab-replay/run/2", "files": ["../thesis.txt"]}'
     for mark in ("{}", '{"schema": "vrlab-study/1"}', "[]", outside):
         (tmp_path / "summary.json").write_text(mark)
         with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
@@ -104,7 +105,7 @@ def test_a_place_that_cannot_be_written_is_one_sentence(result, tmp_path):
 
 def test_a_run_folder_reads_back(result, tmp_path):
     folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
-    assert folder.summary["oracle"] == "hybrid"
+    assert folder.document.oracle == "hybrid"
     assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result.misses["slow"])]
     with pytest.raises(RunFolderError, match="holds no picture"):
         _ = folder.picture
@@ -114,7 +115,7 @@ def test_other_folders_and_other_schemas_are_told_from_runs(tmp_path):
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')
-    with pytest.raises(RunFolderError, match="'vrlab-replay/run/99'"):
+    with pytest.raises(RunFolderError, match="written by a newer version"):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(RunFolderError, match="has schema None"):

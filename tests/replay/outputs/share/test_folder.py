@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from msgspec import structs
 from rerun.chunk import RrdReader
 from support.browser import opened, serious_faults
 from support.headless import pixels
@@ -62,8 +63,8 @@ def shared(run, tmp_path_factory):
 
 def consenting(run, words):
     folder = read_run_folder(run)
-    facts = {**folder.summary["session"]["facts"], "consent": words}
-    return replace(folder, summary={**folder.summary, "session": {**folder.summary["session"], "facts": facts}})
+    session = structs.replace(folder.document.session, facts=folder.document.session.facts | {"consent": words})
+    return replace(folder, document=structs.replace(folder.document, session=session))
 
 
 def test_only_the_consent_to_share_shares(run):
@@ -189,7 +190,7 @@ def test_words_of_a_summary_are_text_in_the_page(run, tmp_path):
     forged = shutil.copytree(run, tmp_path / "forged")
     (forged / "run.rrd").unlink()
     told = json.loads((forged / "summary.json").read_text())
-    told["detectors"]["slow"]["asked"] = "</td><script>x</script>"
+    told["detectors"]["slow"]["spec"] = "</td><script>x</script>"
     told["session"]["facts"]["pseudonym"] = told["session"]["scene"] = "</title><script>x</script></head>"
     (forged / "summary.json").write_text(json.dumps(told))
     write_shared_folder([read_run_folder(forged)], tmp_path / "sent")

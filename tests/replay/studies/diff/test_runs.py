@@ -37,7 +37,7 @@ def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
     assert found.same_verdicts is False
     before, after = (summary_of(folders / name)["detectors"]["slow"]["seconds"] for name in "ac")
     assert found.time_ratio == pytest.approx(after["detect"] / before["detect"])
-    assert found.p99_ratio == pytest.approx(after["per_frame"]["p99"] / before["per_frame"]["p99"])
+    assert found.p99_ratio == pytest.approx(after["sample_times"]["p99"] / before["sample_times"]["p99"])
     kinds = {"gained", "lost", "shifted"}
     assert all(replace(found, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
 

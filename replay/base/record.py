@@ -1,4 +1,4 @@
-"""The base class of the records of a document, and the limits of their numbers."""
+"""The base class of the records of which the document of a run is made, and the limits of their numbers."""
 
 from typing import Annotated, TypeAlias
 
