@@ -78,7 +78,7 @@ def cards(view: RunView, label: str) -> list[list[Card]]:
 
 def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False) -> Card:
     """Return a fault as text; ``whole``: with picture and lanes; ``first``: with the large picture of a page."""
-    leads = fault.detector == next(iter(view.summary["audit"]))
+    leads = fault.detector == next(iter(view.document.audit))
     unconfirmed = fault.cause is Cause.BOUNDING_VOLUMES
     name = "Miss" if fault.kind.is_miss else "Unconfirmed contact" if unconfirmed else "False contact"
     noise = f" With tracker noise: {fault.noise}." if fault.noise else ""
@@ -132,7 +132,7 @@ def first_fault(view: RunView) -> FirstFault | None:
     if fault is None:
         return None
     main, alike = card(view, fault, first=True), [other for other in every if other.bodies == fault.bodies]
-    digits = 1 if view.summary["session"]["duration"] >= LONG else 3
+    digits = 1 if view.document.session.duration >= LONG else 3
     start, end = min(other.start for other in alike), max(other.end for other in alike)
     what, pair = main.title.rpartition(" ")[0].lower(), sentence_of(main.bodies)
     if len(every) == 1:
