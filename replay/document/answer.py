@@ -42,7 +42,6 @@ class Fix(Struct, frozen=True):
     ----------
     text : what to do, and where it was measured its metrics.
     measured : whether they were measured on this session.
-    setting : the detector whose metrics these are, where it is none of the run.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
     setting : the detector whose metrics these are, as ``replay run --detectors`` takes it; ``""``: it is in the run.
     """
