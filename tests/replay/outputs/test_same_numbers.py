@@ -184,4 +184,4 @@ def test_a_tradeoff_counts_what_the_ranking_counts(state):
         assert row["loss"] == pytest.approx(rank.loss)
         assert (row["missed_smallest"], row["missed_largest"]) == rank.missed_counts
         assert (row["late_smallest"], row["late_largest"]) == rank.late_counts
-        assert row["false"] == rank.false["share"]
+        assert row["false"] == rank.false.value
