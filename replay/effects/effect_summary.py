@@ -6,15 +6,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay.effects import CATALOGUE
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, FloatArray
 
-RESULTS: Final = (
-    "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "dissolved", "turned",
-    "gas", "colour-change", "ph", "no-reaction",
-)  # fmt: skip
-"""Names of events that an experiment is done for, or ends by, the weightiest first."""
+_RANKS: Final = {name: rank for row in CATALOGUE.values() for name, rank in row.get("results", {}).items()}
+RESULTS: Final = tuple(sorted(_RANKS, key=lambda name: _RANKS[name]))
+"""Names of events that an experiment is done for, or ends by, the weightiest first; from the rows of the catalogue."""
 
 EVENT_ROWS: Final = 60
 """Events listed in summary and report; ``events.parquet`` holds them all."""
@@ -62,9 +61,9 @@ def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
 
 def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
-    found = [event for _, event in happened(effects)]
-    results = (event for event in found if event.name in RESULTS)
-    return min(results, key=lambda event: RESULTS.index(event.name), default=found[-1] if found else None)
+    events = [event for _, event in happened(effects)]
+    results = (event for event in events if event.name in RESULTS)
+    return min(results, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
 
 
 def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, list[float]]]:

@@ -6,12 +6,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.effects.chemistry.warming import WATER_BOILS_C, warmed
+from replay.effects.chemistry.warming import warmed
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, steadied
+from replay.effects.temperatures import boils, note_temperature
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
 from sessions.model.scene import Scene, SceneBody
@@ -66,21 +67,6 @@ def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatAr
         words = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
         values = {"celsius": float(celsius[row]), "to": after}
         found.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, words))
-
-
-def note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
-    """The series, and an event when it first reaches its boiling point."""
-    found.series[f"{name}/temperature"] = celsius
-    for row in np.flatnonzero(celsius.values >= boils(declared))[:1].tolist():
-        words = f"{name} reaches {boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
-        found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
-
-
-def boils(declared: Declaration) -> float:
-    """Where the temperature stays: as declared, else that of water where liquids are mixed."""
-    if declared["boils_c"] is None:
-        return np.inf if declared["of"] == "flame" else WATER_BOILS_C
-    return declared["boils_c"]
 
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:

@@ -5,11 +5,11 @@ import numpy as np
 from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.declaring import Declaration
-from replay.effects.heat import boils, note_temperature
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
+from replay.effects.temperatures import boils, note_temperature
 
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""

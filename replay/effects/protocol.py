@@ -45,6 +45,7 @@ class EffectSpec:
     about: str  # one line for the plan and the report
     compute: Callable[[EffectInputs], EffectOutput]  # from inputs to output
     fields: Mapping[str, Field] = field(default_factory=dict)  # keys of its ``[[effect]]`` table
+    results: Mapping[str, int] = field(default_factory=dict)  # event that heads a run -> its rank, 1 the weightiest
     retired: Mapping[str, str] = field(default_factory=dict)  # key or word of older scenes -> what to write instead
     # needs: kinds it cannot do without, in the plan because this one is. uses: kinds it builds on when the plan holds
     # them anyway. Both run before it: ``inputs.output(kind)``, of a used one where ``inputs.outputs`` has it.

@@ -1,12 +1,17 @@
+import re
+from importlib import resources
+
 import pytest
 from support.small_worlds import cubes
 
+from replay.effects import EFFECTS
 from replay.effects.effect_summary import effect_summary, happened_words, leading
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.synthetic.scenes import SCENES
 
 FALLS = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
 SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
@@ -39,3 +44,12 @@ def test_the_weightiest_result_leads_and_without_one_the_last_event():
     assert leading({}) is None and leading({"pour": told("pour", pour)}) is pour
     assert leading({"pour": told("pour", pour), "a": told("a", turns)}) is turns
     assert leading({"a": told("a", turns), "reaction": told("reaction", end), "pour": told("pour", pour)}) is end
+
+
+def test_the_table_of_costs_names_every_effect_of_each_session():
+    page = resources.files("replay.guide").joinpath("scenes-and-effects.md").read_text("utf-8")
+    rows = re.findall(r"^\| `([\w-]+)` \| (.+ %) \| (.+?) \|$", page, flags=re.MULTILINE)
+    assert {scene for scene, _, _ in rows} == set(SCENES)
+    for scene, shares, rest in rows:
+        ran = re.findall(r"([a-z-]+) [\d.]+ %", shares)
+        assert {*ran, *re.findall(r"`([a-z-]+)`", rest)} == set(EFFECTS), scene

@@ -1,0 +1,22 @@
+"""Temperatures as series and events, of a flame and of liquids alike."""
+
+import numpy as np
+
+from replay.effects.chemistry.warming import WATER_BOILS_C
+from replay.effects.declaring import Declaration
+from replay.effects.output import EffectEvent, Findings, Series
+
+
+def note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
+    """The series, and an event when it first reaches its boiling point."""
+    found.series[f"{name}/temperature"] = celsius
+    for row in np.flatnonzero(celsius.values >= boils(declared))[:1].tolist():
+        words = f"{name} reaches {boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
+        found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
+
+
+def boils(declared: Declaration) -> float:
+    """Where the temperature stays: as declared, else that of water where liquids are mixed."""
+    if declared["boils_c"] is None:
+        return np.inf if declared["of"] == "flame" else WATER_BOILS_C
+    return declared["boils_c"]

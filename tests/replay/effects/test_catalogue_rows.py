@@ -1,0 +1,85 @@
+"""The contract of a row of the catalogue: it says all that is known of its effect."""
+
+from copy import deepcopy
+from importlib import resources
+
+import pytest
+
+from replay.effects import CATALOGUE, EFFECTS, load_effect
+from replay.effects.catalogue_text import example_of
+from replay.effects.declaring import READERS, field_of
+
+KEYS = {
+    "about", "detector", "fields", "needs", "needs_if", "reads", "results", "retired", "single", "sources", "trigger",
+    "uses",
+}  # fmt: skip
+COUNTED = ("fraction", "discharge", "press", "release")
+"""Keys of numbers without a unit."""
+
+
+def lacking(kind, row):
+    """What a row does not say, a line each."""
+    lines = [f"{key} is no key of a row" for key in sorted(set(row) - KEYS)]
+    if not (row.get("about", "").endswith(".") and row["about"][0].isupper()):
+        lines.append("about is no sentence")
+    if not row.get("sources"):
+        lines.append("sources is missing")
+    if not row.get("trigger") and not row.get("detector"):
+        lines.append("trigger is missing")
+    if not row.get("fields"):
+        lines.append("fields is missing")
+    for key, values in row.get("fields", {}).items():
+        field = field_of(values)
+        if field.kind not in READERS:
+            lines.append(f"{key} is of no kind")
+        if not field.about:
+            lines.append(f"{key} has no meaning")
+        if field.kind == "number" and not field.unit and not any(word in key for word in COUNTED):
+            lines.append(f"{key} has no unit")
+        if field.kind in ("number", "text") and field.default is None and not field.among and field.example is None:
+            lines.append(f"{key} has no value to copy")
+        elif field.kind in READERS and example_of(field) is None:
+            lines.append(f"{key} has no example")
+    if not resources.files("replay.effects").joinpath(f"{kind.replace('-', '_')}.py").is_file():
+        lines.append("its file is missing")
+    return lines
+
+
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_a_row_says_all_that_is_known_of_its_effect(kind):
+    assert lacking(kind, CATALOGUE[kind]) == []
+    spec = load_effect(kind)
+    assert (
+        spec.kind == kind
+        and spec.about == CATALOGUE[kind]["about"]
+        and set(spec.fields) == set(CATALOGUE[kind]["fields"])
+    )
+    assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (lambda row: row.pop("about"), "about is no sentence"),
+        (lambda row: row.pop("sources"), "sources is missing"),
+        (lambda row: row.pop("trigger"), "trigger is missing"),
+        (lambda row: row.pop("fields"), "fields is missing"),
+        (lambda row: row.update(colour="red"), "colour is no key of a row"),
+        (lambda row: row["fields"]["distance"].pop("unit"), "distance has no unit"),
+        (lambda row: row["fields"]["distance"].pop("example"), "distance has no value to copy"),
+        (lambda row: row["fields"].update(of={"body": ""}), "of has no meaning"),
+    ],
+)
+def test_a_row_that_says_too_little_is_named(change, line):
+    row = deepcopy(CATALOGUE["hazard-proximity"])
+    change(row)
+    assert line in lacking("hazard-proximity", row)
+
+
+def test_a_row_without_a_file_is_named():
+    assert lacking("evaporation", CATALOGUE["contact"]) == ["its file is missing"]
+
+
+def test_each_rank_of_a_result_is_given_once():
+    ranks = [rank for row in CATALOGUE.values() for rank in row.get("results", {}).values()]
+    assert len(ranks) == len(set(ranks)) and min(ranks) == 1

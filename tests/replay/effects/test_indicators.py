@@ -1,0 +1,65 @@
+"""The ten indicators by name: seven by the pH, three by an ion, each against its range and an equivalence."""
+
+import numpy as np
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, run_in
+
+from replay.effects.colour import INDICATORS
+
+OPEN = [*([0.0] * 2), *([90.0] * 160), *([0.0] * 10)]
+"""Degrees of the stopcock: some 2 mL run in."""
+
+BY_PH = {
+    "phenolphthalein": (8.2, 10.0, "colourless", "pink"), "methyl orange": (3.1, 4.4, "red", "yellow"),
+    "bromothymol blue": (6.0, 7.6, "yellow", "blue"), "litmus": (5.0, 8.0, "red", "blue"),
+    "methyl red": (4.4, 6.2, "red", "yellow"), "thymol blue": (8.0, 9.6, "yellow", "blue"),
+    "bromocresol green": (3.8, 5.4, "yellow", "blue"),
+}  # fmt: skip
+"""Name -> pH range and colours. Source: Harris, Quantitative Chemical Analysis, 8th ed., table 10-3."""
+
+
+def titrated(solutes, titrant, indicator, *effects, hz=90):
+    """Effects of a titrant that runs into 2 mL of a solution with an indicator."""
+    flask, burette = glass("flask", 2.0, solutes=solutes), glass("burette", 50.0, solutes=titrant, cavity=COLUMN)
+    shown = ("colour", {"in": "flask", "indicator": indicator})
+    return run_in(OPEN, MIX, *effects, shown, base=burette, acid=flask, step_ns=10**9 // hz)
+
+
+def test_ten_indicators_have_a_name():
+    assert set(INDICATORS) == {*BY_PH, "Eriochrome black T", "starch", "ferroin"}
+
+
+@pytest.mark.parametrize("name", BY_PH)
+def test_an_indicator_of_the_ph_turns_within_its_range(name):
+    """In a phosphate solution, whose pH rises through all ranges."""
+    neutral = ("reaction", {"equation": "H3PO4 + 3 NaOH -> Na3PO4 + 3 H2O"})
+    effects = titrated({"H3PO4": 0.05}, {"NaOH": 0.2}, name, neutral)
+    (event,) = effects["colour"].events
+    ph = effects["reaction"].series["flask/pH"]
+    start, end, acid, base = BY_PH[name]
+    before, after = ph.values[ph.times < event.time], ph.values[ph.times > event.end]
+    assert before.max() <= start <= end <= after.min() + 0.05
+    assert event.text == f"{name} in flask turns from {acid} to {base}" and event.values["to"] == base
+
+
+EDTA = ("reaction", {"equation": "Mg^2+ + C10H12N2O8^4- -> MgC10H12N2O8^2-"})
+IODINE = ("reaction", {"equation": "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"})
+CERIUM = ("reaction", {"equation": "Fe^2+ + Ce^4+ -> Fe^3+ + Ce^3+"})
+
+
+@pytest.mark.parametrize(
+    ("name", "solutes", "titrant", "reaction", "change", "millilitres"),
+    [
+        ("Eriochrome black T", {"MgCl2": 0.01, "NH3": 0.2, "NH4Cl": 0.04}, {"Na4C10H12N2O8": 0.02}, EDTA,
+         "red to blue", 1.0),
+        ("starch", {"I2": 1e-3, "KI": 0.1}, {"Na2S2O3": 4e-3}, IODINE, "blue to colourless", 1.0),
+        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"Ce(SO4)2": 0.1, "H2SO4": 1.0}, CERIUM, "red to blue", 1.0),
+    ],
+)  # fmt: skip
+def test_an_indicator_of_an_ion_turns_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
+    effects = titrated(solutes, titrant, name, reaction)
+    (event,) = effects["colour"].events
+    assert event.text == f"{name} in flask turns from {change}"
+    volume = effects["mixing"].series["flask/volume"]
+    added = float(np.interp(event.time if event.end is None else event.end, volume.times, volume.values)) - 2.0
+    assert added == pytest.approx(millilitres, abs=0.08)

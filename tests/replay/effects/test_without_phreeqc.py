@@ -1,0 +1,53 @@
+"""What imports PHREEQC and what does not, and what a scene says where the extra is not installed."""
+
+import pytest
+from support import effect_proofs as proofs
+
+from replay.effects.chemistry import database
+from replay.effects.effect_plan import plan
+from replay.errors import PlanError
+from replay.studies.synthetic_sessions import synthetic_session
+from sessions.synthetic.scenes import SCENES
+
+ASK = {"titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry"}
+"""Made-up experiments with a reaction without a rate, a precipitation or an indicator."""
+
+SENTENCE = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
+
+WITHOUT_CHEMISTRY = {
+    "a pour": "poured([0.0, 60.0, 60.0])",
+    "a pour that is mixed": "poured([0.0, 60.0, 60.0], None, ('mixing', {'in': ['b']}))",
+    "a burette": "run_in([0.0, 90.0, 90.0], MIX)",
+    "a reaction with a rate": (
+        "poured([0.0, 60.0, 60.0], (glass('a', 60.0, solute='H2O2', molar=0.1), glass('b', 10.0)), "
+        "('mixing', {'in': ['b']}), ('reaction', {'equation': '2 H2O2 -> 2 H2O + O2', 'rate_per_s': 0.1}))"
+    ),
+}
+
+
+@pytest.mark.parametrize("run", WITHOUT_CHEMISTRY.values(), ids=WITHOUT_CHEMISTRY)
+def test_a_scene_without_equilibrium_imports_no_phreeqc(run):
+    loaded = proofs.modules_after(f"from support.liquid_worlds import MIX, glass, poured, run_in\n{run}")
+    assert "replay.effects.pour" in loaded or "replay.effects.burette" in loaded
+    assert not {name for name in loaded if name.partition(".")[0] in ("phreeqc", "_phreeqc")}
+
+
+def test_a_scene_with_an_equilibrium_imports_phreeqc():
+    code = "from support.liquid_worlds import MIX, NEUTRAL, run_in\nrun_in([0.0, 90.0, 90.0], MIX, NEUTRAL)"
+    assert "phreeqc" in proofs.modules_after(code)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_without_the_extra_an_experiment_says_one_sentence_or_is_planned(name, monkeypatch):
+    scene = synthetic_session(name)[0].scene
+    monkeypatch.setattr(database.importlib.util, "find_spec", lambda _: None)
+    database.database_of.cache_clear()
+    try:
+        if name not in ASK:
+            assert plan(scene).effects
+            return
+        with pytest.raises(PlanError) as refused:
+            plan(scene)
+        assert len(refused.value.faults) == 1 and refused.value.faults[0].endswith(SENTENCE)
+    finally:
+        database.database_of.cache_clear()
