@@ -1,7 +1,7 @@
 """The table of detectors: a name leads to a class, imported when it is used and not before."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -13,31 +13,143 @@ from cdcore.errors import InvalidPairError, InvalidSettingError, UnknownDetector
 from cdcore.protocol import Body, Detector, resolve_pairs
 from cdcore.protocol.settings import check_settings
 
-DETECTORS: Final[dict[str, str]] = {
-    "sphere": "cdcore.detectors.sphere:SphereDetector",
-    "aabb": "cdcore.detectors.trees:AabbDetector",
-    "obb": "cdcore.detectors.trees:ObbDetector",
-    "static": "cdcore.detectors.meshes:StaticDetector",
-    "discrete": "cdcore.detectors.meshes:DiscreteDetector",
-    "hybrid": "cdcore.detectors.meshes:HybridDetector",
-    "qaco": "cdcore.detectors.qaco:QacoDetector",
-    "hybrid-qaco": "cdcore.detectors.qaco:HybridQacoDetector",
-    "collider": "cdcore.detectors.collider:ColliderDetector",
-    "rapid-style": "cdcore.detectors.trees:RapidStyleDetector",
-    "solid-style": "cdcore.detectors.trees:SolidStyleDetector",
-    "image-space": "cdcore.detectors.image_space:ImageSpaceDetector",
-    "exact": "cdcore.detectors.exact:ExactDetector",
-    "continuous": "cdcore.detectors.continuous:ContinuousDetector",
-}
-"""Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
 
-OPTIONAL: Final[dict[str, str]] = {
-    "mujoco": "cdcore.detectors.engines:MujocoDetector",
-    "rapier": "cdcore.detectors.engines:RapierDetector",
-    "bullet": "cdcore.detectors.engines:BulletDetector",
-    "physx": "cdcore.detectors.engines:PhysxDetector",
+@dataclass(frozen=True, kw_only=True)
+class DetectorRow:
+    """A detector of the table.
+
+    Parameters
+    ----------
+    entry : ``module:Class``, imported when it is used and not before.
+    label : noun phrase for what it tests, as a sentence and a legend say it.
+    sampled : whether engines run it at a step rate, so that running on every frame is worth a word.
+    complete_with : settings with which it misses no contact at a frame; ``None``: there are none.
+    contact_offset : its setting of a contact offset; ``""``: it has none.
+    takes_no_offset : whether that setting may be 0.
+    engine : module of the engine that it asks; ``""``: none.
+    extra : extra of the package that installs this engine.
+    no_triangles : why random triangles say nothing about it; ``""``: they do.
+    """
+
+    entry: str
+    label: str
+    sampled: bool = False
+    complete_with: Mapping[str, Any] | None = None
+    contact_offset: str = ""
+    takes_no_offset: bool = True
+    engine: str = ""
+    extra: str = ""
+    no_triangles: str = ""
+
+
+HULLS: Final = "answers about the hull, which is another solid"
+ASKS_INSIDE: Final[Mapping[str, Any]] = {"containment": True}
+
+DETECTORS: Final[dict[str, DetectorRow]] = {
+    "sphere": DetectorRow(
+        entry="cdcore.detectors.sphere:SphereDetector",
+        label="bounding spheres",
+        no_triangles="answers about bounding spheres, not about triangles",
+    ),
+    "aabb": DetectorRow(
+        entry="cdcore.detectors.trees:AabbDetector", label="boxes, then triangles", complete_with=ASKS_INSIDE
+    ),
+    "obb": DetectorRow(
+        entry="cdcore.detectors.trees:ObbDetector", label="turned boxes, then triangles", complete_with=ASKS_INSIDE
+    ),
+    "static": DetectorRow(
+        entry="cdcore.detectors.meshes:StaticDetector",
+        label="triangles after a move",
+        complete_with=ASKS_INSIDE,
+        no_triangles="asks the same meshes as discrete, and its spheres would take nine minutes",
+    ),
+    "discrete": DetectorRow(
+        entry="cdcore.detectors.meshes:DiscreteDetector",
+        label="triangle meshes",
+        sampled=True,
+        complete_with=ASKS_INSIDE,
+    ),
+    "hybrid": DetectorRow(
+        entry="cdcore.detectors.meshes:HybridDetector", label="spheres, boxes, triangles", complete_with=ASKS_INSIDE
+    ),
+    "qaco": DetectorRow(entry="cdcore.detectors.qaco:QacoDetector", label="ant colony"),
+    "hybrid-qaco": DetectorRow(
+        entry="cdcore.detectors.qaco:HybridQacoDetector",
+        label="spheres, boxes, ant colony",
+        complete_with={"decide": "mesh", "containment": True},
+    ),
+    "collider": DetectorRow(
+        entry="cdcore.detectors.collider:ColliderDetector",
+        label="colliders",
+        sampled=True,
+        complete_with={"shape": "mesh"},
+        contact_offset="skin_m",
+        no_triangles="answers about a solid that stands in for the mesh",
+    ),
+    "rapid-style": DetectorRow(
+        entry="cdcore.detectors.trees:RapidStyleDetector", label="trees as in RAPID", complete_with=ASKS_INSIDE
+    ),
+    "solid-style": DetectorRow(
+        entry="cdcore.detectors.trees:SolidStyleDetector", label="trees as in SOLID", complete_with=ASKS_INSIDE
+    ),
+    "image-space": DetectorRow(
+        entry="cdcore.detectors.image_space:ImageSpaceDetector",
+        label="depth images",
+        no_triangles="refuses open meshes, and one triangle is open",
+    ),
+    "exact": DetectorRow(
+        entry="cdcore.detectors.exact:ExactDetector", label="every triangle, every frame", complete_with=ASKS_INSIDE
+    ),
+    "continuous": DetectorRow(
+        entry="cdcore.detectors.continuous:ContinuousDetector", label="every triangle, between frames"
+    ),
+}
+"""Name -> row. Rows from outside come in through an entry-point group."""
+
+OPTIONAL: Final[dict[str, DetectorRow]] = {
+    "mujoco": DetectorRow(
+        entry="cdcore.detectors.engines:MujocoDetector",
+        label="MuJoCo's colliders",
+        contact_offset="margin_m",
+        engine="mujoco",
+        extra="engines",
+        no_triangles=HULLS,
+    ),
+    "rapier": DetectorRow(
+        entry="cdcore.detectors.engines:RapierDetector",
+        label="Rapier's colliders",
+        contact_offset="prediction_m",
+        engine="rapier3d",
+        extra="engines",
+        no_triangles=HULLS,
+    ),
+    "bullet": DetectorRow(
+        entry="cdcore.detectors.engines:BulletDetector",
+        label="Bullet's colliders",
+        contact_offset="margin_m",
+        engine="pybullet",
+        extra="engines",
+        no_triangles=HULLS,
+    ),
+    "physx": DetectorRow(
+        entry="cdcore.detectors.engines:PhysxDetector",
+        label="PhysX's colliders",
+        contact_offset="contact_offset_m",
+        takes_no_offset=False,
+        engine="ovphysx",
+        extra="physx",
+        no_triangles=HULLS,
+    ),
 }
 """Rows that need an engine of an extra; without it they are refused when they are made."""
+
+TABLE: Final[Mapping[str, DetectorRow]] = DETECTORS | OPTIONAL
+
+
+def detector_row(name: str) -> DetectorRow:
+    """Return the row of a detector; of one from outside, a row that says its name alone."""
+    return TABLE.get(name) or DetectorRow(entry=name, label=name)
+
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
 
@@ -62,21 +174,21 @@ OBB_TREE: Final = (
 def detector_names() -> list[str]:
     """Every name that ``create_detector`` takes, the table's first, those of installed packages after them."""
     outside = sorted(point.name for point in entry_points(group=ENTRY_POINT_GROUP))
-    rows = list(DETECTORS | OPTIONAL)
+    rows = list(TABLE)
     return rows + [name for name in outside if name not in rows]
 
 
 def load_detector(name: str) -> type[Any]:
     """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
-    rows = DETECTORS | OPTIONAL
-    entry = name if ":" in name else rows.get(name)
+    row = TABLE.get(name)
+    entry = name if ":" in name else None if row is None else row.entry
     if entry is None:  # reading what is installed takes longer than most detectors take to be made
         entry = next((point.value for point in entry_points(group=ENTRY_POINT_GROUP, name=name)), None)
     if entry is None:
         near = get_close_matches(name, detector_names(), n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"
         raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
-    if name in rows:
+    if row is not None:
         module, _, attribute = entry.partition(":")
         return _checked(name, getattr(import_module(module), attribute))
     try:

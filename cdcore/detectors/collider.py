@@ -100,6 +100,10 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         self._broad = BroadPhase(grown, pairs)
         self._offset = ContactOffset(self._trees, pairs, 2 * skin) if skin else None
 
+    def contact_reach(self, _pair: int) -> float:
+        """The skin of both bodies, metres."""
+        return 2.0 * self.settings.skin_m
+
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether the frame was tested, and whether the solids meet there."""
         del faces

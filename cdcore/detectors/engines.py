@@ -1,6 +1,9 @@
 """Rows that ask a real engine, which decides itself, at fixed steps; ``cdcore.engines`` puts the bodies into it."""
 
 from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
 
 from cdcore.engines.bullet_world import BulletWorld
 from cdcore.engines.engine_detector import EngineDetector, ShapedSettings
@@ -8,6 +11,12 @@ from cdcore.engines.mujoco_world import MujocoWorld
 from cdcore.engines.physx_world import PhysxWorld
 from cdcore.engines.rapier_world import RapierWorld
 from cdcore.protocol.settings import MOST_METRES, RateSettings, number
+
+UNITY_OFFSET_M: Final = 0.00545
+"""Metres: the contact offset that PhysX computes where none is given."""
+
+BULLET_BREAKING: Final = 0.02
+"""Bullet keeps contacts up to this fraction of the smaller body's half diagonal, its contact breaking threshold."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +48,10 @@ class MujocoDetector(EngineDetector[MujocoSettings]):
     choose_when = "you want the answer of a shipped engine, not of its re-creation"
     cannot = "see hollows, list faces, or tell distances below a micrometre"
 
+    def contact_reach(self, _pair: int) -> float:
+        """The margin between two bodies, metres."""
+        return self.settings.margin_m
+
 
 @dataclass(frozen=True, kw_only=True)
 class RapierSettings(ShapedSettings):
@@ -68,6 +81,10 @@ class RapierDetector(EngineDetector[RapierSettings]):
     sources = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
     choose_when = "your engine is Rapier (Bevy, the web)"
     cannot = "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
+
+    def contact_reach(self, _pair: int) -> float:
+        """The prediction between two bodies, metres."""
+        return self.settings.prediction_m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +117,14 @@ class BulletDetector(EngineDetector[BulletSettings]):
     choose_when = "your engine is Bullet (PyBullet, Godot 3, Panda3D)"
     cannot = "test two triangle meshes, list faces, or tell a gap from a touch within its margins"
 
+    def contact_reach(self, pair: int) -> float:
+        """The margins of both bodies and the contact breaking threshold of the smaller body, metres."""
+        margin = self.settings.margin_m
+        # The box of a body is larger by the margin on every side.
+        halves = [np.ptp(self.bodies[body].mesh.bounds, axis=0) / 2 + margin for body in self.pairs[pair].tolist()]
+        smaller = min(float(np.linalg.norm(half)) for half in halves)
+        return 2.0 * margin + BULLET_BREAKING * smaller
+
 
 @dataclass(frozen=True, kw_only=True)
 class PhysxSettings(ShapedSettings):
@@ -130,3 +155,8 @@ class PhysxDetector(EngineDetector[PhysxSettings]):
     sources = ("NVIDIA, PhysX 5 by way of ovphysx 0.7, https://nvidia-omniverse.github.io/PhysX/ovphysx/latest",)
     choose_when = "your engine is Unity, Unreal 4 or Omniverse, which have PhysX inside"
     cannot = "test two triangle meshes, list faces, or be timed: handing over poses takes most of it"
+
+    def contact_reach(self, _pair: int) -> float:
+        """The contact offsets of both bodies, metres."""
+        offset = self.settings.contact_offset_m
+        return 2.0 * (UNITY_OFFSET_M if offset is None else offset)

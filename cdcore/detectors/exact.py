@@ -27,6 +27,7 @@ class ExactDetector(PairDetector[ContainmentSettings]):
     """
 
     name = "exact"
+    stages = ("poses", "search", "faces", "containment")
     online = True
     Settings = ContainmentSettings
     sources = (

@@ -27,6 +27,7 @@ class SphereDetector(PairDetector[SphereSettings]):
     """
 
     name = "sphere"
+    stages = ("spheres",)
     kind = "paper"
     online = True
     Settings = SphereSettings

@@ -66,6 +66,7 @@ class EngineDetector(PairDetector[SettingsT]):
     """
 
     kind = "engine"
+    stages = ("engine",)
     online = True
     title: ClassVar[str]
     """The engine's name in sentences."""

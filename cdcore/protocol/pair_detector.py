@@ -56,6 +56,10 @@ class PairDetector(ABC, Generic[SettingsT]):
         memory = self._fresh_memory()
         return LiveBlocks(lambda now: self._run(now, memory, False))
 
+    def contact_reach(self, _pair: int) -> float:
+        """Metres between two surfaces from which it reports contact of a pair: its contact offset, on both sides."""
+        return 0.0
+
     def faces_of(self, _motion: Motion, _hits: BoolArray) -> FaceSets | None:
         """The face pairs of contacts that it found, ``hits`` (T, P); ``None`` where only all its work again tells."""
         return None

@@ -7,11 +7,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from cdcore.detectors import detector_row
 from replay.api.runner import opened, run
 from replay.errors import AuditError, TradeoffError
 from replay.pipeline.run_result import RunResult
 from replay.prepare.frame_times import frame_rate
-from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named, lacking
+from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named
 from replay.tradeoffs.scoring import wrong_counts
 from sessions import Session
 
@@ -54,7 +55,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     held = opened(session_or_path, asked.pop("scene", None))
     chosen = engine_named(engine)
     choices = [choice for choice in chosen.choices if held.colliders or choice.settings.get("shape") != "shipped"]
-    needs = {number: lacking(choice) for number, choice in enumerate(choices, 1)}
+    needs = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
     absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
     if 1 in absent:
         raise TradeoffError(f'{absent[1]} itself is asked and is not installed; pip install "vrlab-replay[engines]"')

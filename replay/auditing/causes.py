@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import BoolArray, IntArray
-from cdcore.protocol import Explains, Explanation, counts_as_contact
+from cdcore.protocol import Explains, Explanation, PairDetector, counts_as_contact
 from cdcore.protocol.settings import RateSettings
 from replay.auditing.delay import at_frame, constant_delay, reported
 from replay.auditing.evidence import measure_misses
@@ -88,6 +88,10 @@ class Audited:
         """Samples a second of a detector that has a rate."""
         rate = getattr(getattr(self.detector, "settings", None), "rate_hz", None)
         return float(rate) if rate else None
+
+    def contact_reach(self, pair: int) -> float:
+        """Metres between two surfaces from which the detector reports contact; 0 where it has no contact offset."""
+        return self.detector.contact_reach(pair) if isinstance(self.detector, PairDetector) else 0.0
 
     def posed(self, pair: int) -> BoolArray:
         """(T,) frames in which both bodies of a pair have a pose."""

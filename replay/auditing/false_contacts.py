@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict, create_detector
+from cdcore.detectors import detector_row
 from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
 from replay.auditing.causes import Audited, delay_cause
 from replay.auditing.contact_counts import REPORTED
-from replay.auditing.contact_reach import contact_reach, offset_setting
 from replay.auditing.delay import at_frame
 from replay.auditing.episodes import column_runs
 from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
@@ -47,7 +47,7 @@ class _Shapes:
     @cached_property
     def _bare(self) -> Explains | None:
         detector = self._detector
-        if not isinstance(detector, PairDetector) or not offset_setting(detector.name):
+        if not isinstance(detector, PairDetector) or not detector_row(detector.name).contact_offset:
             return None
         shape = getattr(detector.settings, "shape", "hull")
         made = create_detector("collider", detector.bodies, pairs=detector.pairs, shape=shape)
@@ -174,7 +174,7 @@ def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None)
     if cause is not Cause.COLLIDERS_MEET:
         return replace(fault, cause=cause)
     if not shapes.meet(by.motion, fault.frame, fault.pair):
-        in_reach = contact_reach(by.detector, fault.pair) > 0.0
+        in_reach = by.contact_reach(fault.pair) > 0.0
         return replace(fault, cause=Cause.CONTACT_OFFSET if in_reach else Cause.UNEXPLAINED)
     if hulls is not None and _side_is_known(by.oracle, fault.pair):
         hollow = hulls.hollow_at(fault.pair, fault.frame)

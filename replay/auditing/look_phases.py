@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, Verdict, join
-from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.detectors import TABLE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import HeldLooks, detect_live, is_one_of, stream_live
 from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, found_in_part, never_found
@@ -120,7 +120,7 @@ def has_offsets(spec: DetectorSpec, frames: int) -> bool:
 
     A detector that is none of our table, and any in a recording of more than an hour, keep the offset they have.
     """
-    return bool(spec.settings.get("rate_hz")) and spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES
+    return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frames <= HELD_FRAMES
 
 
 def over_phases(

@@ -20,6 +20,9 @@ from sessions.model.event import LiveContact
 RECORDED: Final = "recorded"
 """Its name in a list of detectors."""
 
+RECORDED_LABEL: Final = "what the engine reported"
+"""The answers of this detector, as a sentence names them."""
+
 CLOCK_FACT: Final = "contacts_clock"
 OFFSET_FACT: Final = "contacts_clock_offset_s"
 DRIFT_FACT: Final = "contacts_clock_drift"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, create_detector, join
-from cdcore.detectors import DETECTORS, OPTIONAL, load_detector, settings_of
+from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import detect_live, own_failure, stream_live
@@ -91,7 +91,7 @@ def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
     except (CollisionCoreError, ReplayError):
         raise
     except Exception as error:
-        if spec.name in (*DETECTORS, *OPTIONAL, RECORDED):
+        if spec.name in (*TABLE, RECORDED):
             raise
         raise own_failure(doing, kind, error) from error
 

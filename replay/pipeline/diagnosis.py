@@ -8,8 +8,7 @@ from typing import Any, Final
 
 from msgspec import structs
 
-from cdcore.detectors import settings_of
-from replay.auditing.contact_reach import offset_setting
+from cdcore.detectors import detector_row, settings_of
 from replay.auditing.fault import Cause, Fault, FaultKind, longest_curve_first
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.loss import fraction_of, loss
@@ -186,9 +185,9 @@ def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
 
 def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
     """Detectors without a cause, the nearest to the one that has it first, each in words; none where nobody knows."""
-    # PhysX allows no offset of 0.
-    if cause == Cause.CONTACT_OFFSET and offset_setting(spec.name) and spec.name != "physx":
-        setting = offset_setting(spec.name)
+    row = detector_row(spec.name)
+    setting = row.contact_offset
+    if cause == Cause.CONTACT_OFFSET and setting and row.takes_no_offset:
         mended = DetectorSpec("fix", spec.name, {**spec.settings, setting: 0.0})
         yield mended, f"no contact offset ({setting}=0)"
     if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:

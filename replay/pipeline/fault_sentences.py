@@ -10,7 +10,6 @@ from numpy import isnan
 
 from cdcore.protocol import counts_as_contact
 from replay.auditing.causes import Audited
-from replay.auditing.contact_reach import contact_reach
 from replay.auditing.delay import frames_wrong
 from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.auditing.outcome import Episode
@@ -134,7 +133,7 @@ def why_false(false: Fault, label: str, by: Audited) -> str:
 
 
 def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
-    when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", contact_reach(by.detector, false.pair)
+    when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", by.contact_reach(false.pair)
     offset = f"{label} reports contact from {length(reach)} on: its contact offset"
     if false.metres <= reach:
         return f"{' and '.join(false.bodies)} are {length(false.metres)} apart {when}; {offset}."

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from cdcore.detectors import settings_of
+from cdcore.detectors import detector_row, settings_of
 from replay.base.shown import plural
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED, RECORDED_LABEL
 
 SHAPES: Final[Mapping[str, str]] = {
     "hull": "convex hulls", "shipped": "recorded colliders", "box": "boxes",
@@ -14,25 +14,16 @@ SHAPES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Shape of a collider -> its words."""
 
-KINDS: Final[Mapping[str, str]] = {
-    "sphere": "bounding spheres", "aabb": "boxes, then triangles", "obb": "turned boxes, then triangles",
-    "static": "triangles after a move", "discrete": "triangle meshes", "hybrid": "spheres, boxes, triangles",
-    "qaco": "ant colony", "hybrid-qaco": "spheres, boxes, ant colony", "rapid-style": "trees as in RAPID",
-    "solid-style": "trees as in SOLID", "image-space": "depth images", "mujoco": "MuJoCo's colliders",
-    "rapier": "Rapier's colliders", "bullet": "Bullet's colliders", "physx": "PhysX's colliders",
-    "exact": "every triangle, every frame", "continuous": "every triangle, between frames",
-    RECORDED: "what the engine reported",
-}  # fmt: skip
-"""Detector -> what it asks."""
-
 
 def detector_words(name: str, settings: Mapping[str, Any]) -> str:
     """What a detector is: ``convex hulls at 50 Hz``; of one of no table its own name."""
-    words = shape_words(settings) if name == "collider" else KINDS.get(name, name)
-    rate = settings.get("rate_hz")
-    if rate and name != RECORDED:
-        return f"{words} at {rate:g} Hz"
-    return f"{words}, every frame" if name in ("collider", "discrete") else words
+    if name == RECORDED:
+        return RECORDED_LABEL
+    row, rate = detector_row(name), settings.get("rate_hz")
+    label = shape_words(settings) if name == "collider" else row.label
+    if rate:
+        return f"{label} at {rate:g} Hz"
+    return f"{label}, every frame" if row.sampled else label
 
 
 def shape_words(settings: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from cdcore import Detection, Verdict
-from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.detectors import TABLE
 from cdcore.numerics import FloatArray
 from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.outcome import counts_by_pair
@@ -186,7 +186,7 @@ def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> Detector
 
 def _seconds(run: Run, offsets: OffsetCounts | None) -> DetectorTimes:
     stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
-    rate_hz = run.settings.get("rate_hz") if run.spec.name in (*DETECTORS, *OPTIONAL) else None
+    rate_hz = run.settings.get("rate_hz") if run.spec.name in TABLE else None
     every_frame = None if offsets is None else offsets.every_frame
     return DetectorTimes(
         prepare=run.prepare,

@@ -71,11 +71,6 @@ def engine_named(name: str) -> Engine:
     return engines()[name]
 
 
-def lacking(choice: Choice) -> str:
-    """The module of the extra ``engines`` that a row needs; ``""``: none."""
-    return "mujoco" if choice.detector == "mujoco" else ""
-
-
 def knob_words(knobs: Mapping[str, str]) -> str:
     """``Fixed Timestep 0.02, Mesh Collider Convex``."""
     return ", ".join(f"{knob} {value}" for knob, value in knobs.items())

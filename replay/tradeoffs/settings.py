@@ -10,6 +10,7 @@ from importlib.resources import files
 from math import inf
 from typing import Any, Final
 
+from cdcore.detectors import detector_row
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors, spec_text
 
 
@@ -46,16 +47,10 @@ class Setting:
     @property
     def complete(self) -> bool:
         """Whether it says of every frame, by every face, only if bodies meet: nothing is sampled or cut."""
-        needs = COMPLETE.get(self.detector)
+        needs = detector_row(self.detector).complete_with
         cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon"))
         return needs is not None and not cut and needs.items() <= {"containment": True, **self.settings}.items()
 
-
-COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
-    name: {"containment": True}
-    for name in ("exact", "hybrid", "discrete", "static", "solid-style", "rapid-style", "obb", "aabb")
-} | {"collider": {"shape": "mesh"}, "hybrid-qaco": {"decide": "mesh", "containment": True}}
-"""Detectors that can miss nothing at a frame, and the settings which that takes."""
 
 USUAL_HZ: Final = 50.0
 """The step of an engine in a new project."""

@@ -4,9 +4,9 @@ from importlib.util import find_spec
 
 import pytest
 
-from cdcore.detectors import DETECTORS
+from cdcore.detectors import DETECTORS, OPTIONAL
 
-ENGINE_MODULE = {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx"}
+ENGINE_MODULE = {name: row.engine for name, row in OPTIONAL.items()}
 """Row of the table that needs an extra -> the module that it asks."""
 ROWS = list(DETECTORS) + [
     pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is no part of `test`"))

@@ -26,9 +26,14 @@ IDLE: Final = 1e-7
 """Seconds, in the mean, below which a stage had nothing to do and is not shown."""
 
 STAGES: Final[Mapping[str, str]] = {
-    "volumes": "broad phase", "spheres": "broad phase", "boxes": "broad phase", "surfaces": "narrow phase",
-    "meshes": "narrow phase", "rest": "other",
-}  # fmt: skip
+    "volumes": "broad phase",
+    "broad": "broad phase",
+    "spheres": "broad phase",
+    "boxes": "broad phase",
+    "surfaces": "narrow phase",
+    "meshes": "narrow phase",
+    "rest": "other",
+}
 """Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
 SCATTER: Final = "accuracy/plot"

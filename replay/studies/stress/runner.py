@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from cdcore.detectors import OPTIONAL, detector_names, settings_of
+from cdcore.detectors import detector_names, detector_row, settings_of
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
@@ -26,15 +26,6 @@ from sessions.whole_files import whole_file
 
 ALL: Final = "all"
 
-NOT_IN_ALL: Final = {
-    "sphere": "answers about bounding spheres, not about triangles",
-    "collider": "answers about a solid that stands in for the mesh",
-    **dict.fromkeys(OPTIONAL, "answers about the hull, which is another solid"),
-    "image-space": "refuses open meshes, and one triangle is open",
-    "static": "asks the same meshes as discrete, and its spheres would take nine minutes",
-}
-"""Detector -> why ``all`` leaves it out; it can still be asked by name. Every other row of the table is in ``all``."""
-
 
 def detectors_of(text: str) -> list[DetectorSpec]:
     """The detectors that ``--detectors`` means: specs with commas between them, or ``all``; each once.
@@ -44,7 +35,11 @@ def detectors_of(text: str) -> list[DetectorSpec]:
     """
     chosen: dict[str, DetectorSpec] = {}
     for spec in split_specs(str(text)):
-        rows = [row for row in detector_names() if row not in NOT_IN_ALL] if spec.strip() == ALL else [spec]
+        rows = (
+            [name for name in detector_names() if not detector_row(name).no_triangles]
+            if spec.strip() == ALL
+            else [spec]
+        )
         for row in rows:
             detector = parse_detector(row)
             settings_of(detector.name, detector.settings)

@@ -4,7 +4,7 @@ import pytest
 from support.hull_gaps import hulls_at
 
 from cdcore import Verdict, create_detector
-from replay.auditing.contact_reach import contact_reach, offset_setting
+from cdcore.detectors import detector_row
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 
@@ -25,7 +25,7 @@ def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, slac
     if name in ENGINES:
         pytest.importorskip(ENGINES[name])
     bodies, _ = hulls_at(seed, [0.1])
-    reach = contact_reach(create_detector(name, bodies, **settings), 0)
+    reach = create_detector(name, bodies, **settings).contact_reach(0)
     bodies, motion = hulls_at(seed, [0.3 * reach, reach - slack, reach + slack])
     verdict = create_detector(name, bodies, **settings).detect(motion).verdict[:, 0]
     assert (verdict == Verdict.CONTACT).tolist() == [True, True, False]
@@ -34,4 +34,4 @@ def test_contact_is_reported_below_the_reach_and_not_beyond(name, settings, slac
 def test_detectors_without_a_contact_offset_reach_nowhere():
     bodies, _ = hulls_at(0, [0.1])
     for name in ("exact", "discrete", "hybrid-qaco"):
-        assert contact_reach(create_detector(name, bodies), 0) == 0.0 and offset_setting(name) == ""
+        assert create_detector(name, bodies).contact_reach(0) == 0.0 and detector_row(name).contact_offset == ""

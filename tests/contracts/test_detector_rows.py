@@ -1,0 +1,110 @@
+"""Every row of the table of detectors says all that the tool must know of it."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from support.rows import ENGINE_MODULE, ROWS
+from support.shapes import lab
+
+from cdcore import create_detector
+from cdcore.detectors import OPTIONAL, TABLE, DetectorRow, detector_row, load_detector, settings_of
+from cdcore.engines.engine_detector import EngineDetector
+from cdcore.errors import InvalidSettingError
+from cdcore.protocol.settings import RateSettings
+from replay.detection.detector_spec import spec_text
+from replay.outputs.rerun_log.timing import STAGES
+from replay.pipeline.sentences import detector_words
+from replay.studies.stress.runner import ALL, detectors_of
+from replay.tradeoffs.settings import Setting
+
+FIELD_STAGES = {
+    "broad phase", "narrow phase", "containment", "traversal", "search", "faces", "poses", "images", "engine", "frames",
+    "between",
+}  # fmt: skip
+"""Names of stages that a reader of the field knows."""
+
+
+def faults_of(name, row):
+    """What a row lacks."""
+    detector = load_detector(name)
+    faults = []
+    if not row.label or row.label == name:
+        faults.append("a label")
+    if row.contact_offset and not hasattr(settings_of(name, {}), row.contact_offset):
+        faults.append(f"the setting {row.contact_offset}")
+    if bool(row.contact_offset) != (detector.contact_reach is not load_detector("exact").contact_reach):
+        faults.append("a contact offset with its reach")
+    if issubclass(detector, EngineDetector) != bool(row.engine and row.extra):
+        faults.append("the engine and its extra")
+    if row.sampled and not issubclass(detector.Settings, RateSettings):
+        faults.append("a rate")
+    if not getattr(detector, "stages", ()):
+        faults.append("its stages")
+    return faults
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_a_row_says_all_that_the_tool_must_know(name):
+    assert faults_of(name, TABLE[name]) == []
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_a_row_that_says_too_little_is_told_what_it_lacks(name):
+    row = TABLE[name]
+    bare = DetectorRow(entry=row.entry, label="")
+    lacking = {"a label"}
+    lacking |= {"a contact offset with its reach"} if row.contact_offset else set()
+    lacking |= {"the engine and its extra"} if row.engine else set()
+    assert set(faults_of(name, bare)) == lacking
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_labels_of_rows_differ(name):
+    assert [other for other in TABLE if TABLE[other].label == TABLE[name].label] == [name]
+    assert detector_words("outside:Engine", {}) == "outside:Engine"
+
+
+@pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].complete_with is not None])
+def test_a_complete_detector_takes_the_settings_that_make_it_so(name):
+    needs = dict(TABLE[name].complete_with)
+    settings_of(name, needs)
+    assert Setting(spec_text(name, needs), name, needs).complete
+    for key in needs:
+        assert not Setting("other", name, needs | {key: "no such value"}).complete
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_contact_offset_widens_the_reach(name):
+    row, (bodies, _) = detector_row(name), lab(2)
+    reach = create_detector(name, bodies).contact_reach(0)
+    if not row.contact_offset:
+        assert reach == 0.0
+        return
+    assert create_detector(name, bodies, **{row.contact_offset: 0.05}).contact_reach(0) > reach
+    if row.takes_no_offset:
+        assert create_detector(name, bodies, **{row.contact_offset: 0.0}).contact_reach(0) <= reach
+    else:
+        with pytest.raises(InvalidSettingError):
+            settings_of(name, {row.contact_offset: 0.0})
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_detector_times_the_stages_that_it_declares(name):
+    bodies, motion = lab(4)
+    timed = create_detector(name, bodies).detect(motion).seconds
+    assert set(timed) <= set(load_detector(name).stages)
+    assert {STAGES.get(stage, stage) for stage in timed} <= FIELD_STAGES
+    assert all(np.sum(seconds) >= 0 for seconds in timed.values())
+
+
+def test_stress_asks_every_row_about_which_triangles_say_something():
+    asked = {spec.name for spec in detectors_of(ALL)}
+    assert asked.isdisjoint(name for name in TABLE if TABLE[name].no_triangles)
+    assert asked >= {name for name in TABLE if not TABLE[name].no_triangles}
+
+
+def test_engine_modules_are_those_of_the_extras():
+    assert ENGINE_MODULE == {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx"}
+    assert all(find_spec(module) is None or module in ENGINE_MODULE.values() for module in ENGINE_MODULE.values())
+    assert {row.extra for row in OPTIONAL.values()} == {"engines", "physx"}
