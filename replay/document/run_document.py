@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from msgspec import field
 
-from replay.base.record import Count, Counts, Record, Seconds
+from replay.base.record import Count, Counts, Digest, Record, Seconds
 from replay.document.answer import Answer
 from replay.document.audit import DetectorAudit, PairAudit
 from replay.document.detector import DetectorRecord
@@ -81,6 +81,7 @@ class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCH
     request : by it a batch knows the run folders that it need not make again.
     open_questions : guesses of an import that change the contacts; ``guesses`` sums up the others.
     tradeoff : what other settings miss and take, where that was measured.
+    picture_sha256 : of the recording for Rerun; ``None``: the run was written without one.
     files : all of the run folder.
     """
 
@@ -109,4 +110,5 @@ class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCH
     guesses: tuple[str, ...] = ()
     request: str = ""
     tradeoff: TradeoffRecord | None = None
+    picture_sha256: Digest | None = None
     files: tuple[str, ...] = ()

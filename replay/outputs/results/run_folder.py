@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.auditing.fault import Fault
+from replay.base.file_hash import file_hash
 from replay.base.machine import give_back_memory
 from replay.base.progress import Advance, ignored
 from replay.base.tables import types_of
@@ -163,6 +164,8 @@ def write_run_folder(
         if result.tradeoff is not None:
             write_rows(result.tradeoff.rows, table_file(folder, "tradeoff"))
             document = structs.replace(document, tradeoff=result.tradeoff.record)
+        if picture:
+            document = structs.replace(document, picture_sha256=file_hash(folder / PICTURE))
         _write_document(folder, document)
     return out
 
@@ -203,11 +206,25 @@ class RunFolder:
         return faults
 
     @property
+    def has_picture(self) -> bool:
+        """Whether there is a recording for Rerun, whole or not."""
+        return (self.path / PICTURE).is_file()
+
+    @cached_property
     def picture(self) -> Path:
-        """The recording; ``RunFolderError`` where the run was made without one."""
+        """The recording for Rerun, byte by byte as the run wrote it.
+
+        Raises ``RunFolderError``: the run was made without one, or it was changed; Rerun draws a changed one silently.
+        """
         path = self.path / PICTURE
-        if not path.is_file():
+        if not self.has_picture:
             raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
+        try:
+            written = file_hash(path) == self.document.picture_sha256
+        except OSError as error:
+            raise RunFolderError.unreadable(path, error) from error
+        if not written:
+            raise RunFolderError(f"{path} is damaged: it is not the picture that its run wrote; run its session again")
         return path
 
     def recording(self, given: Path | None = None, scene: Path | None = None) -> Path:

@@ -42,7 +42,7 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
 
     Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: the recording of a run is none.
     """
-    shown = [one for one in folders if (one.path / PICTURE).is_file()]
+    shown = [run for run in folders if run.has_picture]
     for run in shown:
         _require_whole(run.picture)
     viewer, why = _viewer() if shown else ({}, f"no run holds a picture ({PICTURE})")
@@ -88,7 +88,7 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
     view = folder_view(run, pictured=pictured)
     if pictured:
-        recording, labels = run.path / PICTURE, list(run.document.audit)
+        recording, labels = run.picture, list(run.document.audit)
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
         packed = _moments(recording, labels) + _packed(recording.read_bytes())
         page.with_name(f"{name}.js").write_bytes(packed)

@@ -90,6 +90,9 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     ``different_sessions``.
     """
     runs = [read_run_folder(run) for run in (a, b)]
+    for run in runs:
+        if run.has_picture:
+            _ = run.picture  # refused where it is not the one that the run wrote
     sessions = [run.document.session for run in runs]
     if len({session.digest for session in sessions} - {None}) > 1 and not different_sessions:
         names = " and ".join(session.id for session in sessions)

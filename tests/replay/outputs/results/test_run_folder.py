@@ -5,10 +5,13 @@ import pyarrow.parquet as pq
 import pytest
 from support.small_worlds import cubes
 
+import replay
+from replay.base.file_hash import file_hash
 from replay.document.coding import json_of
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import check_target, read_run_folder, write_run_folder
 from replay.pipeline.engine import compute
+from replay.studies.diff.runs import diff_runs
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +45,9 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing
     ]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
     summary = json.loads((out / "summary.json").read_text())
-    assert summary.pop("files") == names(out) and summary == json.loads(json_of(result.document))
+    assert summary.pop("files") == names(out)
+    assert summary.pop("picture_sha256") == file_hash(out / "run.rrd")
+    assert summary == json.loads(json_of(result.document))
     assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
     assert names(out.parent) == ["run"]
 
@@ -119,4 +124,43 @@ def test_other_folders_and_other_schemas_are_told_from_runs(tmp_path):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text("[1]")
     with pytest.raises(RunFolderError, match="has schema None"):
+        read_run_folder(tmp_path)
+
+
+@pytest.fixture
+def flipped(result, tmp_path, drawing):
+    """A run folder in whose picture one bit was changed."""
+    drawing(lambda got, path: path.write_bytes(b"picture"))
+    folder = write_run_folder(result, tmp_path / "flipped", picture=True)
+    picture = folder / "run.rrd"
+    data = bytearray(picture.read_bytes())
+    data[3] ^= 1
+    picture.write_bytes(data)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        replay.view,
+        lambda run: diff_runs(run, run),
+        lambda run: replay.share(run, run.parent / "sent", anyway=True),
+    ],
+    ids=["view", "diff", "share"],
+)
+def test_a_flipped_bit_in_the_picture_is_refused(flipped, use):
+    with pytest.raises(RunFolderError, match=r"run.rrd is damaged: it is not the picture that its run wrote"):
+        use(flipped)
+
+
+def test_a_picture_that_no_run_wrote_is_refused(result, tmp_path):
+    folder = write_run_folder(result, tmp_path / "run")
+    (folder / "run.rrd").write_bytes(b"of another run")
+    with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
+        _ = read_run_folder(folder).picture
+
+
+def test_an_older_folder_is_refused_with_the_command_that_makes_it_anew(tmp_path):
+    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/1"}')
+    with pytest.raises(RunFolderError, match=r"older version .* replay run SESSION.mcap --out FOLDER --force"):
         read_run_folder(tmp_path)

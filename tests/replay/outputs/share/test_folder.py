@@ -19,6 +19,7 @@ from support.headless import pixels
 from support.small_worlds import STEP_NS, STILL, cube
 
 import replay
+from replay.base.file_hash import file_hash
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
@@ -168,6 +169,10 @@ def test_a_damaged_picture_is_refused_before_the_viewer_starts(run, tmp_path, mo
     monkeypatch.setattr(module, "web_viewer", lambda: pytest.fail("the viewer was started"))
     damaged = shutil.copytree(run, tmp_path / "damaged")
     (damaged / "run.rrd").write_bytes((run / "run.rrd").read_bytes()[:1000])
+    # Whoever damages a picture may write its hash too.
+    document = json.loads((damaged / "summary.json").read_text())
+    document["picture_sha256"] = file_hash(damaged / "run.rrd")
+    (damaged / "summary.json").write_text(json.dumps(document))
     with pytest.raises(RunFolderError, match=r"damaged/run\.rrd is damaged; run its session again$"):
         write_shared_folder([read_run_folder(run), read_run_folder(damaged)], tmp_path / "sent")
     assert not (tmp_path / "sent").exists()
