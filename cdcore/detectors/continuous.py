@@ -69,7 +69,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         "S. Redon, A. Kheddar, S. Coquillart, Fast continuous collision detection between rigid bodies, Computer "
         "Graphics Forum 21(3), 2002",
     )
-    choose_when = "hands move fast among thin glass, through which every look at frames can pass"
+    choose_when = "hands move fast among thin glass, which every test at frames can miss"
     cannot = "look across lost poses and gaps, or list faces"
     stages = ("frames", "between", "containment")
     Settings = ContinuousSettings

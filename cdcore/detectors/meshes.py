@@ -226,7 +226,7 @@ class DiscreteDetector(MeshDetector):
     Settings = DiscreteSettings
     sources = (f"{PAPER}, Fig. 5, discrete detection", FCL)
     choose_when = "you want to know what an engine of that rate misses"
-    cannot = "see what happens between its looks"
+    cannot = "see what happens between its samples"
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""

@@ -145,7 +145,7 @@ class HybridQacoDetector(QacoDetector):
     name = "hybrid-qaco"
     Settings = HybridQacoSettings
     sources = (f"{PAPER}, sections 3 and 4", *COLONY, FCL)
-    choose_when = "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts"
+    choose_when = "you audit the paper's pipeline (the default of a run), or with `decide=mesh` want all contacts"
     cannot = "promise to find a contact with `decide=search`"
     stages = ("spheres", "boxes", "search", "meshes", "containment")
 

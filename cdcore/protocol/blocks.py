@@ -15,7 +15,7 @@ def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
     """Refuse what is no motion, or one of another number of bodies than the detector has, with an InvalidPoseError."""
     if not isinstance(motion, Motion):
         raise InvalidPoseError(
-            f"a detector is asked about a Motion, not {type(motion).__name__}; make one: "
+            f"a detector takes a Motion, not {type(motion).__name__}; make one: "
             "cdcore.Motion(times, translations, rotations)"
         )
     if motion.body_count != len(bodies):

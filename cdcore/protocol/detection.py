@@ -109,7 +109,7 @@ class Detection:
         """
         faces = self.faces(frame, pair)
         if self.section_source is None:
-            raise NotRecordedError(f"{self.detector} computes no intersection segments; ask a detector on meshes")
+            raise NotRecordedError(f"{self.detector} computes no intersection segments; use a detector on meshes")
         return self.section_source(*self._place(frame, pair), faces)
 
     def take(self, frames: IntArray) -> Detection:

@@ -87,7 +87,7 @@ class FrameDetector(PairDetector[Any]):
             verdict[frame] = self._as_verdicts(answer)
         memory[0] += len(motion)
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
-        refused = ("refused: not asked",) * len(self.pairs)
+        refused = ("refused: not tested",) * len(self.pairs)
         work = {"looks": len(motion)}
         return self._detection(motion, verdict, containment=refused, work=work, seconds={"look": seconds})
 

@@ -58,7 +58,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     needs = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
     absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
     if 1 in absent:
-        raise TradeoffError(f'{absent[1]} itself is asked and is not installed; pip install "vrlab-replay[engines]"')
+        raise TradeoffError(f'{absent[1]} itself is needed and is not installed; pip install "vrlab-replay[engines]"')
     frames_hz = frame_rate(held.stamps() / 1e9)
     there = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
     result = run(held, detectors={label: choice.asked(frames_hz) for label, choice in there.items()}, **asked)

@@ -65,7 +65,7 @@ class ClockOffset:
             text += f", {delay_text(self.delay)}"
         far = f"{1e3 * WINDOW:g} ms"
         if self.residual is None:
-            return f"{text}, residual unknown: none of {self.of} begins and ends is within {far} of a true one"
+            return f"{text}, residual unknown: all {self.of} begins and ends are over {far} from a true one"
         text += f", residual {1e3 * self.residual:.1f} ms of {self.matched} of {self.of} begins and ends"
         if self.matched < self.of:
             text += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"

@@ -91,7 +91,9 @@ def in_noise(
     threads, which share nothing that changes. Raises ``NoiseError``: it does not decide at instants.
     """
     if oracle.detection.covers != "instants":
-        raise NoiseError(f"noise is asked of a reference of instants, which {oracle.spec.name} is not; trust exact")
+        raise NoiseError(
+            f"noise needs a reference that decides at frames, and {oracle.spec.name} does not; use --oracle exact"
+        )
     # Here, since a run without noise and contacts loads no compiler.
     from cdcore.narrow.bvh.box_tree import box_trees_of
     from cdcore.narrow.contact_offset import ContactOffset

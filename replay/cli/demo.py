@@ -29,8 +29,10 @@ STUDENTS: Final = 52
     help=f"A class of so many students instead (the paper's: {STUDENTS}), with its study and its page.",
 )  # fmt: skip
 @click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
-@click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the made-up session.")
+@click.option(
+    "--noise", type=click.Choice(["vive", "off"]), help="Noise of the made-up tracker.  [default: vive at a bench]"
+)
 @fix_time
 @jobs
 @force

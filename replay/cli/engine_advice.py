@@ -69,15 +69,15 @@ def _sentences(shipped: "Shipped") -> list[str]:
     from sessions.meshes.mesh_axes import GLTF
 
     false, limit = words.percentage(100 * (shipped.after["false"] or 0.0)), words.percentage(100 * shipped.max_false)
-    lines = [f"{false} % of the contact time is false; at most {limit} % was wanted."]
+    lines = [f"{false} % of the contact time is false; the limit is {limit} %."]
     if shipped.time_up:
         lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
     elif not shipped.reached:
-        lines.append("No cut that was tried makes it less: a faster step or another --max-false.")
+        lines.append("No split got below that. Try a faster step or a higher --max-false.")
     outside = max(row["outside_mm"] for row in shipped.bodies)
     lines.append(f"Every mesh lies within its pieces, or outside by {outside:.2f} mm at most.")
     if shipped.engine.name == "Unity":
-        lines.append("As triggers they report but do not push; each piece is a Convex Mesh Collider.")
+        lines.append("Triggers report contacts and do not push; each piece is a Convex Mesh Collider.")
         lines.append("Unity reads GLB by a package: add com.unity.cloud.gltfast (glTFast), or UnityGLTF.")
     if shipped.engine.name == "Unreal Engine":
         lines.append("Import each GLB whole: the mesh in it takes the UCX_ pieces beside it as its collision.")

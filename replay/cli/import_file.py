@@ -27,7 +27,9 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @force
 @click.option("--mesh", "named", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @meshes_option
-@click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
+@click.option(
+    "--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Unit of the mesh files. Default: by their size."
+)
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")

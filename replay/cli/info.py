@@ -56,7 +56,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     yield from (plain(words, "dim") for words in listed)
     if info["assumptions"]:
         rows = [(row["what"], row["said"]) for row in info["assumptions"]]
-        yield table("What the numbers were taken to mean", ("what", "taken for, and who says so"), rows, words=2)
+        yield table("Assumptions of the import", ("about", "taken for, and its source"), rows, words=2)
 
 
 def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:

@@ -190,7 +190,7 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
     sampled = ""
     if examined.is_thinned:
         sampled = f" ({len(examined.frames):,} of {len(examined.assembly.motion):,} frames)"
-    parts.append(Paragraph("", f"As it is: {outcome_words(examined.outcome)}{sampled}."))
+    parts.append(Paragraph("", f"The recording as it is now: {outcome_words(examined.outcome)}{sampled}."))
     if not examined.questions:
         parts.append(Paragraph("", "Nothing that the import guessed changes its contacts."))
     for number, question in enumerate(examined.questions, start=1):
@@ -226,7 +226,7 @@ def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
             if len(reply) == 1 and reply in letters:
                 chosen[number] = letters.index(reply)
                 break
-            click.echo("      The letter of the line that shows your scene; look at the pictures.")
+            click.echo("      Choose the letter of the line that shows your scene: see the pictures.")
     return chosen
 
 

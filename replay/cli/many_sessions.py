@@ -38,7 +38,7 @@ def run_many(
     from replay.cli.terminal import terminal
 
     def died(name: str, worker: str) -> None:
-        people.say(f"the worker {worker} ended while it replayed {name}, which is asked again")
+        people.say(f"the worker {worker} ended while it replayed {name}, which is run again")
 
     with ExitStack() as kept:
         folder = out

@@ -120,7 +120,7 @@ def answering(*formats: str) -> Option:
                 given["as_markdown"] = format_ == MARKDOWN
             return command(as_json=format_ == "json", **given)
 
-        words, choice = "What to print on stdout.", click.Choice(formats)
+        words, choice = "Format of the standard output.", click.Choice(formats)
         option = click.option("--format", "format_", type=choice, default="text", show_default=True, help=words)
         return together(option, common)(chosen)
 
@@ -159,14 +159,16 @@ def detectors_named(context: click.Context, option: click.Parameter, value: Any)
 
 
 ORACLE_WORDS = "The detector to trust: exact, continuous, a label. Default: exact."
-DETECTORS_WORDS = "Whom to ask: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ask."
+DETECTORS_WORDS = (
+    "Detectors to run: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ship."
+)
 lineup = together(
     click.option(
         "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=detectors_named,
         help=DETECTORS_WORDS,
     ),
     click.option("--oracle", metavar="SPEC", callback=detectors_named, help=ORACLE_WORDS),
-    click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream."),
+    click.option("--seed", type=int, default=0, show_default=True, help="Seed of every random stream."),
 )  # fmt: skip
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
@@ -174,9 +176,7 @@ FIX_SECONDS = 20.0
 FIX_TIME_WORDS = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
 fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_WORDS)
 
-POLICY_WORDS = (
-    "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
-)
+POLICY_WORDS = "Treatment of a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
 replaying = together(
     force,
     scene,

@@ -11,7 +11,7 @@ from replay.cli.options import ANY_PATH, reporting
 
 @click.command()
 @click.option("--quick", is_flag=True, help="Three columns, two poses each: under a minute once compiled.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of poses and searches.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of poses and searches.")
 @click.option(
     "--out", "-o", type=ANY_PATH, metavar="DIR", help="Write figure_7.png and figure_8.png here (extra: plots)."
 )

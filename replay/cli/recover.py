@@ -28,5 +28,5 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     result = recover(torn, out, overwrite=force)
     plain = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
     answer(as_json, plain, lambda: [*result.sentences(), *["nothing was lost"] * result.whole])
-    people.say(f"wrote {out}", f"look at it:  replay doctor {out}")
+    people.say(f"wrote {out}", f"Check it:  replay doctor {out}")
     return OK if result.whole else DATA_LOSS

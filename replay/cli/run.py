@@ -53,9 +53,9 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 def command(
     sessions: tuple[Path, ...], out: Path | None, people: People, as_json: bool, as_markdown: bool, **asked: Any,
 ) -> int:  # fmt: skip
-    """Replay each FILE.mcap through detectors and say what each missed, why, and what mends it.
+    """Replay each FILE.mcap through detectors and say which contacts each missed, why, and how to mend it.
 
-    Without --detectors it asks what engines ask: the contacts that the engine reported, if they were recorded; the
+    Without --detectors it tests what engines ship: the contacts that the engine reported, if they were recorded; the
     colliders recorded with the bodies, or else convex hulls, and the meshes, at the step rate; the paper's pipeline;
     and every triangle of every frame, the reference.
 

@@ -124,7 +124,7 @@ def _mark(result: RunResult) -> str:
 def no_detection(result: RunResult) -> str:
     """Why there is no contact to report."""
     effects = ", ".join(dict.fromkeys(effect.kind for effect in result.session.scene.effects or ())) or "nothing"
-    return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
+    return f"Contacts were not computed: the scene declares {effects}. To compute them, add --detectors."
 
 
 def fault_tables(result: RunResult) -> list[Table]:

@@ -15,7 +15,7 @@ from sessions.model.scene import Scene
 
 @click.group()
 def command() -> None:
-    """Write a first scene of a recording, to edit; find every fault of a scene, and say what it calls for."""
+    """Draft the scene of a recording, to edit; check a scene, and list what it needs."""
 
 
 @command.command()
@@ -71,10 +71,10 @@ def _beside(file: Path, scene: Path) -> str:
 @click.argument("scene", type=SESSION_FILE, metavar="SCENE.toml|FILE.mcap")
 @reporting
 def check(scene: Path, as_json: bool, people: People) -> int:
-    """Say everything that is wrong with SCENE.toml: keys, bodies, meshes, pairs, effects. Exits with 1 on any fault.
+    """Name every mistake in SCENE.toml: keys, bodies, meshes, pairs, effects. Exits with 1 on any mistake.
 
-    Of a scene without a fault, and of the one that FILE.mcap carries, say what it calls for: effects, pairs, detectors,
-    topics, each with why. Whether it fits a recording says: replay doctor session.mcap --scene SCENE.toml
+    A scene without mistakes, or the one in FILE.mcap, is listed with what it needs and why: effects, pairs, detectors,
+    topics. To check that it fits a recording: replay doctor session.mcap --scene SCENE.toml
 
     \b
     replay scene check bench.toml

@@ -18,7 +18,7 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     """Write a folder that shows runs in any browser, by a double click on its index.html, without a network.
 
     The page holds the figures of the report, with the live picture beside it; each miss is a link that moves the
-    picture. Send the whole folder. Of several runs index.html is a list; they share one viewer.
+    picture. Send the whole folder. Several runs become a list in index.html, with one viewer.
 
     \b
     replay share run1 -o for-anna

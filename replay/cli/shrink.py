@@ -24,7 +24,7 @@ WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **asked: Any) -> int:
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
-    The detector is asked again and again about less, as it ran: with its settings, its phase and its memory. The
+    The detector runs again and again on less, with its settings, its sampling offset and its memory. The
     folder holds test_case.py for pytest, the meshes as OBJ, the poses as CSV and a README for a bug report.
 
     \b

@@ -24,7 +24,7 @@ FIELDS: Final = {
 }  # fmt: skip
 """Field of a tally -> its heading."""
 
-KINDS: Final = {"family": "triangle pairs of all families asked", "case": "cases of whole bodies"}
+KINDS: Final = {"family": "triangle pairs of all families", "case": "cases of whole bodies"}
 
 
 @click.command()
@@ -42,16 +42,16 @@ KINDS: Final = {"family": "triangle pairs of all families asked", "case": "cases
 @click.option("--case", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
 @click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family.")
-@click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
+@click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Seed of the first family.")
 @tau
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write pairs that fail, a file a detector and family.")
 @reporting
 def command(
     family: str | None, case: str | None, pairs: int, quick: bool, as_json: bool, people: People, **asked: Any
 ) -> int:
-    """Ask detectors about triangle pairs and bodies made to be hard, and count where they are wrong.
+    """Run detectors on triangle pairs and bodies made to be hard, and count their wrong answers.
 
-    What is named of --family and --case is asked; if neither is, everything. Exits with 4 when a detector that claims
+    --family and --case choose; without them everything runs. Exits with 4 when a detector that claims
     exactness is wrong or undecided anywhere.
 
     \b

@@ -33,10 +33,10 @@ def require_extra() -> None:
 @click.argument("runs", type=RUN_FOLDER, metavar="DIR")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Study folder to make.")
 @click.option("--questionnaire", type=SESSION_FILE, metavar="FILE.csv", help="Answers of the students.")
-@click.option("--codebook", type=SESSION_FILE, metavar="FILE.yaml", help="What is asked of which items.")
+@click.option("--codebook", type=SESSION_FILE, metavar="FILE.yaml", help="Items, constructs and associations.")
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
 @click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of bootstrap and permutations.")
 @force
 @reporting
 def page(people: People, **asked: Any) -> int:

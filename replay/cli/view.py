@@ -13,12 +13,12 @@ from sessions.temporary_folders import temporary_folder
 @click.argument("runs", type=FILE_OR_FOLDER, metavar="RUN|SESSION.mcap...", nargs=-1, required=True)
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the worst moment.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="Open at this false contact.")
-@click.option("--by", default="", metavar="LABEL", help="Of which detector; else of the first that has it.")
+@click.option("--by", default="", metavar="LABEL", help="Detector of that fault. Default: the first that has it.")
 @common
 def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str, people: People) -> int:
-    """Open the pictures of run folders in one viewer, on this machine only; of a session as it was recorded.
+    """Open the pictures of run folders in one viewer, on this machine only, or a session as it was recorded.
 
-    Of several runs the first is shown, and the cursor of each stands at the same second; Ctrl+Alt+Down shows the next.
+    The first of several runs is shown, and the cursor of each stands at the same second; Ctrl+Alt+Down shows the next.
     The options name a moment of the first run.
 
     \b

@@ -169,7 +169,7 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         return
     missing = [key for key in OWN if declared[key] is None] if name not in INDICATORS else []
     if missing:
-        known = f"{name!r} is none of {', '.join(INDICATORS)}{nearest(name, INDICATORS)}"
+        known = f"{name!r} is not an indicator: {', '.join(INDICATORS)}{nearest(name, INDICATORS)}"
         raise declared.fail(f"{missing[0]} is missing: {known}; your own has {', '.join(OWN)}")
     by_ph = [declared[key] for key in ("from_ph", "to_ph")]
     if INDICATORS.get(name, {}).get("species") and any(value is not None for value in by_ph):

@@ -75,7 +75,7 @@ def _check(declared: Declaration, _scene: Scene) -> None:
     known = declared["vessels"]
     for name in declared["dips"]:
         if name not in known:
-            raise declared.fail(f"dips: {name!r} is none of the vessels{nearest(name, known)}")
+            raise declared.fail(f"dips: {name!r} is no vessel of the scene{nearest(name, known)}")
     for name in known:
         if name not in declared["dips"]:
             raise declared.fail(f"dips: nothing says which salt is in {name!r}")

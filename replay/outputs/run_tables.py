@@ -133,7 +133,7 @@ def timed_apart(result: Summarised) -> list[str]:
     if len(at_once) in (0, len(live)):
         return []
     verb = "was" if len(at_once) == 1 else "were"
-    return [f"{', '.join(at_once)} {verb} asked of all frames at once: compare no time with those of other rows."]
+    return [f"{', '.join(at_once)} {verb} run on all frames at once: compare no time with those of other rows."]
 
 
 def happened(contacts: int) -> str:
@@ -248,7 +248,7 @@ def cost_table(result: Summarised) -> Table:
     for label, detector in result.document.detectors.items():
         how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
         if label in result.document.audit and not detector.online:
-            notes.append(f"{label} cannot be asked live")
+            notes.append(f"{label} cannot run frame by frame")
         rows.append({"detector": label, "how": how, "seconds": detector.seconds})
     if busy := busy_words(result.document):
         notes.append(busy)

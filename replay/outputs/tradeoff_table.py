@@ -82,7 +82,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
     tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {words.number(check['widened'])}"
     ranges = any(row["offsets"] > 1 for row in done.rows)
     return (
-        f"Loss: {LOSS_MEANING}. On the front is what is surely quicker than all with a smaller loss.",
+        f"Loss: {LOSS_MEANING}. front: no other setting is both faster and more accurate.",
         *(
             ["A range is the smallest and the largest count over 16 sampling offsets; the order goes by the mean."]
             if ranges

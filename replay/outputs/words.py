@@ -25,7 +25,7 @@ PAIR_FRAME_ROWS: Final[Mapping[str, str]] = {
 
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
 
-NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for none"
+NOT_LOOKED_FOR: Final = "Contacts were not computed: no effect of the scene needs them"
 
 NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 """What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""

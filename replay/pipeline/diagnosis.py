@@ -72,7 +72,7 @@ def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> s
     """Why there is no contact that a detector could miss."""
     outcome = result.comparisons[label].outcome
     if (outcome == Outcome.LEFT_OUT).all():
-        return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames."
+        return f"Nothing compared: {result.oracle} and {label} decided no pair-frame of {outcome.size:,} together."
     verdicts = document.detectors[result.oracle].verdicts
     lost, every = verdicts.get("no_pose", 0), sum(verdicts.values())
     if lost:
@@ -192,7 +192,7 @@ def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, st
         yield mended, f"no contact offset ({setting}=0)"
     if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:
         mended = DetectorSpec("fix", spec.name, {**spec.settings, "containment": True})
-        yield mended, "ask whether one body is inside the other (containment=true)"
+        yield mended, "test whether one body is inside the other (containment=true)"
     if cause in COLLIDER_CAUSES and spec.name == "collider":
         shape = spec.settings.get("shape", "hull")
         pieces = 2 * int(spec.settings.get("pieces", FEWEST_PIECES)) if shape == "compound" else FEWEST_PIECES

@@ -99,7 +99,7 @@ def compute(
     lineup = _called_for(planned, settings, session)
     blur = parse_noise(settings.noises, settings.noise_copies)
     if blur and not lineup.oracle:
-        raise NoiseError("noise is asked of a reference about its contacts; name detectors, or leave out the noise")
+        raise NoiseError("noise needs detectors and a reference; name detectors, or leave out --noise")
     ready = prepared(
         session, pairs=settings.pairs, start=settings.start, end=settings.end, policy=settings.policy,
         looking=bool(lineup.specs), progress=progress,

@@ -139,11 +139,11 @@ def in_noise(result: RunResult) -> list[str]:
         return []
     firm, total = noise.count(HOLDS), len(noise.words)
     words = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
-    lines = [f"In {noise.copies} copies with tracker noise: {words if total else 'no contact to ask about'}."]
+    lines = [f"In {noise.copies} copies with tracker noise: {words if total else 'no contact to judge'}."]
     for label in result.comparisons if firm else ():
         noise_proof = result.document.audit[label].noise_proof
         if noise_proof is not None:
-            lines.append(f"Of those that hold, {label} missed {noise_proof.contacts_missed}.")
+            lines.append(f"Contacts that hold and that {label} missed: {noise_proof.contacts_missed}.")
     if noise.near:
         passes = plural(len(noise.near), "near pass", "near passes")
         lines.append(f"A contact within the noise may be hidden in {passes}.")

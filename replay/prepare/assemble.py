@@ -65,7 +65,7 @@ def assemble(
     """
     seen = scan(session) if seen is None else seen
     if not len(seen.stamp_ns):
-        raise AssemblyError("the session has no frames; record some, or look at the file with `replay info`")
+        raise AssemblyError("the session has no frames; record some, or check the file with `replay info`")
     scene = session.scene
     fixed = [body.id for body in scene.bodies if body.fixed is not None and body.id not in session.names]
     bodies = tuple(body_of(session, name) for name in [*session.names, *fixed] if name in session.meshes)
@@ -77,7 +77,7 @@ def assemble(
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(scene, names, moves, pairs)
     if not len(rows) and looking:
-        raise AssemblyError(f"no pair to look at: {_why_no_pair(session, names, moves, pairs)}")
+        raise AssemblyError(f"no pair to replay: {_why_no_pair(session, names, moves, pairs)}")
     stamps = _window(seen, start, end)
     placed = _placed(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
@@ -96,9 +96,9 @@ def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], ask
     if len(names) == 1:
         only = names[0]
         return f"{without}, only {only} has one; {GIVE_MESHES}" if bare else f"{only} is the only body"
-    why = f"none of {', '.join(names)} moves against another"
+    why = f"{', '.join(names)} do not move against each other"
     if asked is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
-        why = "the scene, or what was asked for, leaves no pair of bodies with a mesh"
+        why = "the scene, or the request, leaves no pair of bodies with a mesh"
     return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
 
 

@@ -99,7 +99,7 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
     first = f"{cost} {_ms(best)} a frame ({best['label']}), {share} of a {HEADSET_HZ:g} Hz frame.{wrong}"
     other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
     if other is None:
-        return [first, "No setting that was tried is surely quicker."]
+        return [first, "No other setting is faster beyond doubt."]
     wrong = wrong_words(other)
     if not quicker(other, best):
         return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]

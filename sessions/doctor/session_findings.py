@@ -83,9 +83,9 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
             yield Finding("unrecorded-body", "paired in the scene, but not recorded", name)
     bare = [name for name in dict.fromkeys([*names, *fixed]) if name not in meshes]
     if bare and len(bare) == len(there):
-        yield Finding("no-mesh", "no body has a mesh: a run has nothing to look at", own_severity=Severity.ERROR)
+        yield Finding("no-mesh", "no body has a mesh: a run has nothing to replay", own_severity=Severity.ERROR)
     for name in bare:
-        yield Finding("no-mesh", "no mesh: contacts of it cannot be found", name)
+        yield Finding("no-mesh", "no mesh: its contacts cannot be computed", name)
     for name in names if declared else ():
         if name not in declared:
             yield Finding("undeclared-body", "recorded, but not declared in the scene", name)

@@ -51,4 +51,4 @@ def _recognised_folder(source: Path) -> tuple[str, str]:
         return "uxf", f"the folder holds {TRIALS} or files OBJECT_movement_T001.csv"
     if (source / "metadata.yaml").is_file():
         raise ImportFileError(f"{source} is a bag of ROS 2: name the .mcap file in it; of .db3 files {ANOTHER_BAG}")
-    raise ImportFileError(f"{source} is a folder, but none of UXF; name a file, or the format before the source")
+    raise ImportFileError(f"{source} is a folder, but not one of UXF; name a file, or the format before the source")

@@ -109,7 +109,7 @@ def unpacked(packed: bytes, compression: str, size: int) -> bytes:
     holds another number of bytes, or is damaged.
     """
     if compression not in _UNPACK:
-        raise ValueError(f"its compression {compression!r} is none of: zstd, lz4, none")
+        raise ValueError(f"its compression {compression!r} is unknown; known: zstd, lz4, none")
     data = _UNPACK[compression](packed, size)
     if len(data) != size:
         raise ValueError(f"it declares {size} bytes and holds {len(data)}")

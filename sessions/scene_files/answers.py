@@ -129,7 +129,7 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
     """The recording with one assumption in place of another."""
     rows = recording_assumptions(session)
     if before not in rows:
-        raise SessionError(f"the recording holds no assumption on the {before.title}; look at `replay info -v`")
+        raise SessionError(f"the recording holds no assumption on the {before.title}; see `replay info -v`")
     if before.value == after.value:
         changed = session
     elif before.subject is Subject.MESH_AXES:

@@ -15,7 +15,7 @@ STATES = {
     "one": (".CC...", "nnnnnn", f"{IT} 1 of 1 contact missed."),
     "several": ("C.C.CC", "nncncn", f"{IT} 1 of 3 contacts missed, 1 late or cut short."),
     "undecided": (".C.CC.", "nunuun", f"{IT} 2 of 2 contacts undecided."),
-    "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames."),
+    "not measured": ("......", "uuuuuu", "Nothing compared: exact and it decided no pair-frame of 6 together."),
     "more invented than found": ("C.....", "cnccnc", f"{IT} 75 {FALSE}"),
     "false at both ends": ("..CC..C.", "nccccccn", f"{IT} 50 {FALSE}"),
     "more than a list holds": ("C." * 41, "n" * 82, f"{IT} 41 of 41 contacts missed."),

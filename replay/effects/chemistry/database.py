@@ -127,7 +127,7 @@ class _Reading:
         if column is None:
             if self.strict:
                 known = ", ".join(sorted(set(ELEMENTS.values())))
-                self.problems.append(f"element {element!r} is none of those that formulas are counted as: {known}")
+                self.problems.append(f"element {element!r} is not an element that formulas may hold: {known}")
             return
         self.ions[species] = _makeup_of_master(species, column)
         self.masters[column] = species

@@ -52,7 +52,7 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
         for one in events[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
-    found = table(f"What the effects found{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
+    found = table(f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
     parts: list[Part] = [*curves, effect_table(view), found]
     if planned.not_run:
         parts.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
@@ -126,7 +126,7 @@ def finding_parts(document: RunDocument) -> list[Part]:
     if sums:
         head = ("kind", "body", "policy", "spans", *DONE)
         rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
-        parts.append(table("What was done about poses in doubt", head, rows, words=3))
+        parts.append(table("Treatment of doubtful poses", head, rows, words=3))
     return parts
 
 

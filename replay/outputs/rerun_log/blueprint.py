@@ -171,7 +171,7 @@ def _accuracy(picture: Picture) -> Any:
     axis = rrb.ScalarAxis(range=(0.0, max(high, 1.0001 * timing.budget_share(high))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
     times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
-    right = _column((_text(ACCURACY, "What it means"), 0.32), (times, 0.68))
+    right = _column((_text(ACCURACY, "Meaning"), 0.32), (times, 0.68))
     return _row((dots, 0.5), (right, 0.5), name=name)
 
 
@@ -196,7 +196,7 @@ def _effects(picture: Picture) -> Any:
 def _session(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
     room = _spatial(picture.title, picture.room(), picture.effects_eye)
-    return _row((room, 0.7), (_text(SESSION_TEXT, "What was replayed"), 0.3), name="Session")
+    return _row((room, 0.7), (_text(SESSION_TEXT, "The session"), 0.3), name="Session")
 
 
 def _details(picture: Picture, label: str) -> Any:

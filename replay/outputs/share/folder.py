@@ -33,8 +33,8 @@ def require_consent(folders: Sequence[RunFolder]) -> None:
     consents = {str(one.path): one.document.session.facts.get("consent", "not stated") for one in folders}
     without = [f"{path} (consent: {words})" for path, words in consents.items() if words != SHARE]
     if without:
-        what = f"not recorded as consent to share: {', '.join(without)}"
-        raise OutputError(f"{what}; its motion can identify a person; where you may pass it on, add --anyway")
+        what = f"no consent to share is recorded: {', '.join(without)}"
+        raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")
 
 
 def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool = False) -> str:

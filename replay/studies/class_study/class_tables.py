@@ -34,9 +34,7 @@ NOT_SHOWN: Final = "not shown"
 NONE: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
 
-ABOUT_RECORDINGS: Final = (
-    "A row is a link to one recording, and no figure of it: what is counted of fewer than five students is not shown."
-)
+ABOUT_RECORDINGS: Final = "Each row links to a recording. Figures of fewer than five students are not shown."
 
 Place = tuple[str, str]
 """Name and address of a session's page."""

@@ -75,7 +75,7 @@ class Finding:
         if self.p is None:
             return "not tested"
         if self.p >= LEVEL:
-            return "not told from chance"
+            return "not distinguished from chance"
         return f"{UNDECIDED} after Holm" if self._side else f"{UNDECIDED}: interval holds zero"
 
     @property

@@ -58,7 +58,7 @@ def headlines(study: Study) -> list[str]:
     students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
     undecided = sum(finding.conclusion.startswith(UNDECIDED) for finding in study.findings)
     more = f"; {undecided} of {len(study.findings)} {UNDECIDED}" if undecided else ""
-    return [f"No association was told from chance in {students} students{more}"]
+    return [f"No association could be distinguished from chance in {students} students{more}"]
 
 
 def _more(finding: Finding) -> str:
@@ -145,16 +145,16 @@ def study_tables(study: Study) -> dict[str, Table]:
             f"compared with {study.detector} above", study.sensitivity,
             "outcome=before.outcome predictor=before.name detector students recall beta=after.beta "
             "p_holm=after.p_holm conclusion changes tested",
-            ["Of groups, beta is the difference of their means."] if study.groups else (),
+            ["For groups, beta is the difference of their means."] if study.groups else (),
         ),
         "groups": _table(
             "Groups compared", study.groups,
             "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
             "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
             [
-                "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing "
+                "The paper computes coefficient, adjusted fit and significance, with one predictor, nothing "
                 "corrected.",
-                "What the data allow: the second group's mean less the first's, p of t with HC3 errors, Holm across "
+                "The data allow the second group's mean less the first's, p of t with HC3 errors, Holm across "
                 "the rows.",
             ],
         ),

@@ -77,7 +77,7 @@ DIFFERENCES: Final = columns_of(
 def diff_table(diff: "RunDiff") -> Table:
     """A row per detector that both runs have."""
     title = "contacts, and the share of false contact"
-    note = "time, p99: of the second run, as a multiple of the first's; where verdicts are the same, the machine's own"
+    note = "time, p99: second run / first run. With the same verdicts a difference is noise of the machine."
     return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
 
 

@@ -125,8 +125,8 @@ def colony_tables(families: Sequence[tuple[Rows, Rows]], search_seeds: int) -> l
             "The colony with one equation switched off",
             ABLATION_HEAD,
             without,
-            "The same poses, seeds, budget and intervals as F7e. Two rows whose fewest and most overlap are not told "
-            "apart by these seeds.",
+            "The same poses, seeds, budget and intervals as F7e. These seeds do not distinguish two rows whose "
+            "ranges overlap.",
         ),
     ]
 

@@ -121,7 +121,7 @@ def _search(families: Sequence[Drawn]) -> Table:
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
         f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Intervals: Wilson, 95 %."
     )
-    return paper_table("F8 search", "What a search within the sample misses and takes", head, tuple(rows), note)
+    return paper_table("F8 search", "Misses and evaluations of a search within the sample", head, tuple(rows), note)
 
 
 def _word(size: int | None) -> str:

@@ -4,8 +4,11 @@ import tomllib
 from importlib.resources import files
 from typing import Any, Final
 
-PRINTED: Final = "printed; hardware, budget, counting rule unknown"
-"""Heading of every column that holds one of these values."""
+PRINTED: Final = "paper"
+"""Heading of every column that holds a value of the paper."""
+
+ABOUT_PRINTED: Final = "paper: as printed there; its hardware, budget and counting of faces are unknown."
+"""Stands once below the tables that have such a column."""
 
 PAPER: Final[dict[str, dict[str, Any]]] = tomllib.loads(
     files("replay.studies.paper").joinpath("printed.toml").read_text("utf-8")

@@ -14,7 +14,7 @@ from replay.base.machine import machine
 from replay.base.tables import Table
 from replay.outputs.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
-from replay.studies.paper.printed import PAPER, PRINTED, printed
+from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make
 from sessions.synthetic.rng import random_stream
 
@@ -68,7 +68,8 @@ def table_one(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
     return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
-        "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations.",
+        "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations. "
+        f"{ABOUT_PRINTED}",
     )  # fmt: skip
 
 

@@ -86,14 +86,14 @@ def of_run(
     detector = run.document.detectors[label]
     if ":" in detector.name and detector.name != trusted:
         raise ShrinkError(
-            f"{label} is {detector.name}, a class that {run.path} names and no table of this machine; "
-            f"where you trust it, say so: --detector {label}={detector.name}"
+            f"{run.path} was made with {detector.name}, a class of somebody's own code; "
+            f"to import and run it, add --detector {label}={detector.name}"
         )
     if detector.name == RECORDED:
-        raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
+        raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot run on less")
     if detector.settings.get("shape") == "shipped":
         raise ShrinkError(
-            f"{label} asks colliders that came with the recording, which a test of two meshes cannot hold"
+            f"{label} tests colliders that came with the recording, which a test of two meshes cannot hold"
         )
     oracle = "continuous" if run.document.detectors[run.document.oracle].covers == "intervals" else "exact"
     usual = vars(load_detector(detector.name).Settings())
@@ -112,7 +112,7 @@ def of_run(
             if candidate.stands():
                 return candidate
     raise ShrinkError(
-        f"asked again about {row['body_a']} and {row['body_b']} at {row['start']:.3f} s, {label} answers rightly; "
+        f"run again on {row['body_a']} and {row['body_b']} at {row['start']:.3f} s, {label} is right; "
         "its answer depended on the clock"
     )
 

@@ -22,7 +22,7 @@ REPEATED: Final = 43
 CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeated answers", None)}).items())}
 """Number -> name, from 27 on."""
 
-AT_FRAMES: Final = "decides at frames: between them it is not asked"
+AT_FRAMES: Final = "decides at frames, not between them"
 
 
 def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:

@@ -45,7 +45,7 @@ def test_a_given_offset_is_kept_and_its_fit_said():
     assert str(found).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
     lost = estimate_offset({BEGIN: [1.0]}, {}, 0.5)
     assert (lost.matched, lost.residual) == (0, None)
-    assert str(lost).endswith("residual unknown: none of 1 begins and ends is within 50 ms of a true one")
+    assert str(lost).endswith("residual unknown: all 1 begins and ends are over 50 ms from a true one")
 
 
 def test_without_a_common_pair_nothing_is_guessed():

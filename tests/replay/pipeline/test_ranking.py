@@ -136,4 +136,4 @@ def test_times_taken_another_way_are_marked_among_live_ones(at_once, noted):
     notes = [
         note for note in tabled(structs.replace(document, detectors=detectors)).notes if "all frames at once" in note
     ]
-    assert len(notes) == noted and all(note.startswith("exact was asked") for note in notes)
+    assert len(notes) == noted and all(note.startswith("exact was run") for note in notes)

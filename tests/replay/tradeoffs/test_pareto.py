@@ -65,7 +65,7 @@ def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves
     assert advice_of(wrong)[0].startswith(
         "The smallest loss, 0.056, costs 0.2 ms a frame (paper), 1.8 % of a 90 Hz frame. It gets"
     )
-    assert "No setting that was tried is surely quicker" in advice_of(wrong)[1]
+    assert "No other setting is faster beyond doubt" in advice_of(wrong)[1]
 
 
 @pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])

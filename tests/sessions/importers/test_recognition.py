@@ -40,7 +40,7 @@ def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known)
 
 def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
     (tmp_path / "notes.csv").write_text("time,pos_x\n")
-    with pytest.raises(ImportFileError, match="is a folder, but none of UXF; name a file"):
+    with pytest.raises(ImportFileError, match="is a folder, but not one of UXF; name a file"):
         import_session("auto", tmp_path)
     with pytest.raises(ImportFileError, match="does not exist or is no file"):
         import_session("csv", tmp_path)

@@ -71,7 +71,7 @@ def consenting(run, words):
 def test_only_the_consent_to_share_shares(run):
     require_consent([consenting(run, "share")])
     for words in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
-        with pytest.raises(OutputError, match=r"not recorded as consent to share: .*add --anyway"):
+        with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
             require_consent([consenting(run, "share"), consenting(run, words)])
 
 

@@ -65,7 +65,7 @@ def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
         finding(*sorted((sign * low, sign * 1.2)), p)
         for low, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
     )
-    words = ["undecided: interval holds zero", "not told from chance", "not tested"]
+    words = ["undecided: interval holds zero", "not distinguished from chance", "not tested"]
     assert found.conclusion == "associated" and [one.conclusion for one in others] == words
     turned = finding(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
     for before, after in ((found, others[0]), (others[0], found), (found, turned)):
@@ -102,7 +102,7 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
 def test_result_states_student_count_once_and_marks_associations():
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
-    assert line == "No association was told from chance in 40 students"
+    assert line == "No association could be distinguished from chance in 40 students"
     assert WORDS["conclusion"]("associated").mark and not WORDS["conclusion"]("refused").mark
 
 

@@ -172,5 +172,5 @@ def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
     fault = of_run(made, miss=1, label="slow", session=session, scene=scene)
     assert [len(body.mesh.faces) for body in fault.bodies] == [12, 12] and fault.stands()
     assert np.ptp(fault.bodies[1].mesh.vertices[:, 0]) == pytest.approx(0.9)
-    with pytest.raises(ShrinkError, match=r"^ours asks colliders that came with the recording, which a test of two"):
+    with pytest.raises(ShrinkError, match=r"^ours tests colliders that came with the recording, which a test of two"):
         of_run(made, miss=1, label="ours", session=session, scene=scene)
