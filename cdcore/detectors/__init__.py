@@ -61,7 +61,7 @@ DETECTORS: Final[dict[str, DetectorRow]] = {
         entry="cdcore.detectors.meshes:StaticDetector",
         label="triangles after a move",
         complete_with=ASKS_INSIDE,
-        no_triangles="asks the same meshes as discrete, and its spheres would take nine minutes",
+        no_triangles="tests the same meshes as discrete, and its spheres would take nine minutes",
     ),
     "discrete": DetectorRow(
         entry="cdcore.detectors.meshes:DiscreteDetector",
