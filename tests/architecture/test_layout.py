@@ -55,3 +55,9 @@ def test_every_sampled_test_is_there_once():
 def test_the_wheel_holds_the_three_packages_and_nothing_else():
     build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert build == {"packages": list(PACKAGES)}
+
+
+def test_readme_of_the_tests_names_every_support_file_once():
+    named = re.findall(r"`(\w+\.(?:py|toml))`", (ROOT / "tests" / "README.md").read_text("utf-8"))
+    files = [path.name for path in tracked() if path.parts[:2] == ("tests", "support")]
+    assert sorted(named) == sorted(files)
