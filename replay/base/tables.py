@@ -49,6 +49,11 @@ class Column:
     show: Callable[[Any], Cell] | str = ""  # what people read of a value, or its format: ``.3f``
     mark: str = ""  # of cells that are neither 0 nor empty
     whole: bool = False
+    head: str | None = None  # shorter name above a column of a terminal; ``None``: its name
+    short: str = ""  # shorter name in a picture; ``""``: its name
+    wide: bool = False  # shown only where all columns find room
+    names_row: bool = False  # whether it says what a row is about, rather than a value
+    number: Callable[[Any], float | None] | str = ""  # of a row: its number in Parquet; ``""``: the value itself
 
     @property
     def words(self) -> bool:
@@ -68,6 +73,14 @@ class Column:
             else:
                 found = found[int(part)] if part.isdigit() else getattr(found, part)
         return None if found != found else found
+
+    @property
+    def stored(self) -> "Column":
+        """The column as Parquet has it: numbers in place of what only people read, and a name without spaces."""
+        name = self.name.lower().replace(" ", "_")
+        if not self.number:
+            return replace(self, name=name, of=self.of or self.name)
+        return replace(self, name=name, of=self.number, dtype=float)
 
     def cell(self, value: Any) -> Cell:
         """A value as people read it; ``None`` as nothing."""
@@ -123,6 +136,23 @@ class Table:
         columns = (replace(self.columns[k], name=heads.get(self.columns[k].name, self.columns[k].name)) for k in chosen)
         return replace(self, columns=tuple(columns), rows=tuple(tuple(row[k] for k in chosen) for row in self.rows))
 
+    def narrow(self) -> "Table":
+        """The columns that find room on every screen."""
+        return self.only(*(column.name for column in self.columns if not column.wide))
+
+    def with_heads(self) -> "Table":
+        """The same columns below their shorter names."""
+        return replace(
+            self,
+            columns=tuple(
+                replace(column, name=column.name if column.head is None else column.head) for column in self.columns
+            ),
+        )
+
+    def values(self) -> "Table":
+        """The columns that do not say what a row is about."""
+        return self.only(*(column.name for column in self.columns if not column.names_row))
+
     def first(self, most: int, more: str) -> "Table":
         """The first rows; where there are others, a note says how many: ``more`` with their number in its braces."""
         rest = len(self.rows) - most
@@ -169,7 +199,7 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
                 columns.extend(lists[row])
                 continue
             row["dtype"] = kinds[row.get("dtype", "str")]
-            row |= {key: (named or {}).get(row.get(key, ""), row.get(key, "")) for key in ("of", "show")}
+            row |= {key: (named or {}).get(row.get(key, ""), row.get(key, "")) for key in ("of", "show", "number")}
             columns.append(Column(**row))
         lists[name] = tuple(columns)
     return lists

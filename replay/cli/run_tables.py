@@ -28,12 +28,6 @@ PAIR_ROWS: Final = 20
 
 COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), built.LATE, "longest stage")
 
-SCREEN_HEADS: Final = {
-    "detector": "", "what": "", "missed": "missed", built.LATE_OR_SHORT: "late or\ncut\nshort",
-    "undecided": "undecided", built.FALSE_CONTACT: "false\ncontact", "mean ms": "mean\nms", "p99 ms": "p99\nms",
-}  # fmt: skip
-"""Columns of the ranking that fit into 80 columns, and what stands above them."""
-
 
 def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION) -> Group:
     """What a terminal shows of a run unless it is asked for more; what to do next comes last.
@@ -44,7 +38,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
         line(words.replace(RECORDING, quote(recording)), INVENTED) for words in doubts(result)
     ]
     if result.ranking:
-        parts += [built.ranking_table(result).only(*SCREEN_HEADS, heads=SCREEN_HEADS)]
+        parts += [built.ranking_table(result).narrow().with_heads()]
         parts += [Paragraph("", words) for words in (*undecided(result), *engine_reports(result))]
     elif result.detections:
         parts += [built.contact_table(result, label) for label in result.detections]

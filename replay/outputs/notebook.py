@@ -13,7 +13,7 @@ from replay.errors import AuditError
 from replay.outputs.report.first_screen import comparison_of
 from replay.outputs.report.markup import filled
 from replay.outputs.report.page import view_of
-from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
+from replay.outputs.run_tables import ranking_table
 from replay.pipeline.answer import RUN, SESSION
 from replay.pipeline.headline import price, undecided
 from replay.pipeline.run_result import RunResult
@@ -28,7 +28,6 @@ MOST_DETECTORS: Final = 6
 MOST_WRAPPED: Final = 4
 """Lines of a sentence."""
 
-COLUMNS: Final = ("detector", "missed", LATE_OR_SHORT, "false contact", "mean ms", "p99 ms")
 FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
 """Files of a run folder that are linked."""
 
@@ -40,7 +39,8 @@ def run_text(result: RunResult) -> str:
     """A run in at most fifteen lines: what was replayed, the ranking, the answer, where it was written."""
     lines = [_what(result)]
     if result.ranking:
-        made = ranking_table(result).only(*COLUMNS)
+        made = ranking_table(result).narrow()
+        made = made.only("detector", *made.values().head)
         cells = [made.head] + [[text_of(cell) for cell in row] for row in made.cells()]
         kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
         widths = [max(len(row[k]) for row in kept) for k in range(len(made.head))]

@@ -59,6 +59,15 @@ def _false_share(of: tuple[Proportion | None, bool], *, intervals: bool = False)
     return Marked(text, INVENTED if false.count else "")
 
 
+def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
+    """Contacts with a fault, the mean over the sampling offsets; ``None`` of the reference."""
+    return None if proportion is None else (proportion.value or 0.0) * contacts
+
+
+def _milliseconds(seconds: float | None) -> float | None:
+    return None if seconds is None else 1e3 * seconds
+
+
 def _ms(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
@@ -84,6 +93,11 @@ COLUMNS = columns_of(
     {
         "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
         "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
+        "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
+        "mean_late": lambda rank: _mean_count(rank.in_part, rank.contacts),
+        "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
+        "mean_milliseconds": lambda rank: _milliseconds(rank.mean),
+        "p99_milliseconds": lambda rank: _milliseconds(rank.p99),
         "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
         "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
         "false_of": lambda rank: (rank.false, rank.unconfirmed),
@@ -124,6 +138,11 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
         made = replace(made, columns=tuple(columns))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
+
+
+def ranking_numbers(result: Summarised) -> Table:
+    """The ranking as Parquet has it; numbers of contacts are means over the sampling offsets."""
+    return Table.of((column.stored for column in RANKING), result.ranking)
 
 
 def timed_apart(result: Summarised) -> list[str]:

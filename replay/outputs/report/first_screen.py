@@ -14,8 +14,6 @@ from replay.pipeline.headline import undecided
 from replay.pipeline.ranking import Rank
 from replay.words import duration
 
-RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
-
 MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""
 
@@ -70,7 +68,7 @@ class Comparison:
 
 def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     """Ranking, scatter and timeline; ``mark``: the second of the picture."""
-    table = ranking_table(view).only(*RANK_COLUMNS)
+    table = ranking_table(view).narrow().values()
     rows = []
     for rank, cells in zip(view.ranking, table.cells(), strict=True):
         words = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]

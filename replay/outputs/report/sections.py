@@ -16,7 +16,6 @@ from replay.document.session import SessionRecord
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.plots import Plot
-from replay.outputs.report.first_screen import RANK_COLUMNS
 from replay.outputs.report.run_view import RunView, findings_of
 from replay.outputs.run_tables import RANKING, effect_table
 from replay.outputs.words import NOTHING_SUSPICIOUS
@@ -35,7 +34,7 @@ FRAME_WORDS: Final = (
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 GLOSSARY: Final = {
-    **{column.name: column.meaning for column in RANKING if column.name in RANK_COLUMNS},
+    **{column.name: column.meaning for column in RANKING if not (column.wide or column.names_row)},
     "loss": LOSS_MEANING,
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",

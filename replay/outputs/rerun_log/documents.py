@@ -17,7 +17,7 @@ from replay.outputs.plots import Dot
 from replay.outputs.report.markup import filled
 from replay.outputs.rerun_log.recording_file import entity
 from replay.outputs.rerun_log.timing import colour_of, stage_ms
-from replay.outputs.run_tables import FALSE_CONTACT, LATE_OR_SHORT, RANKING, sampling_notes
+from replay.outputs.run_tables import ranking_table, sampling_notes
 from replay.outputs.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
 from replay.pipeline.headline import doubts, price, undecided
 from replay.pipeline.run_result import RunResult
@@ -31,9 +31,6 @@ SESSION_TEXT: Final = "session"
 
 NO_BREAK: Final = "\u00a0"
 """A space at which no line is broken: between a number and its unit."""
-
-HEADS: Final = {LATE_OR_SHORT: LATE_OR_SHORT, FALSE_CONTACT: "false", "mean ms": "ms", "p99 ms": "p99"}
-"""Short heads: at 1,280 pixels all columns fit."""
 
 
 def details_path(label: str) -> str:
@@ -54,10 +51,9 @@ def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
     contacts = plural(result.ranking[-1].contacts, "contact")
     named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
-    names = ["missed", *HEADS]
-    if any(rank.undecided for rank in result.ranking):
-        names.append("undecided")
-    columns = (replace(column, name=HEADS.get(column.name, column.name)) for column in RANKING if column.name in names)
+    columns = (
+        replace(column, name=column.short or column.name) for column in ranking_table(result).narrow().values().columns
+    )
     return markdown(Table.of([named, *columns], result.ranking))
 
 

@@ -28,6 +28,7 @@ from replay.outputs.report.page import write_report
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_document, checked_table, read_json
+from replay.outputs.run_tables import ranking_numbers
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.result_tables import COLUMNS, fault_of_row
 from replay.pipeline.run_result import RunResult
@@ -149,6 +150,8 @@ def write_run_folder(
         _write_table(with_keys(parquet_tables.metrics_table(result), result), table_file(folder, "metrics"))
         if any(frame_seconds(detection) is not None for detection in result.detections.values()):
             _write_table(parquet_tables.timing_table(result), table_file(folder, "timing"))
+        if result.ranking:
+            _write_table(ranking_numbers(result).to_arrow(), table_file(folder, "ranking"))
         if result.effects:
             _write_table(parquet_tables.series_table(result), table_file(folder, "series"))
         _give_back()

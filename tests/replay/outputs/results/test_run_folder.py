@@ -42,6 +42,7 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing
         "frames.parquet",
         "metrics.parquet",
         "misses.parquet",
+        "ranking.parquet",
     ]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
     summary = json.loads((out / "summary.json").read_text())
