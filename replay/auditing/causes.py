@@ -171,8 +171,8 @@ def first_failed(
         return Cause.SAMPLING
     if answers.get("found_with_more"):
         return Cause.BUDGET
-    found_none = answers.get("sample_meets") or verdict == Verdict.NOT_FOUND
-    return Cause.SEARCH if found_none else Cause.UNEXPLAINED
+    no_hit = answers.get("sample_meets") or verdict == Verdict.NOT_FOUND
+    return Cause.SEARCH if no_hit else Cause.UNEXPLAINED
 
 
 def _causes(misses: Sequence[Fault], by: Audited, faces_of: Faces) -> Iterator[tuple[int, Cause]]:

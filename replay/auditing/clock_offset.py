@@ -163,11 +163,11 @@ class _Partners:
     """
 
     def __init__(self, reported: Moments, truth: Moments, first: float) -> None:
-        said = [(moment, true) for key, moments in reported.items() if (true := truth.get(key)) for moment in moments]
-        sizes = [len(true) for _, true in said]
-        self.report = np.repeat(np.arange(len(said)), sizes)
-        self.later = np.repeat(np.array([moment for moment, _ in said], dtype=np.float64) - first, sizes)
-        self.gap = np.array([one - moment for moment, true in said for one in true], dtype=np.float64)
+        pairs = [(moment, true) for key, moments in reported.items() if (true := truth.get(key)) for moment in moments]
+        sizes = [len(true) for _, true in pairs]
+        self.report = np.repeat(np.arange(len(pairs)), sizes)
+        self.later = np.repeat(np.array([moment for moment, _ in pairs], dtype=np.float64) - first, sizes)
+        self.gap = np.array([value - moment for moment, true in pairs for value in true], dtype=np.float64)
 
     def lateness(self, shift: float, drift: float, offset: float) -> NDArray[np.float64]:
         """Seconds from its partner to each report that has one under ``shift``, with the ``offset`` added."""
@@ -202,7 +202,7 @@ def _drifting(partners: _Partners) -> tuple[float, float]:
     if partners.report[-1] + 1 < FEWEST or not later.any():
         return offset, drift
     drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, WINDOW / later.max())
-    drift = float(max(drifts, key=lambda one: _supporters(gap - one * later)[1].max()))
+    drift = float(max(drifts, key=lambda value: _supporters(gap - value * later)[1].max()))
     offset, _ = _densest(gap - drift * later)
     for _ in range(3):
         left, nearest = np.abs(gap - offset - drift * later), partners.nearest(offset, drift)

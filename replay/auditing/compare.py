@@ -58,24 +58,24 @@ def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
 
 def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> ByteArray:
     reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
-    found, covers = reports, (subject.covers, oracle.covers)
+    confirmed, covers = reports, (subject.covers, oracle.covers)
     if covers == ("instants", "intervals"):
         # An interval is found when a contact is reported at either of its ends.
-        found = reports.copy()
-        found[1:] |= reports[:-1]
+        confirmed = reports.copy()
+        confirmed[1:] |= reports[:-1]
         if rows.start:
-            found[0] |= counts_as_contact(subject.verdict[rows.start - 1])
+            confirmed[0] |= counts_as_contact(subject.verdict[rows.start - 1])
     outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
-    outcome[truth & found] = Outcome.BOTH
-    outcome[truth & ~found] = Outcome.MISSED
+    outcome[truth & confirmed] = Outcome.BOTH
+    outcome[truth & ~confirmed] = Outcome.MISSED
     outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.INVENTED
     undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
     # An interval found at its first end stays found, whatever the subject says at its second.
-    outcome[undecided & ~(truth & found)] = Outcome.LEFT_OUT
+    outcome[undecided & ~(truth & confirmed)] = Outcome.LEFT_OUT
     decided = ~is_undecided(oracle.verdict[rows])
-    for one in holdings:
-        part = slice(max(one.first - rows.start, 0), max(one.last + 1 - rows.start, 0)), one.pair
-        outcome[part][(truth[part] | reports[part]) & decided[part]] = Outcome.HELD
+    for holding in holdings:
+        block = slice(max(holding.first - rows.start, 0), max(holding.last + 1 - rows.start, 0)), holding.pair
+        outcome[block][(truth[block] | reports[block]) & decided[block]] = Outcome.HELD
     return outcome
 
 

@@ -100,11 +100,11 @@ class ContactCounts:
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
     """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
-    for row, one in zip(frames, contacts, strict=True):
-        row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
+    for row, episode in zip(frames, contacts, strict=True):
+        row[:] = np.bincount(comparison.outcome[episode.first : episode.last + 1, episode.pair], minlength=len(Outcome))
         # Frames without a pose within a contact are no frames of contact that somebody left undecided.
-        row[Outcome.LEFT_OUT] -= one.frames_lost
-    pairs = np.array([one.pair for one in contacts], dtype=np.int64)
+        row[Outcome.LEFT_OUT] -= episode.frames_lost
+    pairs = np.array([episode.pair for episode in contacts], dtype=np.int64)
     everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
     return everything.only(frames[:, Outcome.HELD] == 0)
 
@@ -118,22 +118,26 @@ def held_counts(
     are the oracle's that are held, and ``pairs`` the columns asked about.
     """
     columns = list(pairs)
-    held = comparison.outcome[:, columns] == Outcome.HELD
-    truth, said = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
+    grasped = comparison.outcome[:, columns] == Outcome.HELD
+    truth, reported = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
     own = [contact for contact in contacts if contact.pair in columns]
     # No detector says contact in a frame without a pose.
-    found = [int(said[one.first : one.last + 1, columns.index(one.pair)].sum()) for one in own]
-    frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
+    reported_frames = [
+        int(reported[episode.first : episode.last + 1, columns.index(episode.pair)].sum()) for episode in own
+    ]
+    frames = {"both": truth & reported, "missed": truth & ~reported, "invented": reported & ~truth}
     return {
         "contacts": len(own),
-        "contacts_missed": found.count(0),
-        "contacts_in_part": sum(0 < count < one.frames for count, one in zip(found, own, strict=True)),
-        **{name: int((held & part).sum()) for name, part in frames.items()},
+        "contacts_missed": reported_frames.count(0),
+        "contacts_in_part": sum(
+            0 < count < episode.frames for count, episode in zip(reported_frames, own, strict=True)
+        ),
+        **{name: int((grasped & frames_of_kind).sum()) for name, frames_of_kind in frames.items()},
     }
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:
     """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
-    found = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
-    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in found.tolist()]
+    reported_frames = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
+    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in reported_frames.tolist()]
     return count_contacts(comparison, reports)

@@ -17,30 +17,30 @@ FEWER_WRONG: Final = 4
 
 def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
     """Frames by which all that is said of a pair comes late; negative: early; 0: by no constant number."""
-    said, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
-    late = _frames_late(said, true, subject.times)
+    answers, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    late = _frames_late(answers, true, subject.times)
     if late:
         return late
     # Backwards in time what comes early comes late.
-    return -_frames_late(said[::-1], true[::-1], -subject.times[::-1])
+    return -_frames_late(answers[::-1], true[::-1], -subject.times[::-1])
 
 
 def frames_wrong(subject: Detection, oracle: Detection, pair: int, delay: int) -> tuple[int, int]:
     """Frames in which what is said of a pair is wrong: as it is said, and moved earlier by ``delay`` frames."""
-    said, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    answers, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
     if delay < 0:
-        said, true, delay = said[::-1], true[::-1], -delay
-    moved = int((said[delay:] != true[: len(true) - delay]).sum() + said[:delay].sum())
-    return int((said != true).sum()), moved
+        answers, true, delay = answers[::-1], true[::-1], -delay
+    moved = int((answers[delay:] != true[: len(true) - delay]).sum() + answers[:delay].sum())
+    return int((answers != true).sum()), moved
 
 
 def reported(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
     """(T,) frames in which a contact counts as reported."""
-    said = counts_as_contact(subject.verdict[:, pair])
+    answers = counts_as_contact(subject.verdict[:, pair])
     if (subject.covers, oracle.covers) == ("instants", "intervals"):
         # An interval is found when a contact is reported at either of its ends.
-        said = said | np.append(False, said[:-1])
-    return said
+        answers = answers | np.append(False, answers[:-1])
+    return answers
 
 
 def at_frame(mask: BoolArray, frame: int) -> bool:
@@ -48,12 +48,12 @@ def at_frame(mask: BoolArray, frame: int) -> bool:
     return 0 <= frame < len(mask) and bool(mask[frame])
 
 
-def _frames_late(said: BoolArray, true: BoolArray, times: FloatArray) -> int:
+def _frames_late(answers: BoolArray, true: BoolArray, times: FloatArray) -> int:
     """By how many frames ``said`` comes after ``true``; 0: by no constant number."""
-    frames = len(said)
+    frames = len(answers)
     most = int(np.searchsorted(times, times[0] + LATEST))
     # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
-    wrong = [int((said[by:] != true[: frames - by]).sum() + said[:by].sum()) for by in range(most)]
+    wrong = [int((answers[by:] != true[: frames - by]).sum() + answers[:by].sum()) for by in range(most)]
     by = int(np.argmin(wrong))
     # What is only lost, and never said too long, is not late.
-    return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((said & ~true).any()) else 0
+    return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((answers & ~true).any()) else 0

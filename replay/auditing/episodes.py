@@ -15,8 +15,8 @@ from sessions.doctor.runs import runs
 
 def column_runs(columns: Iterable[NDArray[np.bool_]]) -> NDArray[np.int64]:
     """Maximal stretches of True in masks (T,): rows (column, first, last), sorted by first, then column."""
-    found = [np.insert(runs(mask), 0, column, axis=1) for column, mask in enumerate(columns)]
-    table = np.concatenate([np.zeros((0, 3), dtype=np.int64), *found])
+    tables = [np.insert(runs(mask), 0, column, axis=1) for column, mask in enumerate(columns)]
+    table = np.concatenate([np.zeros((0, 3), dtype=np.int64), *tables])
     return table[np.lexsort((table[:, 0], table[:, 1]))]
 
 
@@ -49,10 +49,10 @@ Span = tuple[int, int]
 def _across_lost_poses(contact: BoolArray, lost: BoolArray) -> Iterator[tuple[Span, tuple[Span, ...], int]]:
     """Contacts of one pair, the stretches of lost poses within each, and how many such stretches cut it."""
     posed = np.cumsum(~lost)
-    parts = runs(contact)
+    segments = runs(contact)
     # No frame with a pose lies between the last of one part and the first of the next.
-    same = posed[parts[1:, 0] - 1] == posed[parts[:-1, 1]]
-    for group in np.split(parts, np.flatnonzero(~same) + 1) if len(parts) else ():
+    same = posed[segments[1:, 0] - 1] == posed[segments[:-1, 1]]
+    for group in np.split(segments, np.flatnonzero(~same) + 1) if len(segments) else ():
         first, last = int(group[0, 0]), int(group[-1, 1])
         gaps = tuple(zip((group[:-1, 1] + 1).tolist(), (group[1:, 0] - 1).tolist(), strict=True))
         before, after = first > 0 and lost[first - 1], last + 1 < len(lost) and lost[last + 1]

@@ -14,7 +14,7 @@ from replay.auditing.sample_budget import SampleBudget, grouped, spread_frames
 from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 
-Place = tuple[int, int, int]
+Segment = tuple[int, int, int]
 Item = TypeVar("Item")
 
 EVIDENCE_BUDGET: Final = SampleBudget(per_miss=128, total=20_000, at_once=1024)
@@ -41,29 +41,29 @@ def measure_misses(
     misses : to be measured.
     between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
     """
-    by_place: dict[Place, Fault] = {(miss.pair, miss.first, miss.last): miss for miss in misses}
+    by_segment: dict[Segment, Fault] = {(miss.pair, miss.first, miss.last): miss for miss in misses}
     most = EVIDENCE_BUDGET.frames_per_miss(len(misses))
-    frames = {place: spread_frames(place[1], place[2], most) for place in by_place}
+    frames = {segment: spread_frames(segment[1], segment[2], most) for segment in by_segment}
     middles = [body.mesh.referenced_vertices for body in assembly.bodies]
     middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
     touches = TOUCHES_IN_ALL if between else 0
-    for group in grouped(frames, lambda place: len(frames[place]), EVIDENCE_BUDGET.at_once):
+    for group in grouped(frames, lambda segment: len(frames[segment]), EVIDENCE_BUDGET.at_once):
         if isinstance(faces, Detection):
             queried, detection = np.arange(len(assembly.motion)), faces
         else:
-            queried = np.unique(np.concatenate([frames[place] for place in group]))
+            queried = np.unique(np.concatenate([frames[segment] for segment in group]))
             detection = faces(assembly.motion.take(queried))
-        for place in group:
-            rows = np.searchsorted(queried, frames[place])
-            sampled = dict(zip(rows.tolist(), frames[place].tolist(), strict=True))
-            best = _longest_curve(assembly, detection, middles, by_place[place], sampled)
+        for segment in group:
+            rows = np.searchsorted(queried, frames[segment])
+            sampled = dict(zip(rows.tolist(), frames[segment].tolist(), strict=True))
+            best = _longest_curve(assembly, detection, middles, by_segment[segment], sampled)
             if touches and not best.evidence.face_pairs:
                 touches -= 1
                 best = _before(assembly, best)
             elif isinstance(faces, Detection):
                 best = replace(best, evidence=replace(best.evidence, faces=None))
-            by_place[place] = best
-    measured = (by_place[miss.pair, miss.first, miss.last] for miss in misses)
+            by_segment[segment] = best
+    measured = (by_segment[miss.pair, miss.first, miss.last] for miss in misses)
     return tuple(
         replace(miss, frame=same.frame, point=same.point, metres=same.metres, evidence=same.evidence)
         for miss, same in zip(misses, measured, strict=True)

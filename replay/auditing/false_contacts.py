@@ -28,8 +28,8 @@ from sessions.doctor.runs import runs
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
 
-LOOKS: Final = 9
-LOOKS_IN_ALL: Final = 1000
+GAP_FRAMES: Final = 9
+GAP_FRAMES_TOTAL: Final = 1000
 """Frames in which the gap of a stretch is measured, and of all stretches: a distance of meshes takes milliseconds.
 With more stretches than that the longest ones are measured."""
 
@@ -114,8 +114,8 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     # Here, since a run without a detection loads no collision engine.
     from cdcore.narrow.mesh_stage import MeshStage
 
-    longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:LOOKS_IN_ALL]
-    most = min(LOOKS, LOOKS_IN_ALL // len(longest))
+    longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:GAP_FRAMES_TOTAL]
+    most = min(GAP_FRAMES, GAP_FRAMES_TOTAL // len(longest))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
     measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
     shapes = _Shapes(by.detector)
@@ -153,8 +153,8 @@ def _false_kind(*, before: bool, after: bool) -> FaultKind:
 
 def _side_is_known(oracle: Detection, pair: int) -> bool:
     """Whether CLEAR of a pair says that neither body is inside the other: else a hollow was not measured."""
-    words = oracle.containment[pair] if oracle.containment else REFUSED
-    return not words.startswith(REFUSED)
+    answer = oracle.containment[pair] if oracle.containment else REFUSED
+    return not answer.startswith(REFUSED)
 
 
 def _measured(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", frames: Sequence[int]) -> Fault:

@@ -28,32 +28,38 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
         return None
     meshes = [assembly.bodies[body].mesh for body in (a, b)]
     times = float(motion.times[frame]), float(motion.times[frame + 1])
-    found = time_of_impact(meshes[0], _matrices(motion, rows, a), meshes[1], _matrices(motion, rows, b), times=times)
-    if found.toi is None or found.faces is None:  # a hit alone has faces
+    impact = time_of_impact(meshes[0], _matrices(motion, rows, a), meshes[1], _matrices(motion, rows, b), times=times)
+    if impact.toi is None or impact.faces is None:  # a hit alone has faces
         return None
     # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
-    there = poses_between(motion, ends, np.array([found.toi[0]]))
-    turns, places = there.rotations[0], there.translations[0]
+    touching = poses_between(motion, ends, np.array([impact.toi[0]]))
+    rotations, positions = touching.rotations[0], touching.translations[0]
     faces = FclMeshes([
-        TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, found.faces, strict=True)
+        TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, impact.faces, strict=True)
     ])  # fmt: skip
     for k in range(2):
-        faces.place(k, turns[k], places[k])
+        faces.place(k, rotations[k], positions[k])
     gap, (here, other) = faces.gap(0, 1)
-    way = other - here
+    vector = other - here
     if gap <= NO_GAP:
         centres = np.stack([mesh.referenced_vertices.mean(axis=0) for mesh in meshes])
-        way = np.diff(np.einsum("kij,kj->ki", turns, centres) + places, axis=0)[0]
-    later = round((found.toi[1] - times[0]) * 1e9)
+        vector = np.diff(np.einsum("kij,kj->ki", rotations, centres) + positions, axis=0)[0]
+    later = round((impact.toi[1] - times[0]) * 1e9)
     return FirstTouch(
-        frame, found.toi[0], found.toi[1], later, found.faces, vector_of((here + other) / 2), vector_of(direction(way))
+        frame,
+        impact.toi[0],
+        impact.toi[1],
+        later,
+        impact.faces,
+        vector_of((here + other) / 2),
+        vector_of(direction(vector)),
     )
 
 
-def direction(way: FloatArray) -> FloatArray:
+def direction(vector: FloatArray) -> FloatArray:
     """The unit vector along another one; up where it has no length."""
-    length = float(np.linalg.norm(way))
-    return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
 def poses_between(motion: Motion, bodies: IntArray, moments: FloatArray) -> Motion:
@@ -66,23 +72,24 @@ def poses_between(motion: Motion, bodies: IntArray, moments: FloatArray) -> Moti
     times = motion.times
     after = np.clip(np.searchsorted(times, moments), 1, len(times) - 1)
     before = after - 1
-    share = (moments - times[before]) / (times[after] - times[before])
+    fraction = (moments - times[before]) / (times[after] - times[before])
     rows = np.ix_(before, bodies), np.ix_(after, bodies)
-    place, there = (motion.translations[row] for row in rows)
-    turn, other = (Rotation.from_matrix(motion.rotations[row].reshape(-1, 3, 3)) for row in rows)
-    spin = (turn.inv() * other).as_rotvec() * np.repeat(share, len(bodies))[:, None]
-    rotations = (turn * Rotation.from_rotvec(spin)).as_matrix().reshape(*place.shape, 3)
-    return Motion(np.arange(len(moments), dtype=np.float64), place + share[:, None, None] * (there - place), rotations)
+    start, end = (motion.translations[row] for row in rows)
+    start_rotation, end_rotation = (Rotation.from_matrix(motion.rotations[row].reshape(-1, 3, 3)) for row in rows)
+    spin = (start_rotation.inv() * end_rotation).as_rotvec() * np.repeat(fraction, len(bodies))[:, None]
+    rotations = (start_rotation * Rotation.from_rotvec(spin)).as_matrix().reshape(*start.shape, 3)
+    translations = start + fraction[:, None, None] * (end - start)
+    return Motion(np.arange(len(moments), dtype=np.float64), translations, rotations)
 
 
 def at_touch(assembly: Assembly, pair: int, touch: FirstTouch) -> Assembly:
     """The assembly as one frame: the pair where it touches, all others where the frame before has them."""
     ends, row = assembly.pairs[pair], slice(touch.frame, touch.frame + 1)
     motion = assembly.motion
-    pair_there = poses_between(motion, ends, np.array([touch.moment]))
-    places, turns = motion.translations[row].copy(), motion.rotations[row].copy()
-    places[:, ends], turns[:, ends] = pair_there.translations, pair_there.rotations
-    return replace(assembly, motion=Motion(np.array([touch.moment]), places, turns, motion.valid[row]))
+    pair_motion = poses_between(motion, ends, np.array([touch.moment]))
+    positions, rotations = motion.translations[row].copy(), motion.rotations[row].copy()
+    positions[:, ends], rotations[:, ends] = pair_motion.translations, pair_motion.rotations
+    return replace(assembly, motion=Motion(np.array([touch.moment]), positions, rotations, motion.valid[row]))
 
 
 def _matrices(motion: Motion, rows: slice, body: int) -> FloatArray:

@@ -51,12 +51,12 @@ class Gates:
         ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
         """
         rows = (("--max-missed", self.max_missed, _missed), ("--max-false", self.max_false, _false))
-        found = []
+        failures = []
         for name, most, check in rows:
             if most is not None:
-                found += [] if audit else [f"{name} cannot be checked: nothing was audited"]
-                found += [words for label, figures in audit.items() for words in check(name, label, figures, most)]
-        return found + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
+                failures += [] if audit else [f"{name} cannot be checked: nothing was audited"]
+                failures += [words for label, figures in audit.items() for words in check(name, label, figures, most)]
+        return failures + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
 
 
 def _missed(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:

@@ -20,7 +20,7 @@ PRESSED: Final = 0.6
 RELEASED: Final = 0.4
 """A trigger is pressed above the one and let go below the other, so that a resting finger does not grasp."""
 
-LEAST_HELD_S: Final = 0.3
+LEAST_GRASP_S: Final = 0.3
 LEAST_MOVED_M: Final = 0.020
 """A grasp succeeded when something was held this long and moved this far."""
 
@@ -30,7 +30,7 @@ SETTLED_S: Final = 0.1
 RIGID_M: Final = 0.010
 """A held thing keeps its place in the hand to within this: five times the jitter of a tracked controller."""
 
-HAND_WORDS: Final = ("hand", "controller", "wand")
+HAND_NAMES: Final = ("hand", "controller", "wand")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def hand_bodies(assembly: Assembly, session: Session) -> dict[int, str]:
     tagged = {body.id for body in session.scene.bodies if "hand" in body.tags}
     names = dict(enumerate(assembly.names))
     hands = {k for k, name in names.items() if name in tagged}
-    hands = hands or {k for k, name in names.items() if any(word in name.lower() for word in HAND_WORDS)}
+    hands = hands or {k for k, name in names.items() if any(word in name.lower() for word in HAND_NAMES)}
     return {k: next((side for side in ("left", "right") if side in names[k].lower()), "") for k in sorted(hands)}
 
 
@@ -62,7 +62,7 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
     hands = hand_bodies(assembly, session)
     moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
     movable = [k for k in range(len(assembly.bodies)) if k not in hands and moved[k]]
-    found = []
+    holding_episodes = []
     for body, side in hands.items():
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
@@ -70,27 +70,27 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
                 for first, stop in switched(track.trigger.astype(np.float64), PRESSED, RELEASED):
                     start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
                     if start <= window[1] and end >= window[0]:
-                        found.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))
-    return tuple(sorted(found, key=lambda one: (one.start, one.hand)))
+                        holding_episodes.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))
+    return tuple(sorted(holding_episodes, key=lambda grasp: (grasp.start, grasp.hand)))
 
 
 def _taken(motion: Motion, hand: int, movable: list[int], start: float, end: float) -> int:
     """The body that kept its place in the hand while it moved, nearest first."""
-    if end - start <= LEAST_HELD_S:
+    if end - start <= LEAST_GRASP_S:
         return -1
     first, last = np.searchsorted(motion.times, [start + SETTLED_S, end])
     if last - first < 3:
         return -1
     rows = slice(int(first), int(last))
-    place, turn = motion.translations[rows, hand], motion.rotations[rows, hand]
+    position, rotation = motion.translations[rows, hand], motion.rotations[rows, hand]
     best, nearest = -1, np.inf
     for body in movable:
         known = motion.valid[rows, hand] & motion.valid[rows, body]
         if known.sum() < 3:
             continue
-        there = motion.translations[rows, body][known]
-        own = np.einsum("tji,tj->ti", turn[known], there - place[known])
-        moved = float(np.linalg.norm(np.ptp(there, axis=0)))
+        positions = motion.translations[rows, body][known]
+        own = np.einsum("tji,tj->ti", rotation[known], positions - position[known])
+        moved = float(np.linalg.norm(np.ptp(positions, axis=0)))
         if moved > LEAST_MOVED_M and float(np.ptp(own, axis=0).max()) < RIGID_M:
             away = float(np.linalg.norm(own.mean(axis=0)))
             best, nearest = (body, away) if away < nearest else (best, nearest)
@@ -104,20 +104,23 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
     """
     times, columns = assembly.motion.times, {tuple(pair): k for k, pair in enumerate(assembly.pairs.tolist())}
     rows = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.held).tolist()]
-    for one in grasps(assembly, session) or ():
-        pair = columns.get((min(one.hand, one.thing), max(one.hand, one.thing)))
+    for grasp in grasps(assembly, session) or ():
+        pair = columns.get((min(grasp.hand, grasp.thing), max(grasp.hand, grasp.thing)))
         if pair is not None:
-            first, stop = np.searchsorted(times, [one.start, one.end]).tolist()
+            first, stop = np.searchsorted(times, [grasp.start, grasp.end]).tolist()
             rows += [(pair, first, stop - 1)] if stop > first else []
-    found = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in rows)
+    holding_episodes = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in rows)
     near = tuple(contacts)
-    asked = np.array([(one.pair, one.first, one.last) for one in near], dtype=np.int64).reshape(-1, 3)
-    return found + tuple(one for one, held in zip(near, within(found, *asked.T), strict=True) if held)
+    segments = np.array([(contact.pair, contact.first, contact.last) for contact in near], dtype=np.int64).reshape(
+        -1, 3
+    )
+    grasped = within(holding_episodes, *segments.T)
+    return holding_episodes + tuple(contact for contact, is_grasped in zip(near, grasped, strict=True) if is_grasped)
 
 
 def within(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
     """Which of K stretches of frames (both ends included) of ``pairs`` share a frame with a holding of theirs, (K,)."""
-    found = np.zeros(len(pairs), dtype=np.bool_)
-    for one in holdings:
-        found |= (pairs == one.pair) & (first <= one.last) & (last >= one.first)
-    return found
+    inside = np.zeros(len(pairs), dtype=np.bool_)
+    for holding in holdings:
+        inside |= (pairs == holding.pair) & (first <= holding.last) & (last >= holding.first)
+    return inside

@@ -44,9 +44,9 @@ class EpisodeMatches:
 
     def status(self) -> dict[int, str]:
         """Number of a subject's contact -> ``matched``, ``piece``, ``invented``, ``excused`` or ``held``."""
-        words = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
-        words |= dict.fromkeys(self.excused_found, "excused") | dict.fromkeys(self.held_found, "held")
-        return words | {match.found: "matched" for match in self.matched}
+        statuses = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
+        statuses |= dict.fromkeys(self.excused_found, "excused") | dict.fromkeys(self.held_found, "held")
+        return statuses | {match.found: "matched" for match in self.matched}
 
 
 def match_episodes(
@@ -63,13 +63,15 @@ def match_episodes(
     """
     held, held_found = (_held(comparison, some) for some in (truth, found))
     overlaps, chosen = _matched(truth, found, reach, held)
-    of_truth, of_found = Counter(one.truth for one in overlaps), Counter(one.found for one in overlaps)
-    taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
-    extra = [(number, one) for number, one in enumerate(found, 1) if number not in of_found.keys() | held_found]
+    of_truth, of_found = Counter(episode.truth for episode in overlaps), Counter(episode.found for episode in overlaps)
+    taken, used = {episode.truth for episode in chosen}, {episode.found for episode in chosen}
+    extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found.keys() | held_found]
     missed = counts.missed_numbers
     outcome = comparison.outcome
     invented = [
-        number for number, one in extra if (outcome[one.first : one.last + 1, one.pair] == Outcome.INVENTED).any()
+        number
+        for number, episode in extra
+        if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.INVENTED).any()
     ]
     return EpisodeMatches(
         matched=tuple(chosen), missed=tuple(missed),
@@ -82,24 +84,26 @@ def match_episodes(
     )  # fmt: skip
 
 
-def partners(one: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
+def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
     """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
-    return [(overlap.truth, overlap.found) for overlap in _matched(one, other, 0, set())[1]]
+    return [(overlap.truth, overlap.found) for overlap in _matched(episode, other, 0, set())[1]]
 
 
 def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     """Numbers of the contacts that are held in every frame."""
     outcome = comparison.outcome
-    parts = ((number, outcome[one.first : one.last + 1, one.pair]) for number, one in enumerate(episodes, 1))
-    return {number for number, part in parts if (part == Outcome.HELD).all()}
+    outcomes = (
+        (number, outcome[episode.first : episode.last + 1, episode.pair]) for number, episode in enumerate(episodes, 1)
+    )
+    return {number for number, outcomes_of in outcomes if (outcomes_of == Outcome.HELD).all()}
 
 
 def _matched(
     truth: Sequence[Episode], found: Sequence[Episode], reach: int, held: set[int]
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
     """All overlaps but those of ``held`` contacts of the first list, and the best assignment in that list's order."""
-    overlaps = [one for one in _overlaps(truth, found, reach) if one.truth not in held]
-    return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
+    overlaps = [episode for episode in _overlaps(truth, found, reach) if episode.truth not in held]
+    return overlaps, sorted(_best(overlaps), key=lambda episode: episode.truth)
 
 
 def _overlaps(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
@@ -109,13 +113,13 @@ def _overlaps(truth: Sequence[Episode], found: Sequence[Episode], reach: int) ->
     )
     i = j = 0
     while i < len(left) and j < len(right):
-        (number, one), (other_number, other) = left[i], right[j]
-        first, last = max(one.first, other.first), min(one.last, other.last + reach)
-        frames = last - first + 1 - one.lost_within(first, last)
-        if one.pair == other.pair and frames > 0:
-            longer = (other.end - other.start) - (one.end - one.start)
-            yield EpisodeMatch(number, other_number, frames, other.start - one.start, longer)
-        if (one.pair, one.last) <= (other.pair, other.last + reach):
+        (number, episode), (other_number, other) = left[i], right[j]
+        first, last = max(episode.first, other.first), min(episode.last, other.last + reach)
+        frames = last - first + 1 - episode.lost_within(first, last)
+        if episode.pair == other.pair and frames > 0:
+            longer = (other.end - other.start) - (episode.end - episode.start)
+            yield EpisodeMatch(number, other_number, frames, other.start - episode.start, longer)
+        if (episode.pair, episode.last) <= (other.pair, other.last + reach):
             i += 1
         else:
             j += 1
@@ -128,14 +132,14 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     """
     most, before = [0], [0]
     run = 0
-    for k, one in enumerate(overlaps):
+    for k, episode in enumerate(overlaps):
         previous = overlaps[k - 1] if k else None
-        if previous is None or not _share(one, previous):
+        if previous is None or not _share(episode, previous):
             run = k
-        elif k >= 2 and not _share(one, overlaps[k - 2]):
+        elif k >= 2 and not _share(episode, overlaps[k - 2]):
             run = k - 1
         before.append(run)
-        most.append(max(most[k], one.overlap + most[run]))
+        most.append(max(most[k], episode.overlap + most[run]))
     chosen, k = [], len(overlaps)
     while k:
         if most[k] > most[k - 1]:
@@ -146,5 +150,5 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     return chosen
 
 
-def _share(one: EpisodeMatch, other: EpisodeMatch) -> bool:
-    return one.truth == other.truth or one.found == other.found
+def _share(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
+    return episode.truth == other.truth or episode.found == other.found

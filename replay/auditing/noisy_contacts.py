@@ -124,8 +124,8 @@ def _result(
     near, resting = list[NoisySpan](), list[NoisySpan]()
     windows = [_widened(contact, times) for contact in contacts]
     for pair in pairs:
-        frames, said = pair.answer
-        counts = np.bitwise_count(said).sum(axis=1, dtype=np.int64)
+        frames, in_contact = pair.answer
+        counts = np.bitwise_count(in_contact).sum(axis=1, dtype=np.int64)
         wavering = frames[(counts > 0) & (counts < drawn.copies)]
         for first, last in _spans(wavering, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
@@ -133,11 +133,11 @@ def _result(
         taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
         passes = [pair.span(*span) for span in _between(frames, taken, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
-    found = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
+    spans = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
     return NoiseResult(
         copies=drawn.copies,
-        contacts=found,
-        words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found),
+        contacts=spans,
+        words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in spans),
         near=tuple(near),
         resting=tuple(resting),
         asked=sum(pair.asked for pair in pairs),
@@ -162,11 +162,11 @@ def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArr
     return _spans(frames[free], times, WIDENED_S)
 
 
-def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int, int]]:
+def _spans(frames: IntArray, times: FloatArray, gap_s: float) -> list[tuple[int, int]]:
     """First and last of frames that follow each other, or in less than ``apart`` seconds."""
     if not len(frames):
         return []
-    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= apart))
+    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= gap_s))
     return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
 
 
@@ -184,7 +184,7 @@ class NoisyPair:
         self.column, self._ends = column, assembly.pairs[column].tolist()
         self._assembly, self._offset, self._oracle, self._seed = assembly, offset, oracle, seed
         self._copies, self.asked = 1, 0
-        self._parts: list[tuple[IntArray, ByteArray]] = []
+        self._blocks: list[tuple[IntArray, ByteArray]] = []
 
     @cached_property
     def _detector(self) -> Detector:
@@ -198,18 +198,18 @@ class NoisyPair:
         self._copies = drawn.copies
         touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
         near = self._near(block, touching)
-        told = near | touching
+        uncertain = near | touching
         # What no noise reaches all copies say alike.
-        said = np.ones((int(told.sum()), drawn.copies), dtype=np.bool_)
+        in_contact = np.ones((int(uncertain.sum()), drawn.copies), dtype=np.bool_)
         if near.any():
-            turn, place = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
+            rotations, positions = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
             count = drawn.copies * int(near.sum())
             valid, times = np.ones((count, 2), dtype=np.bool_), np.arange(count) / HEADSET_HZ
-            motion = Motion.of_rigid(times, np.stack(place, axis=1), np.stack(turn, axis=1), valid, valid)
+            motion = Motion.of_rigid(times, np.stack(positions, axis=1), np.stack(rotations, axis=1), valid, valid)
             answers = counts_as_contact(self._detector.detect(motion).verdict[:, 0])
-            said[near[told]] = answers.reshape(drawn.copies, -1).T
+            in_contact[near[uncertain]] = answers.reshape(drawn.copies, -1).T
             self.asked += int(near.sum())
-        self._parts.append((np.flatnonzero(told) + start, np.packbits(said, axis=1)))
+        self._blocks.append((np.flatnonzero(uncertain) + start, np.packbits(in_contact, axis=1)))
 
     def _near(self, block: Motion, touching: BoolArray) -> BoolArray:
         """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
@@ -224,12 +224,12 @@ class NoisyPair:
     def answer(self) -> tuple[IntArray, ByteArray]:
         """Frames (k,) with contact or in reach of the noise, and the copies with contact there as bits (k, C / 8), the
         last byte filled up with none; after the last block."""
-        frames, said = (np.concatenate(some) for some in zip(*self._parts, strict=True))
-        return frames, said
+        frames, in_contact = (np.concatenate(some) for some in zip(*self._blocks, strict=True))
+        return frames, in_contact
 
     def span(self, first: int, last: int) -> NoisySpan:
         """Which share of the copies has a contact anywhere in a span of frames."""
-        frames, said = self.answer
+        frames, in_contact = self.answer
         rows = slice(*np.searchsorted(frames, [first, last + 1]))
-        found = np.bitwise_count(np.bitwise_or.reduce(said[rows], axis=0)).sum()
-        return NoisySpan(self.column, first, last, float(found / self._copies))
+        spans = np.bitwise_count(np.bitwise_or.reduce(in_contact[rows], axis=0)).sum()
+        return NoisySpan(self.column, first, last, float(spans / self._copies))

@@ -64,14 +64,14 @@ class Tolerance:
         """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
-            asked = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
-            asked &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
-            asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
-            frames, columns = frames[asked], columns[asked]
+            chosen = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
+            chosen &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
+            chosen &= self._tau > 0 and subject.covers == oracle.covers == "instants"
+            frames, columns = frames[chosen], columns[chosen]
             new = self._measured[frames, columns] == 0
             self._measured[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
-            asked[asked] = self._measured[frames, columns] == 2
-            return asked
+            chosen[chosen] = self._measured[frames, columns] == 2
+            return chosen
 
         return within
 
@@ -92,17 +92,17 @@ class Tolerance:
         for column, some in rows_of_columns(columns):
             bodies = self._assembly.pairs[column]
             pair = int(bodies[0]), int(bodies[1])
-            apart = some[~meet[some]]
-            if len(apart):
-                poses = rows[apart][:, None], bodies
-                within[apart] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
+            separated = some[~meet[some]]
+            if len(separated):
+                poses = rows[separated][:, None], bodies
+                within[separated] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
             known: dict[tuple[bytes, bytes], bool] = {}
             for entry in some[meet[some]]:
-                turn, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
-                key = turn.tobytes(), move.tobytes()
+                rotation_pair, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
+                key = rotation_pair.tobytes(), move.tobytes()
                 if key not in known:
-                    asked = pair, truth.faces(int(rows[entry]), column), turn, move
-                    known[key] = self._stage.shallow(*asked) and self._stage.loose(*asked)
+                    chosen = pair, truth.faces(int(rows[entry]), column), rotation_pair, move
+                    known[key] = self._stage.shallow(*chosen) and self._stage.loose(*chosen)
                 within[entry] = known[key]
         return within
 
@@ -125,8 +125,8 @@ class Reference:
     @cached_property
     def contacts(self) -> tuple[Episode, ...]:
         """The contacts that count: all but those of a hand with what it holds."""
-        held = set(self.holdings)
-        return tuple(contact for contact in self.episodes if contact not in held)
+        holdings_set = set(self.holdings)
+        return tuple(contact for contact in self.episodes if contact not in holdings_set)
 
     def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
         """Hold a detection to it; ``labels`` as for ``compare``."""

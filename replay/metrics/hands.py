@@ -10,7 +10,7 @@ from cdcore.numerics import IntArray
 from replay.prepare.assembly import Assembly, PoseOrigin
 from sessions import Interval, Session
 
-DOING: Final = ("task", "stage")
+ACTIVITIES: Final = ("task", "stage")
 """Kinds of spans that say what a student was at."""
 
 STEP_S: Final = 0.1
@@ -67,12 +67,12 @@ def fixed_bodies(assembly: Assembly) -> set[int]:
     return set(np.flatnonzero((assembly.origin == PoseOrigin.FIXED).all(axis=0)).tolist())
 
 
-def doing(session: Session, kind: str, stamps: IntArray) -> list[str | None]:
+def activities(session: Session, kind: str, stamps: IntArray) -> list[str | None]:
     """The span of a kind, ``task`` or ``stage``, that each stamp lies in: its name; of several, the one begun last."""
-    found = np.full(len(stamps), None, dtype=object)
+    names = np.full(len(stamps), None, dtype=object)
     for span in _spans(session, kind):
-        found[(span.start_ns <= stamps) & (stamps <= span.end_ns)] = span.name
-    return found.tolist()
+        names[(span.start_ns <= stamps) & (stamps <= span.end_ns)] = span.name
+    return names.tolist()
 
 
 def span_names(session: Session, kind: str) -> list[str]:

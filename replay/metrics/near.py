@@ -14,13 +14,13 @@ from replay.prepare.assembly import Assembly
 CLOSE_M: Final = 0.010
 """Closer than this is close: a hand or a glass covers it in a tenth of a second."""
 
-LOOKS_HZ: Final = 10.0
+SAMPLES_HZ: Final = 10.0
 """A near miss of a tenth of a second is seen."""
 
-LOOKS_AT_ONCE: Final = 4096
+SAMPLES_AT_ONCE: Final = 4096
 """Looks whose poses are held together: of hours all would take 200 MB."""
 
-APART_S: Final = 0.5
+BREAK_S: Final = 0.5
 """Stretches less than this apart are one."""
 
 
@@ -41,21 +41,21 @@ def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     if not len(pairs):  # No detector is loaded where nothing is looked at
         return ()
     motion = assembly.motion
-    looks = frames_at(motion.times, 1.0 / LOOKS_HZ, float(motion.times[-1]))
+    samples = frames_at(motion.times, 1.0 / SAMPLES_HZ, float(motion.times[-1]))
     detector = create_detector(
         "collider", assembly.bodies, pairs=assembly.pairs[pairs], shape="mesh", skin_m=CLOSE_M / 2
     )
-    parts = np.array_split(looks, -(-len(looks) // LOOKS_AT_ONCE))
-    close = np.concatenate([part.verdict == Verdict.CONTACT for part in detector.stream(map(motion.take, parts))])
-    found = []
+    blocks = np.array_split(samples, -(-len(samples) // SAMPLES_AT_ONCE))
+    close = np.concatenate([block.verdict == Verdict.CONTACT for block in detector.stream(map(motion.take, blocks))])
+    near_misses = []
     for pair, near in zip(pairs.tolist(), close.T, strict=True):
-        times = motion.times[looks[near]]
-        stretches = np.split(times, np.flatnonzero(np.diff(times) > APART_S) + 1)
-        found += [NearMiss(pair, float(part[0]), float(part[-1])) for part in stretches if len(part)]
-    return tuple(sorted(found, key=lambda near: (near.start, near.pair)))
+        times = motion.times[samples[near]]
+        intervals = np.split(times, np.flatnonzero(np.diff(times) > BREAK_S) + 1)
+        near_misses += [NearMiss(pair, float(block[0]), float(block[-1])) for block in intervals if len(block)]
+    return tuple(sorted(near_misses, key=lambda near: (near.start, near.pair)))
 
 
-def without_contact(found: Sequence[NearMiss], touching: FloatArray) -> tuple[NearMiss, ...]:
+def without_contact(near_misses: Sequence[NearMiss], touching: FloatArray) -> tuple[NearMiss, ...]:
     """Those with no contact of their pair within half a second.
 
     ``found``: stretches in which a pair was close.
@@ -64,6 +64,6 @@ def without_contact(found: Sequence[NearMiss], touching: FloatArray) -> tuple[Ne
     pair, start, end = touching.T
     return tuple(
         near
-        for near in found
-        if not ((pair == near.pair) & (start <= near.end + APART_S) & (end >= near.start - APART_S)).any()
+        for near in near_misses
+        if not ((pair == near.pair) & (start <= near.end + BREAK_S) & (end >= near.start - BREAK_S)).any()
     )

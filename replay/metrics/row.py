@@ -13,7 +13,7 @@ from replay.auditing.holding import Grasp, grasps, hand_bodies
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.outcome import Episode, Outcome
 from replay.base.tables import columns_of, types_of
-from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
+from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
@@ -40,7 +40,7 @@ TASK: Final = "task_seconds/"
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _Grasping:
     """What is the same for every detector of a run."""
 
     hands: Mapping[int, str]
@@ -53,11 +53,11 @@ def metric_rows(result: RunResult) -> list[dict[str, Any]]:
     """One row per detector of the run; a run of effects alone has one, with the detector ``none`` and no contacts."""
     if len(result.assembly.motion) < 2:
         return []
-    seen = _seen(result)
-    shared = _shared(result, seen)
+    grasping = _grasping(result)
+    shared = _shared(result, grasping)
     if not result.detections:
         return [{**dict.fromkeys(METRICS), **shared, "detector": NOBODY}]
-    return [{**shared, **_of_detector(result, label, seen, shared["valid_minutes"])} for label in result.detections]
+    return [{**shared, **_of_detector(result, label, grasping, shared["valid_minutes"])} for label in result.detections]
 
 
 def pseudonym(result: RunResult) -> str:
@@ -69,15 +69,15 @@ def pseudonym(result: RunResult) -> str:
 def effect_metrics(result: RunResult) -> dict[str, Any]:
     """What effects found, ``None`` where no effect looked for it; breakages also as the recording reports them."""
     last = float(result.assembly.motion.times[-1])
-    spills, near, broken = (_events(result, *place) for place in (SPILLS, HAZARDS, BREAKAGES))
+    spills, near, broken = (_events(result, *event_name) for event_name in (SPILLS, HAZARDS, BREAKAGES))
     if broken is None and result.session.scene.effects is None and result.session.events:
         broken = [event for event in result.session.events if event.name == "break"]
     return {
         "breakages": None if broken is None else len(broken),
-        "spilled_ml": None if spills is None else sum(float(one.values["volume_ml"]) for one in spills),
+        "spilled_ml": None if spills is None else sum(float(episode.values["volume_ml"]) for episode in spills),
         "hazard_seconds": None
         if near is None
-        else sum((last if one.end is None else one.end) - one.time for one in near),
+        else sum((last if episode.end is None else episode.end) - episode.time for episode in near),
     }
 
 
@@ -86,27 +86,29 @@ def _events(result: RunResult, kind: str, name: str) -> list[Any] | None:
     return None if run is None else [event for event in run.events if event.name == name]
 
 
-def _seen(result: RunResult) -> _Seen:
+def _grasping(result: RunResult) -> _Grasping:
     assembly = result.assembly
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
-    asked = result.session.scene.effects is None or "grasp" in result.effects
-    taken = grasps(assembly, result.session) if asked else None
+    queried = result.session.scene.effects is None or "grasp" in result.effects
+    taken = grasps(assembly, result.session) if queried else None
     loose = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())
         if not assembly.held[pair] and a not in fixed and b not in fixed
     ]
     close = tuple(
-        one
-        for one in close_stretches(assembly, np.array(loose, dtype=np.int64))
-        if not intended(Episode(one.pair, 0, 0, one.start, one.end), assembly.pairs, fixed, hands, taken or ())
+        episode
+        for episode in close_stretches(assembly, np.array(loose, dtype=np.int64))
+        if not intended(
+            Episode(episode.pair, 0, 0, episode.start, episode.end), assembly.pairs, fixed, hands, taken or ()
+        )
     )
-    return _Seen(hands, taken, fixed, close)
+    return _Grasping(hands, taken, fixed, close)
 
 
-def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
-    motion = moving(result.assembly, list(seen.hands))
+def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
+    motion = moving(result.assembly, list(grasping.hands))
     tasks = task_seconds(result.session)
     return {
         "student": pseudonym(result),
@@ -115,24 +117,28 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
         "tool": str(result.document.versions.get("vrlab-replay", "")),
         "valid_minutes": motion.valid_minutes,
         "flagged_share": motion.flagged_share,
-        "grasp_attempts": None if seen.grasps is None else len(seen.grasps),
-        "grasps": None if seen.grasps is None else sum(one.thing >= 0 for one in seen.grasps),
+        "grasp_attempts": None if grasping.grasps is None else len(grasping.grasps),
+        "grasps": None if grasping.grasps is None else sum(episode.thing >= 0 for episode in grasping.grasps),
         **effect_metrics(result),
         "path_m": motion.path_m,
         "idle_share": motion.idle_share,
         "task_seconds": sum(tasks.values()) if tasks else None,
-        **{kind: " + ".join(span_names(result.session, kind)) or None for kind in DOING},
+        **{kind: " + ".join(span_names(result.session, kind)) or None for kind in ACTIVITIES},
         **{TASK + name: seconds for name, seconds in tasks.items()},
     }
 
 
-def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> dict[str, Any]:
+def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     whole = result.episodes[label]
-    own = [one for one in whole if not assembly.held[one.pair]]
-    unintended = [one for one in own if not intended(one, assembly.pairs, seen.fixed, seen.hands, seen.grasps or ())]
-    spans = np.array([(one.pair, one.start, one.end) for one in whole], dtype=np.float64).reshape(-1, 3)
-    near = without_contact(seen.close, spans)
+    own = [episode for episode in whole if not assembly.held[episode.pair]]
+    unintended = [
+        episode
+        for episode in own
+        if not intended(episode, assembly.pairs, grasping.fixed, grasping.hands, grasping.grasps or ())
+    ]
+    spans = np.array([(episode.pair, episode.start, episode.end) for episode in whole], dtype=np.float64).reshape(-1, 3)
+    near = without_contact(grasping.close, spans)
     return {
         "settings": settings_digest(result, label),
         "detector": label,
@@ -144,9 +150,11 @@ def _of_detector(result: RunResult, label: str, seen: _Seen, minutes: float) -> 
     }
 
 
-def intended(one: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]) -> bool:
+def intended(
+    episode: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]
+) -> bool:
     """Whether a contact is part of the work: on what carries things, or of a hand with what it takes."""
-    a, b = pairs[one.pair].tolist()
+    a, b = pairs[episode.pair].tolist()
     if a in fixed or b in fixed:
         return True
     hand, thing = (a, b) if a in hands else (b, a)
@@ -155,8 +163,8 @@ def intended(one: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int,
     return any(
         grasp.hand == hand
         and grasp.thing in (thing, -1)
-        and one.start <= grasp.end + REACH_S
-        and one.end >= grasp.start - REACH_S
+        and episode.start <= grasp.end + REACH_S
+        and episode.end >= grasp.start - REACH_S
         for grasp in taken
     )
 

@@ -30,7 +30,7 @@ from replay.words import frame_time, rate, share
 
 def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> tuple[Answer, ...]:
     """One for each audited detector, in the order of ``ranks``, the worst first."""
-    found = []
+    answers_made = []
     for number, rank in enumerate(ranks[:-1]):
         label, fault = rank.label, _key_fault(result, rank)
         sentence = _sentence(result, document, rank, worst=number == 0 and len(ranks) > 2)
@@ -41,8 +41,8 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
         elif fault is not None:
             fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
             answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment)
-        found.append(answer)
-    return tuple(found)
+        answers_made.append(answer)
+    return tuple(answers_made)
 
 
 def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool) -> str:
@@ -125,14 +125,14 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
         if every_frame is not None:
             return every_frame
     runs = _Runs(result, document, ranks)
-    for mended, words in _mended(spec, cause):
+    for mended, text in _mended(spec, cause):
         if runs.same(mended, rank.label):
             continue
         label = runs.label_of(mended)
         if label is None:
-            return _unmeasured(f"{sentence_of(words)}: not measured. To measure it:", mended)
+            return _unmeasured(f"{sentence_of(text)}: not measured. To measure it:", mended)
         if runs.loss_of(label) < rank.loss:
-            return _measured(sentence_of(words), label, document)
+            return _measured(sentence_of(text), label, document)
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
     command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
@@ -179,8 +179,8 @@ def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in settings.items() if key not in unused}
 
 
-def _unmeasured(words: str, spec: DetectorSpec) -> Fix:
-    return Fix(words, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
+def _unmeasured(text: str, spec: DetectorSpec) -> Fix:
+    return Fix(text, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
 
 
 def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
@@ -199,13 +199,13 @@ def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, st
         if shape != "mesh" and pieces <= MOST_PIECES:
             rest = {key: value for key, value in spec.settings.items() if key not in ("shape", "pieces")}
             mended = DetectorSpec("fix", "collider", {"shape": "compound", "pieces": pieces} | rest)
-            yield mended, _words(mended)
+            yield mended, _setting_label(mended)
     if cause == Cause.BETWEEN_FRAMES:
         mended = DetectorSpec("fix", "continuous")
-        yield mended, _words(mended)
+        yield mended, _setting_label(mended)
     if cause in DECIDED_BY_TRIANGLES:
         mended = DetectorSpec("fix", "exact")
-        yield mended, _words(mended)
+        yield mended, _setting_label(mended)
 
 
 FEWEST_PIECES: Final = 16
@@ -225,18 +225,18 @@ DECIDED_BY_TRIANGLES: Final = frozenset((
 
 def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | None:
     """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets; ``None``: no better."""
-    words = f"Sample every frame{_recorded_rate(result)}"
+    text = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
     every = None if offsets is None else offsets.every_frame
     if every is None:
         settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
-        return _unmeasured(f"{words}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
+        return _unmeasured(f"{text}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
     if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.invented) >= rank.loss:
         return None
     missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
     took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
-    told = figures_words(lost_words(missed, late, rank.contacts), fraction_of(every.invented))
-    return Fix(f"{words}: {told}{took} (measured on this session).", True)
+    counts_text = figures_words(lost_words(missed, late, rank.contacts), fraction_of(every.invented))
+    return Fix(f"{text}: {counts_text}{took} (measured on this session).", True)
 
 
 def _recorded_rate(result: RunResult) -> str:
@@ -245,16 +245,16 @@ def _recorded_rate(result: RunResult) -> str:
     return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
 
 
-def _measured(words: str, label: str, document: RunDocument) -> Fix:
+def _measured(text: str, label: str, document: RunDocument) -> Fix:
     """With the figures of another detector of this run, or of the reference itself."""
     seconds, audit = document.detectors[label].seconds, document.audit.get(label)
     took = f"{frame_time(seconds.per_frame_mean)} a frame"
     if audit is None:
-        return Fix(f"{words} ({label}), the reference here: {took} (measured on this session).", True)
+        return Fix(f"{text} ({label}), the reference here: {took} (measured on this session).", True)
     missed = count_range(audit.counts_over_offsets.contacts_missed)
     late = count_range(audit.counts_over_offsets.late_or_cut_short)
-    told = figures_words(lost_words(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
-    return Fix(f"{words} ({label}): {told}; {took} (measured on this session).", True)
+    counts_text = figures_words(lost_words(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
+    return Fix(f"{text} ({label}): {counts_text}; {took} (measured on this session).", True)
 
 
 def figures_words(lost: str, false: float) -> str:
@@ -262,8 +262,8 @@ def figures_words(lost: str, false: float) -> str:
     return f"{lost or 'none missed or late'}, {share(false)} false"
 
 
-def _words(spec: DetectorSpec) -> str:
+def _setting_label(spec: DetectorSpec) -> str:
     """What a detector is, with the most pieces that it may cut a mesh into."""
-    words = detector_words(spec.name, spec.settings)
+    text = detector_words(spec.name, spec.settings)
     most = "up to " if spec.settings.get("shape") == "compound" else ""
-    return most + words.replace("convex pieces", "convex pieces a mesh")
+    return most + text.replace("convex pieces", "convex pieces a mesh")

@@ -80,8 +80,10 @@ def prepared(
     with progress.stage("Examining the recording", 2) as advance:
         treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
         advance(1)
-        wanted = _wanted(planned, pairs, treatment.session, looking)
-        assembly = assemble(treatment.session, pairs=wanted, start=start, end=end, looking=looking, seen=treatment.scan)
+        chosen_pairs = _chosen_pairs(planned, pairs, treatment.session, looking)
+        assembly = assemble(
+            treatment.session, pairs=chosen_pairs, start=start, end=end, looking=looking, seen=treatment.scan
+        )
         advance(1)
     return Prepared(planned, treatment, assembly)
 
@@ -97,23 +99,23 @@ def compute(
     progress, began, planned = progress or Silent(), perf_counter(), plan(session.scene)
     settings = replace(settings or RunSettings(), **changes)
     lineup = _called_for(planned, settings, session)
-    blur = parse_noise(settings.noises, settings.noise_copies)
-    if blur and not lineup.oracle:
+    noise_spec = parse_noise(settings.noises, settings.noise_copies)
+    if noise_spec and not lineup.oracle:
         raise NoiseError("noise needs detectors and a reference; name detectors, or leave out --noise")
     ready = prepared(
         session, pairs=settings.pairs, start=settings.start, end=settings.end, policy=settings.policy,
         looking=bool(lineup.specs), progress=progress,
     )  # fmt: skip
     # Of a recording of hours, what one step frees is too much to be kept for the next.
-    tidy = give_back_memory if len(ready.assembly.motion) > HELD_FRAMES else lambda: None
-    tidy()
+    release_memory = give_back_memory if len(ready.assembly.motion) > HELD_FRAMES else lambda: None
+    release_memory()
     detected = _detected(ready, lineup, settings, progress)
-    tidy()
+    release_memory()
     runs, result = detected.runs, _audited(ready, lineup.oracle, detected, progress)
-    if blur:
+    if noise_spec:
         with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
-            noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
+            noise = in_noise(noise_spec, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             misses = {
                 label: tuple(replace(miss, noise=noise.words[miss.contact - 1]) for miss in of_detector)
                 for label, of_detector in result.misses.items()
@@ -128,7 +130,7 @@ def compute(
     document = document_of_run(
         result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began
     )
-    tidy()
+    release_memory()
     ranks = ranking(document)
     complete = structs.replace(document, answers=answers(result, document, ranks))
     return replace(result, tables=result_tables(result), document=complete, ranking=ranks, answers=complete.answers)
@@ -142,8 +144,8 @@ def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineu
     if settings.detectors is None and settings.oracle in (None, NO_ORACLE) and not planned.detection:
         return Lineup()
     lineup = line_up(settings, session)
-    there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
-    more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
+    present = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
+    more = [DetectorSpec(name, name) for name in planned.detectors if name not in present]
     return Lineup((*lineup.specs, *more), lineup.oracle, frozenset() if settings.offline else lineup.live)
 
 
@@ -212,7 +214,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
     assembly, session = ready.assembly, ready.treatment.session
     runs, reference = detected.runs, detected.reference
-    found = {
+    by_label = {
         label: reference.episodes
         if reference is not None and label == oracle
         else episodes(run.detection, assembly.motion.valid)
@@ -220,7 +222,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     }
     result = RunResult(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=oracle, episodes=found, treatment=ready.treatment,
+        oracle=oracle, episodes=by_label, treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -229,7 +231,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     audited = {label: run for label, run in runs.items() if label != oracle}
     # Misses are examined with other kernels.
     with progress.stage(COMPARING, 2 * EXAMINING * len(audited)) as advance, compiling_announced(progress):
-        truth = found[oracle]
+        truth = by_label[oracle]
         comparisons = {label: reference.compare(run.detection, (label, oracle)) for label, run in audited.items()}
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
@@ -237,7 +239,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
                 # A contact at an instant still speaks for the interval that begins there.
                 comparison,
                 truth,
-                found[label],
+                by_label[label],
                 counts[label],
                 reach=int((runs[label].detection.covers, runs[oracle].detection.covers) == ("instants", "intervals")),
             )
@@ -267,22 +269,22 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     )  # fmt: skip
 
 
-def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:
+def _chosen_pairs(planned: Plan, requested: Pairs | None, session: Session, looking: bool) -> Pairs | None:
     """The pairs asked for, and those that effects ask about; ``None``, all that move, where there are neither."""
     if session.scene.effects is None:
-        return asked
+        return requested
     fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
-    there = {name for name in (*session.names, *fixed) if name in session.meshes}
-    wanted = [*(asked or ()), *(pair for pair in planned.pairs or () if there.issuperset(pair))]
-    return None if looking and not wanted else wanted
+    present = {name for name in (*session.names, *fixed) if name in session.meshes}
+    chosen_pairs = [*(requested or ()), *(pair for pair in planned.pairs or () if present.issuperset(pair))]
+    return None if looking and not chosen_pairs else chosen_pairs
 
 
 def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
     """What effects read: of the detector their specs name, else of the oracle, else of the first."""
     chosen = runs.get(oracle) or next(iter(runs.values()), None)
     by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
-    found = {name: by_name.get(name, chosen) for name in planned.detectors}
-    return {name: run.detection for name, run in found.items() if run is not None}
+    by_label = {name: by_name.get(name, chosen) for name in planned.detectors}
+    return {name: run.detection for name, run in by_label.items() if run is not None}
 
 
 def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:

@@ -27,23 +27,23 @@ UNEXPLAINED: Final = "nothing known about it explains this"
 
 def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
-    became = _what_became(miss, label, by, contact)
+    clause = _outcome(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_LOOKS and by.sampled is not None and by.rate_hz:
         return _between_samples(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_LOOKS:
-        return f"{became}: by its own account it took no sample {_extent(miss)}."
+        return f"{clause}: by its own account it took no sample {_extent(miss)}."
     if miss.cause in (Cause.LATE, Cause.EARLY):
-        return f"{became}: {_late_miss(miss, by)}."
+        return f"{clause}: {_late_miss(miss, by)}."
     if miss.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
-        return f"{became}: {_clock(by.detector)}."
+        return f"{clause}: {_clock(by.detector)}."
     reason = REASONS["misses"].get(miss.cause, "")
     if not reason:
-        return f"{became}; {UNEXPLAINED}."
+        return f"{clause}; {UNEXPLAINED}."
     examined, of = miss.agreeing
-    return f"{became}: {reason}." if examined == of else f"{became}: in {examined} of {of} examined frames {reason}."
+    return f"{clause}: {reason}." if examined == of else f"{clause}: in {examined} of {of} examined frames {reason}."
 
 
-def _what_became(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """What a detector made of a contact, as far as its answers right before and after a miss say it."""
     pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
     long = duration_text(miss.frames, miss.end - miss.start)
@@ -59,18 +59,18 @@ def _what_became(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """A miss in frames of which most were not sampled."""
     assert by.sampled is not None and by.rate_hz
-    became = _what_became(miss, label, by, contact)
+    clause = _outcome(miss, label, by, contact)
     sampled = by.sampled & by.posed(miss.pair)
     inside = int(sampled[miss.first : miss.last + 1].sum())
     if inside:
-        return f"{became}: it took no sample in {miss.frames - inside} of these frames."
+        return f"{clause}: it took no sample in {miss.frames - inside} of these frames."
     step, times = 1.0 / by.rate_hz, by.motion.times
     before, after = np.flatnonzero(sampled[: miss.first]), np.flatnonzero(sampled[miss.last + 1 :])
     if not len(before) or not len(after):
         side = "first" if not len(before) else "last"
         moment = f"{times[miss.last + 1 + after[0]]:.3f} s" if not len(before) and len(after) else ""
         moment = f"{times[before[-1]]:.3f} s" if len(before) else moment
-        return f"{became}: it took its {side} sample at {moment}." if moment else f"{became}: it took no sample."
+        return f"{clause}: it took its {side} sample at {moment}." if moment else f"{clause}: it took no sample."
     gap = float(times[miss.last + 1 + after[0]] - times[before[-1]])
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
@@ -79,9 +79,9 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     if miss.kind == FaultKind.NEVER_FOUND and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
-    if became.endswith(" late") and miss.end - miss.start <= step:
-        return f"{usual}: it {became.removeprefix(label).strip()}."
-    return f"{became}: two of its samples are {_milliseconds(gap)} apart there."
+    if clause.endswith(" late") and miss.end - miss.start <= step:
+        return f"{usual}: it {clause.removeprefix(label).strip()}."
+    return f"{clause}: two of its samples are {_milliseconds(gap)} apart there."
 
 
 def _late_miss(miss: Fault, by: Audited) -> str:
@@ -123,13 +123,13 @@ def why_false(false: Fault, label: str, by: Audited) -> str:
     long = duration_text(false.frames, false.end - false.start)
     if false.cause == Cause.LAST_ANSWER:
         return _last_answer(false, label, by, gap)
-    said = f"{label} reported contact of {pair} {when} for {long}; {gap}"
+    report = f"{label} reported contact of {pair} {when} for {long}; {gap}"
     if false.cause in (Cause.LATE, Cause.EARLY):
-        return f"{said}: {_late_report(false, by)}."
+        return f"{report}: {_late_report(false, by)}."
     if false.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
-        return f"{said}: {_clock(by.detector)}."
+        return f"{report}: {_clock(by.detector)}."
     reason = REASONS["false"].get(false.cause, "")
-    return f"{said}: {reason}." if reason else f"{said}; {UNEXPLAINED}."
+    return f"{report}: {reason}." if reason else f"{report}; {UNEXPLAINED}."
 
 
 def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
@@ -151,8 +151,8 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
         )
     sampled = by.sampled & by.posed(false.pair)
     if not sampled[false.first : false.last + 1].any():
-        said = f"it reported contact of {pair} for {long} {when}, too long"
-        return f"{label} keeps its answer until its next sample: {said}."
+        report = f"it reported contact of {pair} for {long} {when}, too long"
+        return f"{label} keeps its answer until its next sample: {report}."
     earlier = np.flatnonzero(sampled[: false.frame + 1])
     sample = f" at {float(by.motion.times[earlier[-1]]):.3f} s" if len(earlier) else ""
     return f"At {moment:.3f} s {label} kept the answer of its last sample{sample} about {pair}; {gap}."

@@ -41,14 +41,14 @@ def open_questions(document: RunDocument) -> list[str]:
 def doubts_of(findings: Iterable[Finding]) -> list[str]:
     """The same of findings."""
     grouped: dict[tuple[Severity, str], list[Finding]] = {}
-    for one in findings:
-        if one.severity == Severity.ERROR or CODES[one.code].group in FIRST_GROUPS or one.code == "mesh-units":
-            grouped.setdefault((one.severity, one.code), []).append(one)
+    for row in findings:
+        if row.severity == Severity.ERROR or CODES[row.code].group in FIRST_GROUPS or row.code == "mesh-units":
+            grouped.setdefault((row.severity, row.code), []).append(row)
     lines = []
-    for (severity, code), (one, *more) in grouped.items():
-        where = f"{one.body}: {one.message}" if one.body else one.message
+    for (severity, code), (row, *more) in grouped.items():
+        where = f"{row.body}: {row.message}" if row.body else row.message
         rest = f"; {len(more)} more like it" if more else ""
-        lines.append(f"{severity.name.capitalize()}, {code}: {one.meaning} ({where}{rest}). To do: {one.fix}.")
+        lines.append(f"{severity.name.capitalize()}, {code}: {row.meaning} ({where}{rest}). To do: {row.fix}.")
     return lines
 
 
@@ -83,14 +83,14 @@ def held(result: Summarised) -> list[str]:
     for label, audit in result.document.audit.items():
         grasped = audit.while_grasped
         contacts, frames = grasped.contacts, grasped.false_contact
-        parts = []
+        clauses = []
         if contacts:
-            parts.append(f"misses {grasped.contacts_missed} of {plural(contacts, 'contact')}")
+            clauses.append(f"misses {grasped.contacts_missed} of {plural(contacts, 'contact')}")
         if frames:
             unconfirmed = all_unconfirmed(audit)
-            parts.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
-        if parts:
-            lines.append(f"While a hand holds it: not counted. There {label} {' and '.join(parts)}.")
+            clauses.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
+        if clauses:
+            lines.append(f"While a hand holds it: not counted. There {label} {' and '.join(clauses)}.")
     return lines
 
 
@@ -138,8 +138,8 @@ def in_noise(result: RunResult) -> list[str]:
     if noise is None:
         return []
     firm, total = noise.count(HOLDS), len(noise.words)
-    words = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
-    lines = [f"In {noise.copies} copies with tracker noise: {words if total else 'no contact to judge'}."]
+    text = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
+    lines = [f"In {noise.copies} copies with tracker noise: {text if total else 'no contact to judge'}."]
     for label in result.comparisons if firm else ():
         noise_proof = result.document.audit[label].noise_proof
         if noise_proof is not None:
@@ -160,14 +160,14 @@ def compounds(result: RunResult) -> list[str]:
         if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
             counts = [len(solids) for solids in detector.parts.values()]
             each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
-            asked = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
-            lines.append(f"{asked}: it made {each} of each, {sum(counts)} in all.")
+            request = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
+            lines.append(f"{request}: it made {each} of each, {sum(counts)} in all.")
     return lines
 
 
 def price(result: Summarised) -> list[str]:
     """What the reference takes, and whether the machine was busy; no line where nothing is audited."""
-    words = cost(result.document)
-    if not words:
+    text = cost(result.document)
+    if not text:
         return []
-    return [line for line in (words, TIMES_ARE, busy_words(result.document)) if line]
+    return [line for line in (text, TIMES_ARE, busy_words(result.document)) if line]

@@ -135,15 +135,15 @@ def false_words(proportion_false: Proportion | None, unconfirmed: bool, whose: s
 
 def lost_words(missed: Range, late: Range, contacts: int) -> str:
     """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
-    parts = []
+    clauses = []
     things = plural(contacts, "contact")
     if missed[1]:
-        parts.append(f"{words.count_range(missed)} of {things} missed")
+        clauses.append(f"{words.count_range(missed)} of {things} missed")
         things = ""
     if late[1]:
         of = f" of {things}" if things else ""
-        parts.append(f"{words.count_range(late)}{of} late or cut short")
-    return ", ".join(parts)
+        clauses.append(f"{words.count_range(late)}{of} late or cut short")
+    return ", ".join(clauses)
 
 
 def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
@@ -158,9 +158,9 @@ def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str
         (rank.contact_loss, lost_contacts),
         (fraction_of(rank.false), false_words(rank.false, rank.unconfirmed, whose)),
     ]
-    told = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
-    if told:
-        return told[0] if largest else "; ".join(told)
+    texts = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
+    if texts:
+        return texts[0] if largest else "; ".join(texts)
     return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
 
 

@@ -74,8 +74,8 @@ def _events(result: RunResult) -> Iterator[dict[str, Any]]:
             message=event.message,
         )  # fmt: skip
     for span in result.session.intervals:
-        said = "; ".join(f"{key}={value}" for key, value in span.data.items())
-        yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=said)
+        fields = "; ".join(f"{key}={value}" for key, value in span.data.items())
+        yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=fields)
     for kind, run in result.effects.items():
         for found in run.events:
             end = None if found.end is None else zero + round(found.end * 1e9)
@@ -127,9 +127,9 @@ def _entries(
     for label, things in found.items():
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
         held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
-        for number, (thing, is_held) in enumerate(zip(things, held.tolist(), strict=True), 1):
+        for number, (thing, is_grasped) in enumerate(zip(things, held.tolist(), strict=True), 1):
             bodies = result.assembly.bodies_of(thing.pair)
-            row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_held}
+            row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
             yield row | more(label, number, thing)
 
 
@@ -141,5 +141,5 @@ def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]
 
 def _doubt(result: RunResult, contact: Episode) -> str | None:
     """What is in doubt about any pose in a contact."""
-    part = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
-    return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None
+    pose_flags = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
+    return flag_word(int(np.bitwise_or.reduce(pose_flags, axis=None))) or None

@@ -146,8 +146,8 @@ def _is_withheld(key: str, value: str) -> bool:
 
 def session_digest(result: RunResult) -> str:
     """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
-    stretch = result.assembly.stamp_ns[[0, -1]].tolist()
-    return hashlib.sha256(f"{result.treatment.digest} {stretch}".encode()).hexdigest()[:16]
+    ends = result.assembly.stamp_ns[[0, -1]].tolist()
+    return hashlib.sha256(f"{result.treatment.digest} {ends}".encode()).hexdigest()[:16]
 
 
 def recording_mark(file: Path) -> RecordingMark | None:

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from replay.base.tables import ARROW, Column, Table
 from replay.errors import RunFolderError
-from replay.metrics.hands import DOING, doing
+from replay.metrics.hands import ACTIVITIES, activities
 from replay.metrics.row import pseudonym
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
@@ -69,7 +69,7 @@ def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     pq.write_table(pa.Table.from_pylist([*plain]), path)
 
 
-KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *DOING), str)
+KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *ACTIVITIES), str)
 
 SCHEMA: Final = "vrlab-replay/tables/2"
 """Stands as ``schema`` in the metadata of each table that has ``KEYS``; a table of version 1 has neither."""
@@ -85,7 +85,7 @@ def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
         stamps = table["stamp_ns"].to_numpy() if "stamp_ns" in table.column_names else frames[table["first"].to_numpy()]
         columns = [
             [session_digest(result)] * len(table), [pseudonym(result)] * len(table),
-            *(doing(result.session, kind, stamps) for kind in DOING),
+            *(activities(result.session, kind, stamps) for kind in ACTIVITIES),
         ]  # fmt: skip
         for name, values in zip(KEYS, columns, strict=True):
             table = table.append_column(name, pa.array(values, TYPES[str]))

@@ -63,7 +63,7 @@ def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):
-    monkeypatch.setattr(module, "LOOKS_IN_ALL", 1)
+    monkeypatch.setattr(module, "GAP_FRAMES_TOTAL", 1)
     short, long = false_of([F, N, F, F], [0.5, 1, 0.5, 0.5])
     assert np.isnan(short.metres) and long.metres == pytest.approx(0.5)
 
