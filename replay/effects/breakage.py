@@ -39,7 +39,7 @@ LAG: Final = 0.4
 REACH_M: Final = 0.005
 """A body that comes no nearer on the path it would have taken has met another one, or a hand."""
 
-PLACES: Final = 24
+SAMPLES: Final = 24
 """Of the path it would have taken in two frames, at which it is held against the other body."""
 
 CONTAMINATED_M: Final = 6e-4
@@ -59,27 +59,27 @@ class Impact:
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``impact`` with speed and energy, and ``broken`` for the first that is too hard for a body."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for declared in inputs.declared:
-        impacts = [(pair, impact) for pair in declared["between"] for impact in _impacts(inputs, pair, found.ran)]
+        impacts = [(pair, impact) for pair in declared["between"] for impact in _impacts(inputs, pair, findings.ran)]
         broken: set[str] = set()
         for pair, impact in sorted(impacts, key=lambda row: (row[1].frame, row[0])):
             if pair[0] not in broken:
-                found.events += _events(inputs, declared, pair, impact)
+                findings.events += _events(inputs, declared, pair, impact)
                 if impact.speed > declared["speed_m_s"]:
                     broken.add(pair[0])
-    return found.output()
+    return findings.output()
 
 
 def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
     """Bounces of a pair, and begins of contacts that show no bounce; notes in ``ran`` (T,) where it looked."""
-    seen = bounces(inputs, pair)
-    yield from seen
-    for bounce in seen:
+    impacts_of_pair = bounces(inputs, pair)
+    yield from impacts_of_pair
+    for bounce in impacts_of_pair:
         ran[bounce.frame : bounce.frame + 3] = True
     for touch in touches_of(inputs, pair, flickers=True):
         # The frames that show a contact after a bounce show the same impact, or slower ones.
-        if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in seen):
+        if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in impacts_of_pair):
             yield from _impact(inputs, touch, pair, ran)
 
 
@@ -125,16 +125,18 @@ def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], d
     A body that stops at once is seen, in the first frame of contact, where it was at the impact. One that went on is
     seen further: then this is the end of the step, and the speed is off by what it gained in the step at most.
     """
-    low, high = span
-    speed = fit.velocity(low)
+    lower, upper = span
+    speed = fit.velocity(lower)
     # A body at rest has no direction; the least speed only keeps 0 / 0 out.
-    way = direction if direction is not None else speed / max(float(np.sqrt(speed @ speed)), 1e-12)
-    sign = float(np.copysign(1.0, speed @ way))
-    goal = sign * float(met @ way)
+    direction_of_motion = direction if direction is not None else speed / max(float(np.sqrt(speed @ speed)), 1e-12)
+    sign = float(np.copysign(1.0, speed @ direction_of_motion))
+    goal = sign * float(met @ direction_of_motion)
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if sign * float(fit.place(middle) @ way) < goal else (low, middle)
-    return high
+        middle = 0.5 * (lower + upper)
+        lower, upper = (
+            (middle, upper) if sign * float(fit.position(middle) @ direction_of_motion) < goal else (lower, middle)
+        )
+    return upper
 
 
 def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Impact) -> list[EffectEvent]:
@@ -145,9 +147,9 @@ def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Imp
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
         values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    words = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
-    event = EffectEvent(impact.time, "impact", pair, None, values, words, point=impact.point)
-    crash = replace(event, name="broken", message=f"{pair[0]} breaks: {words}", level="error")
+    text = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
+    event = EffectEvent(impact.time, "impact", pair, None, values, text, point=impact.point)
+    crash = replace(event, name="broken", message=f"{pair[0]} breaks: {text}", level="error")
     return [event, crash] if values["broken"] else [event]
 
 
@@ -169,13 +171,13 @@ def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     centre = poses.translation + poses.rotation @ _box(mesh).mean(axis=0)
     runs = settled_runs(a.times, poses.valid, poses.linked)
     approach = _Approach(poses, centre, runs, mesh, inputs.mesh(pair[1]))
-    found: list[Impact] = []
+    impacts: list[Impact] = []
     for row in _near(approach):
-        bounce = _bounce(approach, row) if not found or row > found[-1].frame + 2 else None
+        bounce = _bounce(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
         if bounce is not None:
-            place = b.rotation[row] @ np.array(bounce.point) + b.translation[row]
-            found.append(replace(bounce, point=vector_of(place)))
-    return found
+            point = b.rotation[row] @ np.array(bounce.point) + b.translation[row]
+            impacts.append(replace(bounce, point=vector_of(point)))
+    return impacts
 
 
 def _near(approach: _Approach) -> list[int]:
@@ -185,8 +187,8 @@ def _near(approach: _Approach) -> list[int]:
         return []
     step = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
     speed = step / np.maximum(np.diff(times, prepend=times[0] - 1.0), 1e-9)
-    low, high = _box(approach.other)
-    away = np.maximum(0.0, np.maximum(low - centre, centre - high))
+    lower, upper = _box(approach.other)
+    away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
     radius = 0.5 * float(np.linalg.norm(np.ptp(approach.mesh.vertices, axis=0)))
     reach = np.linalg.norm(away, axis=1) - radius <= 3.0 * step + REACH_M
     known = np.zeros(len(times), dtype=np.bool_)
@@ -200,16 +202,18 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
     fit = _fall(times, centre, before(approach.runs, row))
     if fit is None:
         return None
-    here, there, last = times[row : row + 3].tolist()
-    velocity = fit.velocity(here)
+    first_time, middle_time, last = times[row : row + 3].tolist()
+    velocity = fit.velocity(first_time)
     speed = float(np.linalg.norm(velocity))
     if speed < SLOWEST_M_S:
         return None
-    way = velocity / speed
-    behind = [float((fit.place(time) - centre[row + k]) @ way) for k, time in ((1, there), (2, last))]
-    later = speed * (last - there)
+    direction_of_motion = velocity / speed
+    behind = [
+        float((fit.position(time) - centre[row + k]) @ direction_of_motion) for k, time in ((1, middle_time), (2, last))
+    ]
+    later = speed * (last - middle_time)
     # What is on its path in the next frame meets after it, and is judged from there.
-    on_path = behind[0] < NOISE_M + 0.05 * speed * (there - here)
+    on_path = behind[0] < NOISE_M + 0.05 * speed * (middle_time - first_time)
     if behind[1] < NOISE_M + LAG * later or (on_path and behind[1] < NOISE_M + 0.95 * later):
         return None
     # Noise may leave the least gap between what met.
@@ -218,7 +222,7 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
         return None
     time, point = met
     velocity = fit.velocity(time)
-    change = (centre[row + 2] - centre[row + 1]) / (last - there) - velocity
+    change = (centre[row + 2] - centre[row + 1]) / (last - middle_time) - velocity
     across = change / max(float(np.linalg.norm(change)), 1e-12)
     return Impact(row, time, abs(float(velocity @ across)), True, point)
 
@@ -234,28 +238,28 @@ def _fall(times: FloatArray, centre: FloatArray, rows: IntArray) -> Parabola | N
 
 def _meeting(approach: _Approach, fit: Parabola, row: int, gap: float) -> tuple[float, Vector] | None:
     """When, and where in the other's frame, it would have come within reach; ``None``: it would have passed."""
-    turn, times = approach.poses.rotation[row], approach.poses.times
-    mine, box = approach.mesh.vertices @ turn.T, _box(approach.other)
-    theirs, own = approach.other.vertices, _box(approach.mesh)
+    rotation, times = approach.poses.rotation[row], approach.poses.times
+    mine, box = approach.mesh.vertices @ rotation.T, _box(approach.other)
+    other_vertices, own = approach.other.vertices, _box(approach.mesh)
     start = approach.poses.translation[row] - approach.centre[row]
 
     def touching(time: float) -> FloatArray:
-        shift = start + fit.place(time)
+        shift = start + fit.position(time)
         inside = _within(mine + shift, box, gap)
         if inside.any():
             return (mine + shift)[inside].mean(axis=0)
-        held = _within((theirs - shift) @ turn, own, gap)
-        return np.asarray(theirs[held].mean(axis=0)) if held.any() else np.zeros(0)
+        near_vertices = _within((other_vertices - shift) @ rotation, own, gap)
+        return np.asarray(other_vertices[near_vertices].mean(axis=0)) if near_vertices.any() else np.zeros(0)
 
-    tried = np.linspace(times[row], times[row + 2], PLACES).tolist()
+    tried = np.linspace(times[row], times[row + 2], SAMPLES).tolist()
     hit = next((k for k, time in enumerate(tried) if len(touching(time))), None)
     if hit is None:
         return None
-    low, high = tried[max(0, hit - 1)], tried[hit]
+    earlier, later = tried[max(0, hit - 1)], tried[hit]
     for _ in range(20):
-        half = 0.5 * (low + high)
-        low, high = (low, half) if len(touching(half)) else (half, high)
-    return high, vector_of(touching(high))
+        half = 0.5 * (earlier + later)
+        earlier, later = (earlier, half) if len(touching(half)) else (half, later)
+    return later, vector_of(touching(later))
 
 
 def _within(points: FloatArray, box: FloatArray, gap: float) -> FloatArray:

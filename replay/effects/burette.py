@@ -15,33 +15,33 @@ from sessions.model.scene import Scene
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in``, ``spill`` and ``overflow``; delivered and left volume as series; a lane of the open spans."""
-    found, moved = Findings(len(inputs)), movement_of(inputs)
+    findings, moved = Findings(len(inputs)), movement_of(inputs)
     names = dict.fromkeys(declared["body"] for declared in inputs.declared)
-    told = {name for declared in inputs.tables.get("pour", ()) for name in declared["into"]}
+    pouring_targets = {name for declared in inputs.tables.get("pour", ()) for name in declared["into"]}
     into = {name for declared in inputs.declared for name in declared["into"]}
-    mine = [one for one in moved.streams if one.source in (into - told if one.over else names)]
+    mine = [stream for stream in moved.streams if stream.source in (into - pouring_targets if stream.over else names)]
     for name in names:
-        gone = gone_ml(len(inputs), (one for one in mine if one.source == name and not one.over))
+        gone = gone_ml(len(inputs), (stream for stream in mine if stream.source == name and not stream.over))
         # Shown too at the frames about a flow, so that a line through them has no slope where nothing ran.
-        wanted = gone > 0.0
-        found.ran |= wanted
-        found.lanes[name] = inputs.shown(spans_of(wanted), "open")
-        found.series[f"{name}/delivered"] = _shown(inputs, wanted, np.cumsum(gone))
-        found.series[f"{name}/volume"] = left = _shown(inputs, wanted, moved.volume_ml[name])
-        found.liquids[name] = moved.vessels[name].drawn(left.times, left.values)
+        changing = gone > 0.0
+        findings.ran |= changing
+        findings.lanes[name] = inputs.lane_spans(spans_of(changing), "open")
+        findings.series[f"{name}/delivered"] = _sampled(inputs, changing, np.cumsum(gone))
+        findings.series[f"{name}/volume"] = left = _sampled(inputs, changing, moved.volume_ml[name])
+        findings.liquids[name] = moved.vessels[name].drawn(left.times, left.values)
     for flow in flows(mine, 0.0):
         name, where = ("run-in", f"into {flow.target}") if flow.target else ("spill", "beside everything")
-        found.events.append(flow_event(inputs, flow, name, f"run from {flow.source} {where}", digits=2))
-    return found.output(moved)
+        findings.events.append(flow_event(inputs, flow, name, f"run from {flow.source} {where}", digits=2))
+    return findings.output(moved)
 
 
-def _shown(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Series:
+def _sampled(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Series:
     """Where it flowed, at the frames before and after, and at the first and last."""
-    wanted = flowing.copy()
-    wanted[:-1] |= flowing[1:]
-    wanted[1:] |= flowing[:-1]
-    wanted[[0, -1]] = True
-    return Series(inputs.times[wanted], values[wanted], "mL")
+    changing = flowing.copy()
+    changing[:-1] |= flowing[1:]
+    changing[1:] |= flowing[:-1]
+    changing[[0, -1]] = True
+    return Series(inputs.times[changing], values[changing], "mL")
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

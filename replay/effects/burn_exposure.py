@@ -15,26 +15,28 @@ from sessions.model.scene import Scene
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``exposed`` and, above the threshold for long enough, ``burn``; what was felt, as a series."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for declared in inputs.declared:
         for pair in declared["between"]:
             for touch in touches_of(inputs, pair):
                 span = (touch.first, touch.stop)
-                found.ran[slice(*span)] = True
+                findings.ran[slice(*span)] = True
                 felt = surface(inputs, declared, pair[1], touch)
                 events = _judged(inputs, declared, pair, touch, felt)
-                found.events += events
-                found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([span], events[-1].name))
-                found.series[f"{pair[1]}/touched at {touch.first}"] = Series(inputs.times[slice(*span)], felt, "degC")
-    return found.output()
+                findings.events += events
+                findings.lane(f"{pair[0]}-{pair[1]}", *inputs.lane_spans([span], events[-1].name))
+                findings.series[f"{pair[1]}/touched at {touch.first}"] = Series(
+                    inputs.times[slice(*span)], felt, "degC"
+                )
+    return findings.output()
 
 
-def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: EffectContact) -> FloatArray:
+def surface(inputs: EffectInputs, declared: Declaration, hot_part_name: str, touch: EffectContact) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says, at first that of the room."""
     times = inputs.times[touch.first : touch.stop]
     if declared["surface_c"] is not None:
         return np.full(len(times), declared["surface_c"])
-    heat = inputs.output("heat").series.get(f"{part}/temperature")
+    heat = inputs.output("heat").series.get(f"{hot_part_name}/temperature")
     if heat is None:
         return np.full(len(times), inputs.tables["heat"][0]["ambient_c"])
     return np.interp(times, heat.times, heat.values)
@@ -50,24 +52,24 @@ def _judged(
     above = float(steps[hot].sum())
     hottest = float(felt.max())
     values = {"seconds": end - start, "seconds_above": above, "surface_c": hottest}
-    words = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
+    text = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
-    exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
-    burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")
+    exposed = EffectEvent(start, "exposed", pair, last, values, text, "warning" if above else "info", touch.point)
+    burn = replace(exposed, name="burn", message=f"burn: {text}", level="error")
     return [exposed] if above < declared["seconds"] else [exposed, burn]
 
 
 def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
     heats = tables.get("heat", ())
-    hot = {one["heats"] for one in heats}
-    if any(one["of"] != "flame" for one in heats):
+    hot = {table["heats"] for table in heats}
+    if any(table["of"] != "flame" for table in heats):
         from replay.effects.vessels import vessel_names  # a flame alone loads no vessel
 
         hot |= set(vessel_names(tables))
     for declared in tables["burn-exposure"]:
-        for _, part in declared["between"] if declared["surface_c"] is None else ():
-            if part not in hot:
-                raise declared.fail(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
+        for _, hot_part_name in declared["between"] if declared["surface_c"] is None else ():
+            if hot_part_name not in hot:
+                raise declared.fail(f"nothing says how hot {hot_part_name!r} is; give surface_c or an effect heat")
 
 
 SPEC = spec_of("burn-exposure", compute, check_all=_check_all)

@@ -68,9 +68,9 @@ def catalogue_data(kinds: tuple[str, ...]) -> dict[str, dict[str, dict[str, Any]
 def toml_of(value: Any) -> str:
     """A value as TOML writes it."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_of(one)}" for key, one in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {toml_of(item)}" for key, item in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_of(one) for one in value) + "]"
+        return "[" + ", ".join(toml_of(item) for item in value) + "]"
     if isinstance(value, str) and "\n" in value:
         return f"'''{value}'''"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value)

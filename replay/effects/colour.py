@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.effects.chemistry.components import parts_of
+from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import ion_of
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.declaring import Declaration
@@ -52,7 +52,7 @@ def shade_of(declared: Declaration) -> Shade:
     """The colour change that a table declares."""
     formula = declared["species"]
     if formula:
-        ion = ion_of(formula, lambda one: one in SPECIES or parts_of(one) is not None)
+        ion = ion_of(formula, lambda name: name in SPECIES or components_of(name) is not None)
         colour, full = SPECIES.get(ion, ("", 0.0))
         full = full if declared["full_mol_l"] is None else declared["full_mol_l"]
         return Shade(ion, (ion,), 0.0, full, "colourless", declared["colour"] or colour)
@@ -65,26 +65,26 @@ def shade_of(declared: Declaration) -> Shade:
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
-    found = Findings(len(inputs))
-    for declared in sorted(inputs.declared, key=lambda one: shade_of(one).name):
+    findings = Findings(len(inputs))
+    for declared in sorted(inputs.declared, key=lambda table: shade_of(table).name):
         shade, vessel = shade_of(declared), declared["in"]
         quantity = _quantity(inputs, vessel, shade)
         if quantity is None or not len(quantity.times):
             inputs.count("vessels without a pH: nothing came in")
             continue
         fraction = np.clip((quantity.values - shade.start) / (shade.stop - shade.start), 0.0, 1.0)
-        found.ran |= np.isin(inputs.times, quantity.times)
-        found.series[f"{vessel}/{shade.name} colour"] = Series(quantity.times, fraction, "fraction")
-        found.events += _changes(shade, vessel, quantity.times, fraction)
-        lane = vessel if vessel not in found.lanes else f"{vessel} {shade.name}"
-        found.lanes[lane] = _lane(shade, quantity.times, fraction)
-        clear = found.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
+        findings.ran |= np.isin(inputs.times, quantity.times)
+        findings.series[f"{vessel}/{shade.name} colour"] = Series(quantity.times, fraction, "fraction")
+        findings.events += _changes(shade, vessel, quantity.times, fraction)
+        lane = vessel if vessel not in findings.lanes else f"{vessel} {shade.name}"
+        findings.lanes[lane] = _lane(shade, quantity.times, fraction)
+        clear = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
-            held = np.maximum(0, np.searchsorted(quantity.times, clear.times, side="right") - 1)
-            found.liquids[vessel] = replace(
-                clear, rgba=blended(COLOURS[shade.before], COLOURS[shade.after], fraction[held])
+            rows = np.maximum(0, np.searchsorted(quantity.times, clear.times, side="right") - 1)
+            findings.liquids[vessel] = replace(
+                clear, rgba=blended(COLOURS[shade.before], COLOURS[shade.after], fraction[rows])
             )
-    return found.output()
+    return findings.output()
 
 
 def _quantity(inputs: EffectInputs, vessel: str, shade: Shade) -> Series | None:
@@ -112,8 +112,8 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
         moles = np.zeros(len(times))
         moles[wet] = np.where(np.isnan(solved.ph), 0.0, solved.species[:, row])
         return moles / litres
-    place = matter.ledger.column.get(ion)
-    return np.zeros(len(times)) if place is None else amounts[:, place] / litres
+    index = matter.ledger.column.get(ion)
+    return np.zeros(len(times)) if index is None else amounts[:, index] / litres
 
 
 def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
@@ -127,11 +127,11 @@ def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray)
         passed.append((ends[-1], None))
     for before, after in passed:
         old, new = (shade.before, shade.after) if side[before] < 0 else (shade.after, shade.before)
-        words = f"{shade.name} in {vessel} turns from {old} to {new}"
+        text = f"{shade.name} in {vessel} turns from {old} to {new}"
         if shade.name in shade.species:
-            words = f"the colour of {shade.name} in {vessel} {'appears' if side[before] < 0 else 'disappears'}"
+            text = f"the colour of {shade.name} in {vessel} {'appears' if side[before] < 0 else 'disappears'}"
         end = None if after is None else float(times[after])
-        yield EffectEvent(float(times[before + 1]), "colour-change", (vessel,), end, {"to": new}, words)
+        yield EffectEvent(float(times[before + 1]), "colour-change", (vessel,), end, {"to": new}, text)
 
 
 def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:

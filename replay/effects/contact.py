@@ -34,31 +34,31 @@ class EffectContact:
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane per pair."""
     touches: dict[frozenset[str], list[EffectContact]] = {}
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for pair in inputs.pairs:
         reported = inputs.contact(pair)
         spans = steadied(reported.touching, reported.known, frames_in=1)
         mine = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
         name = f"{pair[0]}-{pair[1]}"
-        found.lane(name, *inputs.shown([(one.first, one.last + 1) for one in mine], "contact"))
-        found.events += [_event(inputs, one) for one in mine]
-    found.events.sort(key=lambda event: (event.time, event.bodies))
-    found.ran[:] = True
-    return found.output(touches)
+        findings.lane(name, *inputs.lane_spans([(touch.first, touch.last + 1) for touch in mine], "contact"))
+        findings.events += [_event(inputs, touch) for touch in mine]
+    findings.events.sort(key=lambda event: (event.time, event.bodies))
+    findings.ran[:] = True
+    return findings.output(touches)
 
 
 def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> list[EffectContact]:
     """The contacts of a pair in either order of names; those of one frame only where asked for."""
-    found: list[EffectContact] = inputs.output("contact").data.get(frozenset(pair), [])
-    return [one for one in found if flickers or not one.flicker]
+    contacts: list[EffectContact] = inputs.output("contact").data.get(frozenset(pair), [])
+    return [touch for touch in contacts if flickers or not touch.flicker]
 
 
 def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
     clear = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
     points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
-    seen = reported.touching[first:stop][reported.known[first:stop]]
-    flicker = not (seen[1:] & seen[:-1]).any()
+    touching = reported.touching[first:stop][reported.known[first:stop]]
+    flicker = not (touching[1:] & touching[:-1]).any()
     last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
     before = int(clear[-1]) if len(clear) else -1
     return EffectContact(reported.pair, first, stop, last, before, point, _normal(points), flicker)
@@ -75,8 +75,8 @@ def _normal(points: FloatArray) -> Vector | None:
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
     values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
-    words = "{} touches {}".format(*touch.pair)
-    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, words, point=touch.point)
+    text = "{} touches {}".format(*touch.pair)
+    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, text, point=touch.point)
 
 
 SPEC = spec_of("contact", compute)

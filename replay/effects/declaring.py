@@ -48,7 +48,7 @@ class Declaration:
     kind: str  # the effect
     # file, place: where it stands: ``scene.toml``, ``[[effect]] 3 ('pour')``
     file: str
-    place: str
+    table: str
     # every field of the spec, ``declaration["key"]``; absent ones have their default. Bodies are tuples of names, pairs
     # tuples of pairs.
     values: Mapping[str, Any]
@@ -58,7 +58,7 @@ class Declaration:
 
     def fail(self, message: str) -> PlanError:
         """The error to raise: file, table, message."""
-        return PlanError(f"{self.file}: {self.place}: {message}")
+        return PlanError(f"{self.file}: {self.table}: {message}")
 
 
 def declare(
@@ -114,10 +114,10 @@ def _selected(word: object, scene: Scene) -> tuple[str, ...]:
 
 
 def _bodies(value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
-    words = value if isinstance(value, list | tuple) else [value]
-    if not words:
+    selectors = value if isinstance(value, list | tuple) else [value]
+    if not selectors:
         raise ValueError(" is empty; give ids of bodies or tag:WORD")
-    return tuple(dict.fromkeys(name for word in words for name in _selected(word, scene)))
+    return tuple(dict.fromkeys(name for word in selectors for name in _selected(word, scene)))
 
 
 def _body(value: Any, _: Field, scene: Scene) -> str:
@@ -143,12 +143,12 @@ def _pairs(value: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
 def _number(value: Any, field: Field, _: Scene) -> float:
     if not is_number(value):
         raise ValueError(f" is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
-    for bound, fits, words in (
+    for bound, fits, limit in (
         (field.above, operator.gt, "above"), (field.least, operator.ge, "at least"),
         (field.most, operator.le, "at most"),
     ):  # fmt: skip
         if bound is not None and not fits(value, bound):
-            raise ValueError(f" is {value!r}; give {words} {bound}{field.unit and ' ' + field.unit}")
+            raise ValueError(f" is {value!r}; give {limit} {bound}{field.unit and ' ' + field.unit}")
     return float(value)
 
 
@@ -168,9 +168,9 @@ def _vector(value: Any, _: Field, __: Scene) -> tuple[float, ...]:
 
 
 def _table(value: Any, field: Field, _: Scene) -> dict[str, Any]:
-    of_words = field.kind == "words"
-    if not isinstance(value, Mapping) or (of_words and not all(isinstance(one, str) for one in value.values())):
-        raise ValueError(f" is {value!r}; give a table{' of words' if of_words else ''}")
+    of_text = field.kind == "words"
+    if not isinstance(value, Mapping) or (of_text and not all(isinstance(item, str) for item in value.values())):
+        raise ValueError(f" is {value!r}; give a table{' of words' if of_text else ''}")
     return dict(value)
 
 
@@ -199,14 +199,14 @@ def body_faults(scene: Scene, file: str) -> list[str]:
     """Every unknown key of a body's tables; file, table, key and the nearest known name."""
     faults: list[str] = []
 
-    def look(table: TomlTable, keys: Mapping[str, Any]) -> None:
+    def check(table: TomlTable, keys: Mapping[str, Any]) -> None:
         for key, below in keys.items():
             inner = table.table(key) if below else None
             if inner is not None:
-                look(inner, below)
+                check(inner, below)
         table.done(keys)
 
     for row, body in enumerate(scene.bodies, start=1):
-        held = {key: value for key, value in body.extra.items() if key in BODY_KEYS}
-        look(TomlTable(held, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), BODY_KEYS)
+        tables = {key: value for key, value in body.extra.items() if key in BODY_KEYS}
+        check(TomlTable(tables, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), BODY_KEYS)
     return faults

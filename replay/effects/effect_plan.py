@@ -88,7 +88,7 @@ def plan(scene: Scene, file: str = "scene.toml") -> Plan:
         raise PlanError(*dict.fromkeys(faults))
     needs = {kind: spec.needed(tables[kind]) for kind, spec in specs.items()}
     inputs = {
-        kind: tuple(dict.fromkeys((*needs[kind], *(one for one in specs[kind].uses if one in specs))))
+        kind: tuple(dict.fromkeys((*needs[kind], *(used for used in specs[kind].uses if used in specs))))
         for kind in sorted(specs)
     }
     try:
@@ -119,7 +119,7 @@ def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
 
 
 def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Declaration, ...]]:
-    found: dict[str, tuple[Declaration, ...]] = {}
+    tables: dict[str, tuple[Declaration, ...]] = {}
     known = effect_kinds()
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind not in known:
@@ -135,22 +135,22 @@ def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Dec
         except PlanError as error:
             faults += error.faults
             continue
-        before = found.get(effect.kind, ())
+        before = tables.get(effect.kind, ())
         faults += _clashes(declaration, before, spec)
         # A table that stands there twice asks for nothing more.
-        if all(one.values != declaration.values for one in before):
-            found[effect.kind] = (*before, declaration)
-    return found
+        if all(table.values != declaration.values for table in before):
+            tables[effect.kind] = (*before, declaration)
+    return tables
 
 
 def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
     """Where a table says of one thing what another one of its kind says otherwise."""
-    same = [one for one in before if spec.single and one[spec.single] == new.values[spec.single]]
+    same = [table for table in before if spec.single and table[spec.single] == new.values[spec.single]]
     return [
-        str(new.fail(f"{key} is {new[key]!r} and {one.place} says {one[key]!r}; one {spec.kind} has one"))
-        for one in same[:1]
+        str(new.fail(f"{key} is {new[key]!r} and {table.table} says {table[key]!r}; one {spec.kind} has one"))
+        for table in same[:1]
         for key, field_ in spec.fields.items()
-        if field_.kind not in ("bodies", "pairs") and new[key] != one[key]
+        if field_.kind not in ("bodies", "pairs") and new[key] != table[key]
     ]
 
 
@@ -170,8 +170,8 @@ def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str,
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
     """What the tables of an effect say in fields of a kind; those that hold several are laid out."""
     keys = [key for key, field in spec.fields.items() if field.kind == kind]
-    told = [declaration[key] for declaration in declared for key in keys if declaration[key]]
-    return told if kind == "body" else [value for values in told for value in values]
+    given = [declaration[key] for declaration in declared for key in keys if declaration[key]]
+    return given if kind == "body" else [value for values in given for value in values]
 
 
 def _add(known: _Pairs, pairs: Iterable[Pair]) -> None:
@@ -200,9 +200,9 @@ def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)
             asking[kind] = step.pairs
-    for why, asked in asking.items():
-        _add(known, asked)
-        for pair in asked:
+    for why, requested in asking.items():
+        _add(known, requested)
+        for pair in requested:
             _note(pairs, known[frozenset(pair)], why)
     not_run = tuple(kind for kind in effect_kinds() if kind not in steps)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

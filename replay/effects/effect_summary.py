@@ -55,8 +55,8 @@ def effect_summary(effects: Mapping[str, EffectRun], seconds: float) -> dict[str
 
 def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
     """Kind and event, in order of time, and of their words where several are at one time."""
-    found = [(kind, event) for kind, run in effects.items() for event in run.events]
-    return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name, row[1].text))
+    events = [(kind, event) for kind, run in effects.items() for event in run.events]
+    return sorted(events, key=lambda row: (row[1].time, row[0], row[1].name, row[1].text))
 
 
 def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
@@ -68,22 +68,24 @@ def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
 
 def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, list[float]]]:
     """Vessel -> millilitres that came in (n,), its pH (n,), and the millilitres at each end point."""
-    found = {}
+    curves = {}
     volumes = effects["mixing"].series if "mixing" in effects else {}
     for name, ph in effects["reaction"].series.items() if "reaction" in effects else ():
         vessel = name.removesuffix("/pH")
         volume = volumes.get(f"{vessel}/volume")
         if vessel != name and volume is not None and len(ph.times) > 1:
             ends = [
-                one.time for one in effects["reaction"].events if (one.name, one.bodies) == ("end-point", (vessel,))
+                event.time
+                for event in effects["reaction"].events
+                if (event.name, event.bodies) == ("end-point", (vessel,))
             ]
             added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (ph.times, ends))
-            found[vessel] = (added, ph.values, at.tolist())
-    return found
+            curves[vessel] = (added, ph.values, at.tolist())
+    return curves
 
 
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
-    found = happened(effects)
-    lines = [f"{event.time:.1f} s: {event.text}" for _, event in found[:most]]
-    return lines + ([f"and {len(found) - most} more"] if len(found) > most else [])
+    events = happened(effects)
+    lines = [f"{event.time:.1f} s: {event.text}" for _, event in events[:most]]
+    return lines + ([f"and {len(events) - most} more"] if len(events) > most else [])

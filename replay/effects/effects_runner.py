@@ -85,7 +85,7 @@ def _run(step: Step, inputs: EffectInputs) -> EffectRun:
         raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
     run = frames if output.ran is None else int(output.ran.sum())
     if output.ran is not None and run < frames:
-        skipped = tuple(inputs.shown(spans_of(~output.ran), SKIPPED))
+        skipped = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED))
         output = replace(output, lanes={**output.lanes, SKIPPED: skipped})
     return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.chemistry.components import PROTON, WATER, dissolved_parts
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
 from replay.effects.chemistry.ledger import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
@@ -41,15 +41,15 @@ class _Crossing:
 
     before: int
     after: int
-    share: float
+    fraction: float
     rising: bool
 
     def at(self, rows: FloatArray) -> FloatArray:
         """What rows (n, ...) come to there."""
-        return rows[self.before] + self.share * (rows[self.after] - rows[self.before])
+        return rows[self.before] + self.fraction * (rows[self.after] - rows[self.before])
 
 
-Found = Iterator[tuple[_Crossing, str, str]]
+Crossings = Iterator[tuple[_Crossing, str, str]]
 """Crossings, and the names of what is equivalent."""
 
 
@@ -62,22 +62,22 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     if not history.added_ml[-1].any():
         return []
     kinds = chain(_of_protons(matter, vessel, matter.totals(history.amounts)), _of_electrons(matter, vessel))
-    found = sorted(kinds, key=lambda row: (row[0].before, row[0].share))
+    crossings = sorted(kinds, key=lambda row: (row[0].before, row[0].fraction))
     events: list[EffectEvent] = []
-    for number, (crossing, left, right) in enumerate(found, start=1):
+    for number, (crossing, left, right) in enumerate(crossings, start=1):
         came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
         added = history.added_ml[:, came].sum(axis=1)
         volume = float(crossing.at(added))
         over = float(added[-1]) - volume
-        which = f" (end point {number} of {len(found)})" if len(found) > 1 else ""
-        tail = f"; overshot by {over:.2f} mL" if number == len(found) else ""
-        words = f"{left} and {right} are equivalent in {vessel} after {volume:.2f} mL{which}{tail}"
+        which = f" (end point {number} of {len(crossings)})" if len(crossings) > 1 else ""
+        tail = f"; overshot by {over:.2f} mL" if number == len(crossings) else ""
+        text = f"{left} and {right} are equivalent in {vessel} after {volume:.2f} mL{which}{tail}"
         values = {"volume_ml": volume, "overshot_ml": over, "number": number}
-        events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, words))
+        events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
     return events
 
 
-def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
+def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
     solver = matter.solver
     if solver is None:
         return
@@ -85,20 +85,21 @@ def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
     water = matter.amount(vessel, WATER)
     bare = totals.copy()
     # Protons are counted above the barest form of each part.
-    bare[:, 0] -= totals[:, 1:] @ np.array([mixture.least_protons(part) for part in mixture.parts[1:]])
+    bare[:, 0] -= totals[:, 1:] @ np.array([mixture.least_protons(component) for component in mixture.components[1:]])
     mine = [()] + [
-        mixture.pka(part) if amount.any() else () for part, amount in zip(mixture.parts[1:], totals.T[1:], strict=True)
+        mixture.pka(component) if amount.any() else ()
+        for component, amount in zip(mixture.components[1:], totals.T[1:], strict=True)
     ]
     cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]
-    for low, high in pairwise(cuts):
-        excess = bare[:, 0] - totals @ np.array([sum(step >= high for step in steps) for steps in mine])
+    for lower, upper in pairwise(cuts):
+        excess = bare[:, 0] - totals @ np.array([sum(step >= upper for step in steps) for steps in mine])
         for crossing in _crossings(excess):
             point = crossing.at(totals)
-            sizes = [float(point @ [cut in steps for steps in mine]) for cut in (low, high) if np.isfinite(cut)]
+            sizes = [float(point @ [cut in steps for steps in mine]) for cut in (lower, upper) if np.isfinite(cut)]
             size = min(sizes, default=float(np.abs(excess).max()))
-            there = float(crossing.at(water))
-            if size > 0.0 and there > 0.0 and _inflects(solver, point, size, there):
-                names = _names(matter, mixture, vessel, crossing, low, high)
+            water_mol = float(crossing.at(water))
+            if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
+                names = _names(matter, mixture, vessel, crossing, lower, upper)
                 if names is not None:
                     yield crossing, *names
 
@@ -117,13 +118,13 @@ def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> b
 
 
 def _names(
-    matter: Matter, mixture: Mixture, vessel: str, crossing: _Crossing, low: float, high: float
+    matter: Matter, mixture: Mixture, vessel: str, crossing: _Crossing, lower: float, upper: float
 ) -> tuple[str, str] | None:
     """Acids and bases, as they were brought, that are equivalent at a cut; ``None``: one of the two is missing."""
     history = matter.histories[vessel]
     came = np.flatnonzero(history.added_ml[crossing.after] > history.added_ml[crossing.before])
     fills = matter.recipe.contents
-    sources = [name for name, place in matter.ledger.at.items() if place in came]
+    sources = [name for name, index in matter.ledger.at.items() if index in came]
     titrants = {formula for name in sources if name in fills for formula in fills[name].amounts}
     brought = {
         column.removesuffix(ADDED) for column in matter.ledger.column
@@ -131,27 +132,36 @@ def _names(
     }  # fmt: skip
 
     def steps(formula: str) -> list[float]:
-        return [pka for part in dissolved_parts(formula) if part in mixture.parts[1:] for pka in mixture.pka(part)]
+        return [
+            pka
+            for component in dissolved_components(formula)
+            if component in mixture.components[1:]
+            for pka in mixture.pka(component)
+        ]
 
     def protons(formula: str) -> float:
-        parts = dissolved_parts(formula)
-        bare = sum(many * mixture.least_protons(part) for part, many in parts.items() if part in mixture.parts[1:])
-        return parts.get(PROTON, 0) - bare
+        components = dissolved_components(formula)
+        bare = sum(
+            many * mixture.least_protons(component)
+            for component, many in components.items()
+            if component in mixture.components[1:]
+        )
+        return components.get(PROTON, 0) - bare
 
     def is_base(formula: str) -> bool:
-        places = sum(
-            many * len(mixture.pka(part))
-            for part, many in dissolved_parts(formula).items()
-            if part in mixture.parts[1:]
+        sites = sum(
+            many * len(mixture.pka(component))
+            for component, many in dissolved_components(formula).items()
+            if component in mixture.components[1:]
         )
-        return places > protons(formula)
+        return sites > protons(formula)
 
     def gives(formula: str) -> bool:
         strong = all(pka <= STRONGEST for pka in steps(formula))
-        return protons(formula) > 0 and (strong or any(pka <= low for pka in steps(formula)))
+        return protons(formula) > 0 and (strong or any(pka <= lower for pka in steps(formula)))
 
     def takes(formula: str) -> bool:
-        return protons(formula) < 0 or (is_base(formula) and any(pka >= high for pka in steps(formula)))
+        return protons(formula) < 0 or (is_base(formula) and any(pka >= upper for pka in steps(formula)))
 
     mine = sorted(brought - titrants) or sorted(brought)
     if crossing.rising:
@@ -167,14 +177,19 @@ def _names(
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
-def _of_electrons(matter: Matter, vessel: str) -> Found:
+def _of_electrons(matter: Matter, vessel: str) -> Crossings:
     """Where the second of two reagents of an equation that runs to its end begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
         used = sorted(
             column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)
         )
-        apart = any(column.endswith((SOLID, GAS)) for column in used)
-        if process.rate is None and len(used) == 2 and not apart and matter.histories[vessel].extents[-1, row] > 0.0:
+        undissolved = any(column.endswith((SOLID, GAS)) for column in used)
+        if (
+            process.rate is None
+            and len(used) == 2
+            and not undissolved
+            and matter.histories[vessel].extents[-1, row] > 0.0
+        ):
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
             oxidant, reductant = (_reagent(matter, row, column) for column in used)
             for crossing in _crossings(left - right):
@@ -189,12 +204,12 @@ def _reagent(matter: Matter, process: int, column: str) -> str:
         if reaction.process == process
         for formula in reaction.equation.reagents
     )
-    return next((formula for formula in reagents if column in dissolved_parts(formula)), column)
+    return next((formula for formula in reagents if column in dissolved_components(formula)), column)
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:
     rows = np.flatnonzero(np.abs(excess) > LEAST * np.abs(excess).max(initial=0.0))
     signs = np.sign(excess[rows])
-    for turn in np.flatnonzero(np.diff(signs)).tolist():
-        a, b = int(rows[turn]), int(rows[turn + 1])
+    for change in np.flatnonzero(np.diff(signs)).tolist():
+        a, b = int(rows[change]), int(rows[change + 1])
         yield _Crossing(a, b, float(excess[a] / (excess[a] - excess[b])), bool(excess[b] > excess[a]))

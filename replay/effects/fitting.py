@@ -32,7 +32,7 @@ class Parabola:
     coefficients: FloatArray  # (3, k)
     misfit: float  # root mean square distance of the samples from it
 
-    def place(self, time: float) -> FloatArray:
+    def position(self, time: float) -> FloatArray:
         """(k,)."""
         return np.asarray(polyval(time - self.at, self.coefficients))
 
@@ -41,11 +41,11 @@ class Parabola:
         return np.asarray(polyval(time - self.at, polyder(self.coefficients)))
 
 
-def fitted(times: FloatArray, places: FloatArray) -> Parabola:
+def fitted(times: FloatArray, points: FloatArray) -> Parabola:
     """The least-squares parabola through n >= 5 samples (n,) and (n, k), centred on the last one."""
     at = float(times[-1])
-    coefficients = np.asarray(polyfit(times - at, places, 2), dtype=np.float64)
-    away = polyval(times - at, coefficients).T - places
+    coefficients = np.asarray(polyfit(times - at, points, 2), dtype=np.float64)
+    away = polyval(times - at, coefficients).T - points
     return Parabola(at, coefficients, float(np.sqrt((away * away).sum(axis=1).mean())))
 
 
@@ -69,7 +69,7 @@ def before(runs: IntArray, frame: int) -> IntArray:
     return rows if len(rows) >= LEAST_SAMPLES else rows[:0]
 
 
-def velocities(times: FloatArray, places: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
+def velocities(times: FloatArray, points: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
     """Velocity (n, k) at frames (n,) from the nine samples around each that belong to its stretch; NaN below five."""
     near = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
     rows = np.clip(near, 0, len(times) - 1)
@@ -77,5 +77,5 @@ def velocities(times: FloatArray, places: FloatArray, runs: IntArray, frames: In
     since = np.where(inside, times[rows] - times[frames, None], 0.0)
     powers = inside[..., None] * since[..., None] ** np.arange(3)
     # The least-squares parabola of each frame; what is outside weighs nothing.
-    fits = np.linalg.pinv(powers) @ np.where(inside[..., None], places[rows], 0.0)
+    fits = np.linalg.pinv(powers) @ np.where(inside[..., None], points[rows], 0.0)
     return np.where(inside.sum(axis=1)[:, None] >= LEAST_SAMPLES, fits[:, 1], np.nan)

@@ -17,37 +17,37 @@ from sessions.scene_files.toml_table import nearest
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``dip`` and ``flame`` with the salt and the colour seen, ``""`` when the visit was too short."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for declared in inputs.declared:
         wire = declared["wire"]
         poses = inputs.poses(wire)
         tips = poses.point(declared["tip"])
         dips = _dips(inputs, declared, tips, poses)
         for vessel, span in dips:
-            found.ran[slice(*span)] = True
+            findings.ran[slice(*span)] = True
             salt = declared["dips"][vessel]
-            start, words = float(inputs.times[span[0]]), f"{wire} is dipped into {salt}"
-            found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
-            found.lane(wire, *inputs.shown([span], f"in {vessel}"))
+            start, text = float(inputs.times[span[0]]), f"{wire} is dipped into {salt}"
+            findings.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, text))
+            findings.lane(wire, *inputs.lane_spans([span], f"in {vessel}"))
         for span in steadied(_in_cone(inputs, declared, tips), poses.valid):
-            found.ran[slice(*span)] = True
+            findings.ran[slice(*span)] = True
             event = _visit(inputs, declared, span, dips)
-            found.events.append(event)
-            found.lane(wire, *inputs.shown([span], str(event.values["seen"]) or "in the flame"))
-    return found.output()
+            findings.events.append(event)
+            findings.lane(wire, *inputs.lane_spans([span], str(event.values["seen"]) or "in the flame"))
+    return findings.output()
 
 
 def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: BodyPoses) -> list[tuple[str, Span]]:
     """Vessel and frames of each dip below the level of a liquid, in order."""
-    found: list[tuple[str, Span]] = []
+    dips: list[tuple[str, Span]] = []
     for name in declared["dips"]:
         vessel = Vessel(inputs.body(name))
-        there = inputs.poses(name)
-        height = there.local(tips)[:, 1]
+        vessel_poses = inputs.poses(name)
+        height = vessel_poses.local(tips)[:, 1]
         level = float(vessel.level(np.array([vessel.volume_ml]))[0])
-        wet = inside(tips, there, vessel) & (height > vessel.floor) & (height <= level)
-        found += [(name, span) for span in steadied(wet, poses.valid)]
-    return sorted(found, key=lambda one: one[1])
+        wet = inside(tips, vessel_poses, vessel) & (height > vessel.floor) & (height <= level)
+        dips += [(name, span) for span in steadied(wet, poses.valid)]
+    return sorted(dips, key=lambda dip: dip[1])
 
 
 def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> BoolArray:
@@ -63,11 +63,11 @@ def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[t
     before = [vessel for vessel, dip in dips if dip[0] < span[0]]
     salt = declared["dips"][before[-1]] if before else ""
     long_enough = end - start >= declared["seconds"]
-    seen = declared["colours"].get(salt, "") if long_enough else ""
-    words = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {seen or 'no colour'}"
+    colour = declared["colours"].get(salt, "") if long_enough else ""
+    text = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {colour or 'no colour'}"
     bodies = (declared["wire"], declared["flame"])
     return EffectEvent(
-        start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": seen, "seconds": end - start}, words
+        start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": colour, "seconds": end - start}, text
     )
 
 

@@ -23,16 +23,16 @@ ROUNDING_S: Final = 1e-9
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``grasp`` (with their end), ``release`` and ``failed``; a lane per hand with the name of what it holds."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for hand, things in _reach(inputs).items():
         track = inputs.hand_of(hand)
         if track is None:
             inputs.count(f"no buttons recorded: {hand}")
             continue
         for press in pressed(inputs, track, next(iter(things.values()))):
-            found.ran[slice(*press)] = True
-            found.events += _judged(inputs, hand, things, press, found)
-    return found.output()
+            findings.ran[slice(*press)] = True
+            findings.events += _judged(inputs, hand, things, press, findings)
+    return findings.output()
 
 
 def _reach(inputs: EffectInputs) -> dict[str, dict[str, Declaration]]:
@@ -46,17 +46,17 @@ def _reach(inputs: EffectInputs) -> dict[str, dict[str, Declaration]]:
 
 def pressed(inputs: EffectInputs, track: HandTrack, limits: Declaration) -> list[Span]:
     """Frames in which trigger or grip is pressed, with hysteresis on the hand's own samples."""
-    found, stamps = [], inputs.assembly.stamp_ns
+    presses, stamps = [], inputs.assembly.stamp_ns
     for first, stop in switched(np.maximum(track.trigger, track.grip), limits["press"], limits["release"]):
         begin = int(np.searchsorted(stamps, track.times_ns[first]))
         end = len(inputs) if stop >= len(track) else int(np.searchsorted(stamps, track.times_ns[stop]))
         if end > begin:
-            found.append((begin, end))
-    return found
+            presses.append((begin, end))
+    return presses
 
 
 def _judged(
-    inputs: EffectInputs, hand: str, things: Mapping[str, Declaration], press: Span, found: Findings
+    inputs: EffectInputs, hand: str, things: Mapping[str, Declaration], press: Span, findings: Findings
 ) -> list[EffectEvent]:
     (start, last), end = inputs.ends(press), inputs.end(press[1])
     touched = [
@@ -66,7 +66,7 @@ def _judged(
     holds = {thing: hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))}
     if holds:
         name, (moved, seconds) = max(holds.items(), key=lambda hold: hold[1])
-        found.lane(hand, LaneSpan(start, last, name))
+        findings.lane(hand, LaneSpan(start, last, name))
         values = {"held_s": seconds, "moved_m": moved, "touching": name in touched}
         grasp = EffectEvent(start, "grasp", (hand, name), end, values, f"{hand} takes {name}")
         release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
@@ -82,21 +82,21 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Decl
 
     ``None`` too where that was not long enough, or not far enough, for a grasp.
     """
-    part = slice(*press)
-    one, other = (inputs.poses(name).take(part) for name in (hand, thing))
-    rides = riding(other.relative_to(one), limits)
-    times = inputs.times[part]
+    frames = slice(*press)
+    hand_poses, thing_poses = (inputs.poses(name).take(frames) for name in (hand, thing))
+    rides = riding(thing_poses.relative_to(hand_poses), limits)
+    times = inputs.times[frames]
     # Frames without a pose do not end a stretch of riding.
-    stretches = spans_of(rides | ~(one.valid & other.valid))
-    spans = [span for span in stretches if times[span[0]] - times[0] <= CATCH_S]
+    rides_together = spans_of(rides | ~(hand_poses.valid & thing_poses.valid))
+    spans = [span for span in rides_together if times[span[0]] - times[0] <= CATCH_S]
     if not spans:
         return None
     first, stop = max(spans, key=lambda span: span[1] - span[0])
-    known = other.valid[first:stop]
-    place = other.translation[first:stop][known]
-    if not len(place):
+    known = thing_poses.valid[first:stop]
+    points = thing_poses.translation[first:stop][known]
+    if not len(points):
         return None
-    away = place - place[0]
+    away = points - points[0]
     seconds, moved = float(times[stop - 1] - times[first]), float(np.linalg.norm(away, axis=1).max())
     return (moved, seconds) if seconds > limits["held_s"] and moved > limits["moved_m"] else None
 

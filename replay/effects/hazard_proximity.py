@@ -16,13 +16,13 @@ FRAMES_AT_ONCE: Final = 64
 the flame test takes four times as long (2026-11-23)."""
 
 STEP_M: Final = 0.02
-MOST_PARTS: Final = 40
+MOST_PIECES: Final = 40
 """Of an edge: a board of a metre then has a point every 25 mm, and costs some thousand points a frame."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``near`` with their end, seconds and least distance; the distance as a series where it was computed."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for declared in inputs.declared:
         hazard = declared["hazard"]
         for visitor in declared["of"]:
@@ -30,17 +30,17 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 continue
             distance = _distance(inputs, declared, visitor, hazard)
             rows = np.flatnonzero(np.isfinite(distance))
-            found.ran[rows] = True
+            findings.ran[rows] = True
             leave = declared["distance"] + declared["leave_by"]
             # Beyond the gate it is far.
             spans = switched(-np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -leave)
-            found.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
+            findings.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):
-                found.series[f"{name}/distance"] = Series(inputs.times[rows], distance[rows], "m")
+                findings.series[f"{name}/distance"] = Series(inputs.times[rows], distance[rows], "m")
             if spans:
-                found.lanes[name] = inputs.shown(spans, "near")
-    return found.output()
+                findings.lanes[name] = inputs.lane_spans(spans, "near")
+    return findings.output()
 
 
 def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard: str) -> FloatArray:
@@ -49,27 +49,27 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     valid = comer.valid & danger.valid
     mesh = inputs.mesh(hazard)
     box = mesh.vertices[np.unique(mesh.faces)]
-    low, high = box.min(axis=0), box.max(axis=0)
-    high = high + np.array([0.0, declared["above"], 0.0])
+    lower, upper = box.min(axis=0), box.max(axis=0)
+    upper = upper + np.array([0.0, declared["above"], 0.0])
     vertices = surface_points(inputs.mesh(visitor))
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     radius = float(np.linalg.norm(vertices - middle, axis=1).max())
     centre = danger.local(comer.point(middle))
-    away = np.maximum(0.0, np.maximum(low - centre, centre - high))
+    away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
     gate = np.linalg.norm(away, axis=1) - radius <= declared["distance"] + declared["leave_by"]
     rows = np.flatnonzero(gate & valid)
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
     for start in range(0, len(rows), FRAMES_AT_ONCE):
-        part = rows[start : start + FRAMES_AT_ONCE]
-        relative = comer.take(part).relative_to(danger.take(part))
-        distance[part] = np.sqrt(_square_to_box(vertices, relative, low, high).min(axis=0))
+        chunk = rows[start : start + FRAMES_AT_ONCE]
+        relative = comer.take(chunk).relative_to(danger.take(chunk))
+        distance[chunk] = np.sqrt(_square_to_box(vertices, relative, lower, upper).min(axis=0))
     return distance
 
 
-def _square_to_box(points: FloatArray, relative: BodyPoses, low: FloatArray, high: FloatArray) -> FloatArray:
+def _square_to_box(points: FloatArray, relative: BodyPoses, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Squared distance (m, n) of points (m, 3) of the visitor in n frames; by plain products axis by axis."""
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     total = np.zeros((len(points), len(relative.times)))
     for axis in range(3):
         away = points @ relative.rotation[:, axis].T
@@ -86,8 +86,8 @@ def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray
     start, last = inputs.ends(span)
     least = float(np.nanmin(distance[slice(*span)]))
     values = {"seconds": last - start, "least_m": least}
-    words = f"{visitor} comes within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
-    return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, words, "warning")
+    text = f"{visitor} comes within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
+    return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, text, "warning")
 
 
 def surface_points(mesh: MeshData) -> FloatArray:
@@ -97,12 +97,12 @@ def surface_points(mesh: MeshData) -> FloatArray:
     """
     faces = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=2).max(axis=1)
-    parts = np.minimum(np.ceil(longest / STEP_M), MOST_PARTS).astype(np.int64)
-    found = [mesh.vertices[np.unique(mesh.faces)]]
-    for count in np.unique(parts[parts > 1]).tolist():
+    pieces = np.minimum(np.ceil(longest / STEP_M), MOST_PIECES).astype(np.int64)
+    points_on_edges = [mesh.vertices[np.unique(mesh.faces)]]
+    for count in np.unique(pieces[pieces > 1]).tolist():
         weights = np.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count
-        found.append((weights @ faces[parts == count]).reshape(-1, 3))
-    return np.unique(np.concatenate(found).round(9), axis=0)
+        points_on_edges.append((weights @ faces[pieces == count]).reshape(-1, 3))
+    return np.unique(np.concatenate(points_on_edges).round(9), axis=0)
 
 
 SPEC = spec_of("hazard-proximity", compute)

@@ -22,7 +22,7 @@ SOLID_G_ML: Final = 2.0
 """Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""
 
 
-def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
+def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
     name, lamp = declared["heats"], declared["source"]
     spans, times = steadied(_over(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
@@ -30,48 +30,52 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
     for begin, stop in spans:
         power[begin:stop] = declared["power_w"]
     first = spans[0][0] if spans else len(times)
-    found.ran[first:] = True
+    findings.ran[first:] = True
     celsius = warmed(
         times, power, capacity=_capacity(inputs.body(name)), loss=declared["loss_w_per_k"],
         ambient=declared["ambient_c"], boils=boils(declared),
     )  # fmt: skip
-    shown = [0, *range(max(1, first - 1), len(times))]
-    found.lane(name, *inputs.shown(spans, "over the flame"))
+    drawn_rows = [0, *range(max(1, first - 1), len(times))]
+    findings.lane(name, *inputs.lane_spans(spans, "over the flame"))
     for span in spans:
         start, end = inputs.ends(span)
         reached = float(celsius[min(span[1], len(times) - 1)])
-        words, values = (
+        text, values = (
             f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s",
             {"to_c": reached, "seconds": end - start},
         )
-        found.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, words))
+        findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))
     if spans and declared["turns_c"] is not None:
-        _turn(declared, found, Vessel(inputs.body(name)), times, celsius)
-    note_temperature(declared, found, name, Series(times[shown], celsius[shown], "degC"))
+        _turn_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
+    note_temperature(declared, findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"))
 
 
-def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray) -> None:
+def _turn_colour(
+    declared: Declaration, findings: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray
+) -> None:
     """The solid that is heated takes another colour when it is first so hot, and keeps it."""
     name, before, after = vessel.body.id, declared["from_colour"], declared["to_colour"]
     volume = vessel.amount("solid", "mass_g") / vessel.amount("solid", "density_g_ml", SOLID_G_ML)
-    turned = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
-    rows = np.array([0, *turned])
+    turned_rows = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
+    rows = np.array([0, *turned_rows])
     drawn = vessel.drawn(times[rows], np.full(len(rows), volume))
-    found.liquids[name] = replace(drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)])
-    ends = [float(times[row]) for row in (0, *turned, -1)]
+    findings.liquids[name] = replace(
+        drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)]
+    )
+    ends = [float(times[row]) for row in (0, *turned_rows, -1)]
     colours = (before, after)
-    found.lane(f"{name} colour", *(
+    findings.lane(f"{name} colour", *(
         LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)
     ))  # fmt: skip
-    for row in turned:
-        words = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
+    for row in turned_rows:
+        text = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
         values = {"celsius": float(celsius[row]), "to": after}
-        found.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, words))
+        findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, text))
 
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
-    lamp, dish = (inputs.poses(declared[key]).held() for key in ("source", "heats"))
+    lamp, dish = (inputs.poses(declared[key]).last_known() for key in ("source", "heats"))
     local = lamp.local(dish.translation) - np.array(declared["base"])
     near = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
     over = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
@@ -100,27 +104,27 @@ KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``heated``, ``boil``, ``wrong-order``; temperatures as series."""
-    found = Findings(len(inputs))
+    findings = Findings(len(inputs))
     for declared in inputs.declared:
         if declared["of"] == "flame":
-            heated(inputs, declared, found)
+            heated(inputs, declared, findings)
         else:
             from replay.effects.heat_of_mixing import mixed  # a flame alone loads no chemistry
 
-            mixed(inputs, declared, found)
-    return found.output()
+            mixed(inputs, declared, findings)
+    return findings.output()
 
 
 def _check(declared: Declaration, scene: Scene) -> None:
     kind = declared["of"]
     needed, besides = KINDS[kind]
-    for part, keys in FIELDS.items():
+    for thing, keys in FIELDS.items():
         given = [key for key in keys if declared[key] is not None]
-        if given and part not in (*needed, besides):
-            raise declared.fail(f"{given[0]} belongs to heat of a {part}, and this is of a {kind}; leave it out")
-        missing = [key for key in keys if key not in given] if given or part in needed else ()
+        if given and thing not in (*needed, besides):
+            raise declared.fail(f"{given[0]} belongs to heat of a {thing}, and this is of a {kind}; leave it out")
+        missing = [key for key in keys if key not in given] if given or thing in needed else ()
         if missing:
-            raise declared.fail(f"{missing[0]} is missing: heat of a {part} needs {', '.join(keys)}")
+            raise declared.fail(f"{missing[0]} is missing: heat of a {thing} needs {', '.join(keys)}")
     try:
         if kind == "flame":
             heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])

@@ -24,24 +24,24 @@ LEAST_KELVIN = 0.05
 """A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
 
 
-def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
+def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
     for event in _wrong_orders(inputs, matter):
-        found.events.append(event)
-        found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
+        findings.events.append(event)
+        findings.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         if not len(changed) and not matter.amount(name, HEAT).any():
             continue
         first = int(history.frames[changed[0]]) if len(changed) else 0
-        found.ran[first:] = True
+        findings.ran[first:] = True
         times = inputs.times[[0, *range(max(1, first - 1), len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         celsius[celsius > boils(declared) - BOILING] = boils(declared)
-        note_temperature(declared, found, name, Series(times, celsius, "degC"))
-        found.events += [*_extremes(name, times, celsius), *_frozen(name, matter, declared["ambient_c"])]
+        note_temperature(declared, findings, name, Series(times, celsius, "degC"))
+        findings.events += [*_extremes(name, times, celsius), *_frozen(name, matter, declared["ambient_c"])]
 
 
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
@@ -52,9 +52,9 @@ def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     for row in rows.tolist():
         celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])
         point = f"{name} reaches its freezing point, {celsius:.1f} degC"
-        words = f"{point}: it gets no colder, how much ice forms is not computed"
+        text = f"{point}: it gets no colder, how much ice forms is not computed"
         values = {"celsius": celsius}
-        events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, words, "warning"))
+        events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, text, "warning"))
     return events
 
 
@@ -65,9 +65,9 @@ def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectE
         change = float(celsius[row] - celsius[0])
         if sign * change > LEAST_KELVIN:
             verb = "warms" if sign > 0.0 else "cools"
-            words = f"{name} {verb} from {celsius[0]:.2f} to {celsius[row]:.2f} degC"
+            text = f"{name} {verb} from {celsius[0]:.2f} to {celsius[row]:.2f} degC"
             values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": change}
-            events.append(EffectEvent(float(times[row]), word, (name,), None, values, words))
+            events.append(EffectEvent(float(times[row]), word, (name,), None, values, text))
     return events
 
 
@@ -80,14 +80,14 @@ def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
     for stream in movement_of(inputs).streams:
         if stream.target:
             source, target = (_molar(matter, acid, name, stream.times) for name in (stream.source, stream.target))
-            streams.append(stream.part(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
+            streams.append(stream.select(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
     events = []
     for flow in flows(streams, LEAST_ML):
-        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {acid.removesuffix(ADDED)} in {flow.target}"
+        text = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {acid.removesuffix(ADDED)} in {flow.target}"
         end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,
-            f"{words}: acid goes into water", "error", vector_of(flow.points[0]),
+            f"{text}: acid goes into water", "error", vector_of(flow.points[0]),
         ))  # fmt: skip
     return events
 

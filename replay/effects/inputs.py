@@ -52,10 +52,10 @@ class BodyPoses:
     def point(self, local: ArrayLike) -> FloatArray:
         """World place (T, 3) of a point (3,) of the body's frame; NaN where there is no pose."""
         x, y, z = (float(value) for value in np.asarray(local, dtype=np.float64))
-        turn = self.rotation
-        way = (turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z
-        way[~self.valid] = np.nan
-        return self.translation + way
+        rotation = self.rotation
+        offset = (rotation[:, :, 0] * x + rotation[:, :, 1] * y) + rotation[:, :, 2] * z
+        offset[~self.valid] = np.nan
+        return self.translation + offset
 
     def take(self, rows: IntArray | slice) -> "BodyPoses":
         """Some frames of it."""
@@ -63,15 +63,15 @@ class BodyPoses:
 
     def relative_to(self, other: "BodyPoses") -> "BodyPoses":
         """The same in the other body's frame."""
-        place = other.local(self.translation)
+        translation = other.local(self.translation)
         rotation = np.einsum("tji,tjk->tik", other.rotation, self.rotation)
-        return BodyPoses(self.times, place, rotation, self.valid & other.valid, self.linked & other.linked)
+        return BodyPoses(self.times, translation, rotation, self.valid & other.valid, self.linked & other.linked)
 
-    def local(self, places: FloatArray) -> FloatArray:
+    def local(self, points: FloatArray) -> FloatArray:
         """World places (T, 3) in the body's frame; they mean nothing where there is no pose."""
-        return np.einsum("tji,tj->ti", self.rotation, places - self.translation)
+        return np.einsum("tji,tj->ti", self.rotation, points - self.translation)
 
-    def held(self) -> "BodyPoses":
+    def last_known(self) -> "BodyPoses":
         """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
         if self.valid.all():
             return self
@@ -132,7 +132,7 @@ class EffectInputs:
         """The ``end`` of an event that is over at frame ``stop``; ``None``: the recording ends before."""
         return None if stop >= len(self) else float(frame_ends(self.times)[stop - 1])
 
-    def shown(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
+    def lane_spans(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
         """Spans of frames as spans of a lane."""
         return [LaneSpan(*self.ends(span), word) for span in spans]
 
@@ -148,8 +148,8 @@ class EffectInputs:
 
     def body(self, name: str) -> SceneBody:
         """The declaration of a body."""
-        found = self.session.scene.body(self._named(name))
-        return found if found is not None else SceneBody(name)
+        declaration = self.session.scene.body(self._named(name))
+        return declaration if declaration is not None else SceneBody(name)
 
     def poses(self, name: str) -> BodyPoses:
         """Where a body's mesh is in every frame.
@@ -163,8 +163,8 @@ class EffectInputs:
                 "fixed = { position = [x, y, z] } if it stands still"
             )
         column, motion = names.index(name), self.assembly.motion
-        place, turn = motion.translations[:, column], motion.rotations[:, column]
-        return BodyPoses(motion.times, place, turn, motion.valid[:, column], motion.linked[:, column])
+        translations, rotations = motion.translations[:, column], motion.rotations[:, column]
+        return BodyPoses(motion.times, translations, rotations, motion.valid[:, column], motion.linked[:, column])
 
     def mesh(self, name: str) -> MeshData:
         """Vertices and faces in the body's frame."""
@@ -189,9 +189,9 @@ class EffectInputs:
         """
         if HANDS not in self.reads:
             raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
-        words = {*self.body(body).tags, *body.replace("_", "-").split("-")}
-        there = [key for key in self.session.hands if key.rpartition("/")[2] in words]
-        mine = [key for key in there if key.partition("/")[0] in words] or there
+        tags = {*self.body(body).tags, *body.replace("_", "-").split("-")}
+        keys = [key for key in self.session.hands if key.rpartition("/")[2] in tags]
+        mine = [key for key in keys if key.partition("/")[0] in tags] or keys
         if not mine:
             return None
         self.count(f"decoded {HANDS}/{mine[0]}")

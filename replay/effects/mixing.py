@@ -12,19 +12,19 @@ from replay.effects.protocol import spec_of
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Volume, concentrations as if nothing reacted and level of each vessel wherever they change."""
-    matter, found = matter_of(inputs), Findings(len(inputs))
+    matter, findings = matter_of(inputs), Findings(len(inputs))
     for name in dict.fromkeys(name for declared in inputs.declared for name in declared["in"]):
         history = matter.histories[name]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=matter.vessels[name].volume_ml))
-        found.ran[history.frames[changed]] = True
-        found.series[f"{name}/volume"] = Series(history.times, history.volume_ml, "mL")
+        findings.ran[history.frames[changed]] = True
+        findings.series[f"{name}/volume"] = Series(history.times, history.volume_ml, "mL")
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.nan)
         for column in matter.ledger.columns:
             amount = matter.amount(name, column)
             if column.endswith(ADDED) and amount.any():
-                found.series[f"{name}/{column}"] = Series(history.times, amount / litres, "mol/L")
-        found.liquids[name] = matter.vessels[name].drawn(history.times, history.volume_ml)
-    return found.output()
+                findings.series[f"{name}/{column}"] = Series(history.times, amount / litres, "mol/L")
+        findings.liquids[name] = matter.vessels[name].drawn(history.times, history.volume_ml)
+    return findings.output()
 
 
 SPEC = spec_of("mixing", compute, check_all=check_chemistry)

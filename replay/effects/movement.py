@@ -16,7 +16,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
 from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.outflow import Stream, entry_times, over_weir, places_at_height, run_out, twist
+from replay.effects.models.outflow import Stream, entry_times, over_weir, points_at_height, run_out, twist
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of
@@ -35,13 +35,13 @@ class Movement:
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
-        moved = [one for one in self.streams if name in (one.source, one.target)]
+        moved = [stream for stream in self.streams if name in (stream.source, stream.target)]
         return volumes(times, moved, self.volume_ml[name])
 
 
 def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray) -> Series:
     """Of millilitres (T,) those at the frames of some streams, and at the first and the last frame."""
-    rows = np.unique(np.concatenate([[0, len(times) - 1], *(one.frames for one in streams)]))
+    rows = np.unique(np.concatenate([[0, len(times) - 1], *(stream.frames for stream in streams)]))
     return Series(times[rows], volume_ml[rows], "mL")
 
 
@@ -59,27 +59,27 @@ def movement_of(inputs: EffectInputs) -> Movement:
 
 
 def _moved(inputs: EffectInputs) -> Movement:
-    places = _places(inputs)
-    names, count = list(places), len(inputs)
-    coming = {name: np.zeros(count) for name in places}
+    placed_vessels = _placed_vessels(inputs)
+    names, count = list(placed_vessels), len(inputs)
+    coming = {name: np.zeros(count) for name in placed_vessels}
     while True:
-        given = {name: place.given(coming[name]) for name, place in places.items()}
-        after = {name: np.zeros(count) for name in places}
+        given = {name: placed.given(coming[name]) for name, placed in placed_vessels.items()}
+        after = {name: np.zeros(count) for name in placed_vessels}
         for source, (leaving, _, _) in given.items():
-            target = places[source].aimed(leaving, places)
+            target = placed_vessels[source].aimed(leaving, placed_vessels)
             for number in set(target[leaving > 0.0].tolist()) - {SPILLED}:
                 after[names[number]] += np.where(target == number, leaving, 0.0)
-        if all(np.array_equal(after[name], coming[name]) for name in places):
+        if all(np.array_equal(after[name], coming[name]) for name in placed_vessels):
             break
         coming = after
     return Movement(
-        {name: place.vessel for name, place in places.items()},
+        {name: placed.vessel for name, placed in placed_vessels.items()},
         {name: staying for name, (_, _, staying) in given.items()},
-        tuple(one for name, place in places.items() for one in place.streams(names, *given[name][:2])),
+        tuple(stream for name, placed in placed_vessels.items() for stream in placed.streams(names, *given[name][:2])),
     )
 
 
-class _Place:
+class _PlacedVessel:
     """A vessel: what leaves it, where to and from which point.
 
     ``tap``: the table of a burette; ``into``: vessels that may receive; ``None``: it gives nothing.
@@ -90,11 +90,11 @@ class _Place:
     ) -> None:
         self.inputs, self.vessel, self.tap, self.into = inputs, vessel, tap, into or ()
         self.poses = inputs.poses(vessel.body.id)
-        self.held, count = self.poses.held(), len(inputs)
+        self.last_known, count = self.poses.last_known(), len(inputs)
         self.target, self.point = np.full(count, UNKNOWN), np.zeros((count, 3))  # (T,) number of a vessel, (T, 3)
         self.kept = self.most = np.full(count, np.inf)
         if tap is not None:
-            self.area = _open_area(inputs, tap) * self.held.valid
+            self.area = _open_area(inputs, tap) * self.last_known.valid
         elif into is not None:
             self.kept, self.most = self._kept(), self._most()
 
@@ -112,34 +112,34 @@ class _Place:
             return let_out, np.diff(over, prepend=0.0), top - over
         # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
         bounds = np.stack([self.kept - (came - coming), brim - came], axis=1)
-        low = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
-        previous = np.concatenate([[first], low[:-1, 1]])
-        if (previous - low[:, 0] > self.most).any():
-            low = _lowered(first, bounds, self.most)
-            previous = np.concatenate([[first], low[:-1, 1]])
-        return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
+        lowest = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
+        previous = np.concatenate([[first], lowest[:-1, 1]])
+        if (previous - lowest[:, 0] > self.most).any():
+            lowest = _lowered(first, bounds, self.most)
+            previous = np.concatenate([[first], lowest[:-1, 1]])
+        return previous - lowest[:, 0], lowest[:, 0] - lowest[:, 1], np.maximum(0.0, came + lowest[:, 1])
 
-    def aimed(self, leaving: FloatArray, places: "Mapping[str, _Place]") -> IntArray:
+    def aimed(self, leaving: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]") -> IntArray:
         """Number (T,) of the vessel that it falls into in each frame in which it flows, or `SPILLED`."""
         rows = np.flatnonzero((leaving > 0.0) & (self.target == UNKNOWN))
         if len(rows):
             if self.tap is not None:
                 local, velocity = np.array([self.tap["tip"]]), np.zeros((len(rows), 3))
             else:
-                local, velocity = self.vessel.shape.exit(_down(self.held, rows)), self._velocity(rows)
-            way = np.einsum("tij,tj->ti", self.held.rotation[rows], local * np.ones((len(rows), 1)))
-            self._land(rows, self.held.translation[rows] + way, velocity, places)
+                local, velocity = self.vessel.shape.exit(_down(self.last_known, rows)), self._velocity(rows)
+            offset = np.einsum("tij,tj->ti", self.last_known.rotation[rows], local * np.ones((len(rows), 1)))
+            self._land(rows, self.last_known.translation[rows] + offset, velocity, placed_vessels)
         return self.target
 
     def streams(self, names: list[str], leaving: FloatArray, over: FloatArray) -> Iterator[Stream]:
         """What left it for each place, and what ran over its brim."""
         into = dict(enumerate(names)) | {SPILLED: ""}
-        parts = [
+        openings = [
             (into[number], False, np.where(self.target == number, leaving, 0.0), self.point)
             for number in sorted(set(self.target[leaving > 0.0].tolist()))
         ]
-        parts.append(("", True, over, self.held.point(self.vessel.place("opening"))))
-        for name, over_brim, volume, points in parts:
+        openings.append(("", True, over, self.last_known.point(self.vessel.point("opening"))))
+        for name, over_brim, volume, points in openings:
             rows = np.flatnonzero(volume > 0.0)
             if len(rows):
                 times = self.inputs.times[rows]
@@ -152,32 +152,34 @@ class _Place:
         known = poses.valid & poses.linked
         # Of the first frame the next one tells.
         known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
-        known &= ~_turned_and_back(poses)
+        known &= ~_flipped_once(poses)
         kept = np.full(len(known), np.inf)
         kept[known] = self.vessel.shape.kept_ml(_down(poses, known))
         return kept
 
     def _most(self) -> FloatArray:
         """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
-        down, width = _down(self.held, slice(None)), 2.0 * self.vessel.size("opening_radius")
+        down, width = _down(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
         head = width * np.where(down[:, 1] < 0.0, np.hypot(down[:, 0], down[:, 2]), 1.0)
         most = np.diff(self.inputs.times, prepend=0.0) * over_weir(head, width) / ML
         # How long a vessel had been tilted before the recording is not known.
         most[:1] = np.inf
         return most
 
-    def _land(self, rows: IntArray, start: FloatArray, velocity: FloatArray, places: "Mapping[str, _Place]") -> None:
+    def _land(
+        self, rows: IntArray, start: FloatArray, velocity: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]"
+    ) -> None:
         """Note into which vessel it falls, and where it started; if into none, where it lands."""
         best, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
         floor = np.full(len(rows), np.inf)
         for name in self.into:
-            poses, vessel = places[name].held.take(rows), places[name].vessel
-            centre = poses.translation + np.einsum("tij,j->ti", poses.rotation, vessel.place("opening"))
+            poses, vessel = placed_vessels[name].last_known.take(rows), placed_vessels[name].vessel
+            centre = poses.translation + np.einsum("tij,j->ti", poses.rotation, vessel.point("opening"))
             time = entry_times(start, velocity, centre, poses.rotation[:, :, 1], vessel.size("opening_radius"))
             time = np.where(poses.valid, time, np.inf)
-            target, best = np.where(time < best, [*places].index(name), target), np.minimum(time, best)
+            target, best = np.where(time < best, [*placed_vessels].index(name), target), np.minimum(time, best)
             floor = np.where(poses.valid, np.minimum(floor, poses.translation[:, 1]), floor)
-        landed = places_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
+        landed = points_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
         self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landed, start)
 
     def _velocity(self, rows: IntArray) -> FloatArray:
@@ -185,11 +187,11 @@ class _Place:
         poses, times = self.poses, self.inputs.times
         near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
         lips = np.zeros((len(times), 3))
-        lips[near] = poses.translation[near] + poses.rotation[near] @ self.vessel.place("lip")
+        lips[near] = poses.translation[near] + poses.rotation[near] @ self.vessel.point("lip")
         return np.nan_to_num(velocities(times, lips, settled_runs(times, poses.valid, poses.linked), rows))
 
 
-def _turned_and_back(poses: BodyPoses) -> BoolArray:
+def _flipped_once(poses: BodyPoses) -> BoolArray:
     """(T,) whether the doctor calls a frame's rotation an outlier: reached and left faster than a hand turns."""
     outlier = np.zeros(len(poses.valid), dtype=np.bool_)
     rows = np.flatnonzero(poses.valid)
@@ -199,7 +201,7 @@ def _turned_and_back(poses: BodyPoses) -> BoolArray:
     return outlier
 
 
-def _places(inputs: EffectInputs) -> dict[str, _Place]:
+def _placed_vessels(inputs: EffectInputs) -> dict[str, _PlacedVessel]:
     """Every vessel between which liquid moves, by name; those that give know which may receive."""
     taps: dict[str, Declaration] = {}
     into: dict[str, tuple[str, ...]] = {}
@@ -212,7 +214,7 @@ def _places(inputs: EffectInputs) -> dict[str, _Place]:
             into[source] = into.get(source, ()) + others
     names = dict.fromkeys(name for source, targets in into.items() for name in (source, *targets))
     return {
-        name: _Place(inputs, vessel, taps.get(name), into.get(name))
+        name: _PlacedVessel(inputs, vessel, taps.get(name), into.get(name))
         for name, vessel in vessels_of(inputs, names).items()
     }
 
@@ -221,7 +223,7 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Open area (T,) in m2 of a stopcock; where its turn was not seen, as it was seen last."""
     key, stand = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
     axis = np.array(declared["axis"])
-    relative = key.relative_to(stand).held()
+    relative = key.relative_to(stand).last_known()
     angle = np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
     angle[angle < declared["closed_below_deg"]] = 0.0
@@ -231,16 +233,16 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
 def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
     """What is left of ``first`` (T, 2) by the tilt and brim of each frame, ``bounds``; a tilt takes ``most`` (T,)."""
     rows = np.flatnonzero(bounds.min(axis=1) < first)
-    left, found = first, []
+    left, lowered = first, []
     for (kept, brim), limit in zip(bounds[rows].tolist(), most[rows].tolist(), strict=True):
         tilted = max(left - limit, min(left, kept))
         left = min(tilted, brim)
-        found.append((tilted, left))
-    low = np.full(bounds.shape, first)
+        lowered.append((tilted, left))
+    lowest = np.full(bounds.shape, first)
     # Between these frames nothing leaves.
-    low[rows[0] :] = np.repeat([after for _, after in found], np.diff(rows, append=len(low)))[:, None]
-    low[rows] = found
-    return low
+    lowest[rows[0] :] = np.repeat([after for _, after in lowered], np.diff(rows, append=len(lowest)))[:, None]
+    lowest[rows] = lowered
+    return lowest
 
 
 def _down(poses: BodyPoses, rows: IntArray | BoolArray | slice) -> FloatArray:

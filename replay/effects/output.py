@@ -16,9 +16,9 @@ from replay.base.tables import data_of
 Vector = tuple[float, float, float]
 
 
-def vector_of(place: FloatArray) -> Vector:
+def vector_of(point: FloatArray) -> Vector:
     """A place (3,) as three plain numbers."""
-    return float(place[0]), float(place[1]), float(place[2])
+    return float(point[0]), float(point[1]), float(point[2])
 
 
 Rgba = tuple[int, int, int, int]
@@ -30,10 +30,10 @@ WATERY: Final = COLOURS["colourless"]
 """A liquid that no effect gives a colour."""
 
 
-def blended(first: Rgba, second: Rgba, share: FloatArray) -> NDArray[np.uint8]:
+def blended(first: Rgba, second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
     """(n, 4) from the first colour (share 0) to the second (share 1)."""
-    part = np.clip(share, 0.0, 1.0)[:, None]
-    mixed = (1.0 - part) * np.array(first, dtype=np.float64) + part * np.array(second, dtype=np.float64)
+    weight = np.clip(fraction, 0.0, 1.0)[:, None]
+    mixed = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
     return np.round(mixed).astype(np.uint8)
 
 
@@ -149,8 +149,8 @@ class EffectOutput:
         digest = hashlib.sha256()
         for event in self.events:
             digest.update(json.dumps(asdict(event), sort_keys=True, default=plain_value).encode())
-        for name, one in sorted(self.series.items()):
-            digest.update(f"{name}/{one.unit}".encode() + one.times.tobytes() + one.values.tobytes())
+        for name, series in sorted(self.series.items()):
+            digest.update(f"{name}/{series.unit}".encode() + series.times.tobytes() + series.values.tobytes())
         for name, spans in sorted(self.lanes.items()):
             digest.update(json.dumps([name, [asdict(span) for span in spans]]).encode())
         for name, liquid in sorted(self.liquids.items()):

@@ -21,23 +21,23 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     sources = dict.fromkeys(name for declared in inputs.declared for name in declared["from"])
     names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared["into"])))
     least = min(declared["least_ml"] for declared in inputs.declared)
-    found = Findings(len(inputs))
-    mine = [one for one in moved.streams if one.source in (names if one.over else sources)]
-    for one in mine:
-        found.ran[one.frames] |= not one.over
+    findings = Findings(len(inputs))
+    mine = [stream for stream in moved.streams if stream.source in (names if stream.over else sources)]
+    for stream in mine:
+        findings.ran[stream.frames] |= not stream.over
     for flow in flows(mine, least):
         source, target = flow.source, flow.target
-        name, words = ("pour", f"poured from {source} into {target}") if target else ("spill", f"spilled from {source}")
-        found.events.append(flow_event(inputs, flow, name, f"are {words}"))
+        name, text = ("pour", f"poured from {source} into {target}") if target else ("spill", f"spilled from {source}")
+        findings.events.append(flow_event(inputs, flow, name, f"are {text}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
-        found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
+        findings.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in names:
-        found.series[f"{name}/volume"] = volume = moved.changes(inputs.times, name)
-        found.liquids[name] = moved.vessels[name].drawn(volume.times, volume.values)
-    spilled = [one for one in mine if not one.target and not one.over]
+        findings.series[f"{name}/volume"] = volume = moved.changes(inputs.times, name)
+        findings.liquids[name] = moved.vessels[name].drawn(volume.times, volume.values)
+    spilled = [stream for stream in mine if not stream.target and not stream.over]
     gone = np.cumsum(gone_ml(len(inputs), spilled))
-    found.series["spilled/volume"] = volumes(inputs.times, spilled, gone)
-    return found.output(moved)
+    findings.series["spilled/volume"] = volumes(inputs.times, spilled, gone)
+    return findings.output(moved)
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

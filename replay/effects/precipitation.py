@@ -31,21 +31,21 @@ CLOUDY_MOL_L: Final = 1e-3
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``precipitate`` at its onset with the greatest mass, ``dissolved``; mass as a series; a cloudy liquid."""
     matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
-    found = Findings(len(inputs))
-    for declared in sorted(inputs.declared, key=lambda one: one["solid"]):
+    findings = Findings(len(inputs))
+    for declared in sorted(inputs.declared, key=lambda table: table["solid"]):
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
             if not history.added_ml[-1].any() or solid + SOLID in matter.brines(vessel):
                 continue
-            found.ran[history.frames] = True
-            found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
-            found.events += _event(declared, vessel, history.times, amount)
+            findings.ran[history.frames] = True
+            findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
+            findings.events += _event(declared, vessel, history.times, amount)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud = blended(WATERY, COLOURS[declared["colour"]], amount / litres / CLOUDY_MOL_L)
-                found.liquids[vessel] = replace(drawn[vessel], rgba=cloud)
-    return found.output()
+                findings.liquids[vessel] = replace(drawn[vessel], rgba=cloud)
+    return findings.output()
 
 
 def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> Iterator[EffectEvent]:
@@ -55,15 +55,15 @@ def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
     if len(grown):
         name, row = "precipitate", grown[0]
         values = {"mass_g": float(amount.max() * per_mol), "moles": float(amount.max()), "formula": solid}
-        words = f"{solid} falls out in {vessel}: {quantity(values['mass_g'], 'g')}, {declared['colour']}"
+        text = f"{solid} falls out in {vessel}: {quantity(values['mass_g'], 'g')}, {declared['colour']}"
     elif len(fallen):
         name, row = "dissolved", fallen[-1] + 1
-        gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
-        values = {"mass_g": gone, "left_g": there - gone, "formula": solid}
-        words = f"{quantity(gone, 'g')} of {quantity(there, 'g')} {solid} dissolve in {vessel}"
+        gone, at_first = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
+        values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
+        text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
     else:
         return
-    yield EffectEvent(float(times[row]), name, (vessel,), None, values, words)
+    yield EffectEvent(float(times[row]), name, (vessel,), None, values, text)
 
 
 SPEC = spec_of("precipitation", compute)

@@ -66,16 +66,16 @@ class EffectSpec:
 
     def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""
-        found = [*self.needs]
+        kinds = [*self.needs]
         for kind, (key, *values) in self.needs_if.items():
-            if any(one[str(key)] in (values or [None]) for one in declared):
-                found.append(kind)
-        return tuple(dict.fromkeys(found))
+            if any(table[str(key)] in (values or [None]) for table in declared):
+                kinds.append(kind)
+        return tuple(dict.fromkeys(kinds))
 
 
 def spec_of(kind: str, compute: Callable[[EffectInputs], EffectOutput], **checks: Any) -> EffectSpec:
     """The spec of an effect of the catalogue, with its function and what refuses its tables."""
-    told = CATALOGUE[kind]
-    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
-    rest["fields"] = {key: field_of(row) for key, row in told["fields"].items()}
+    entry = CATALOGUE[kind]
+    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in entry.items()}
+    rest["fields"] = {key: field_of(row) for key, row in entry["fields"].items()}
     return EffectSpec(kind, compute=compute, **rest, **checks)

@@ -5,12 +5,12 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray
-from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_parts
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
-from replay.effects.chemistry.recipe import Reaction, heavy_parts
+from replay.effects.chemistry.recipe import Reaction, heavy_components
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
@@ -27,7 +27,7 @@ LEAST_PH: Final = 0.05
 DAVIES_MOL_KG: Final = 1.5
 """Ionic strength up to which PHREEQC's minteq.v4 is taken without a word; its activities (Davies) are fitted to 0.5."""
 
-LEAST_TOLD: Final = 1e-4
+LEAST_REPORTED: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
 
 
@@ -42,80 +42,82 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     Series of pH, of ions that an equation names, of gas that left, and of the extent of what has no constant: at
     equilibrium no equation has its own.
     """
-    matter, found = matter_of(inputs), Findings(len(inputs))
+    matter, findings = matter_of(inputs), Findings(len(inputs))
     reactions = matter.recipe.reactions
     formed = np.zeros(len(reactions), dtype=np.bool_)
     for vessel, history in matter.histories.items():
         mixed = bool(history.added_ml[-1].any())
-        found.ran[history.frames[1:]] |= mixed
+        findings.ran[history.frames[1:]] |= mixed
         for reaction in reactions:
             if reaction.process >= 0:
-                _tell_extent(inputs, matter, reaction, vessel, found)
+                _tell_extent(inputs, matter, reaction, vessel, findings)
         if matter.solver is not None and mixed:
-            moments = [_times(inputs, matter, one, vessel) for one in reactions]
+            moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
-            formed |= _tell_solution(matter, vessel, times, found)
-        _tell_gases(inputs, matter, vessel, found)
-        _tell_solids(inputs, matter, vessel, found)
-        found.events += _brines(matter, vessel)
-        found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
-    found.events += unreacted(matter, formed)
-    return found.output()
+            formed |= _tell_solution(matter, vessel, times, findings)
+        _tell_gases(inputs, matter, vessel, findings)
+        _tell_solids(inputs, matter, vessel, findings)
+        findings.events += _brines(matter, vessel)
+        findings.events += end_points(matter, vessel) or _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
+    findings.events += unreacted(matter, formed)
+    return findings.output()
 
 
-def _tell_solution(matter: Matter, vessel: str, times: FloatArray, found: Findings) -> BoolArray:
+def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Findings) -> BoolArray:
     """Series of pH and of the ions that equations make; which reactions made what they make, as (r,) bool."""
     assert matter.solver is not None
     mixture = matter.solver.mixture
     wet, solved = matter.solved(vessel, times)
     known = ~np.isnan(solved.ph)
-    shown, rows = wet[known], np.flatnonzero(known)
+    known_times, rows = wet[known], np.flatnonzero(known)
     formed = np.zeros(len(matter.recipe.reactions), dtype=np.bool_)
     if not len(wet):
         return formed
     if len(rows):
-        found.series[f"{vessel}/pH"] = Series(times[shown], solved.ph[rows], "pH")
+        findings.series[f"{vessel}/pH"] = Series(times[known_times], solved.ph[rows], "pH")
     amounts, _, volume_ml = matter.states(vessel, times[wet])
     litres = volume_ml * 1e-3
     for name, row in _ions_to_tell(matter, mixture, solved.species[rows], amounts[rows]).items():
         values = solved.species[rows, row] / litres[rows]
-        found.series[f"{vessel}/{name}"] = Series(times[shown], values, "mol/L")
+        findings.series[f"{vessel}/{name}"] = Series(times[known_times], values, "mol/L")
     for number, reaction in enumerate(matter.recipe.reactions):
         for formula in reaction.equation.products:
             made = mixture.row_of(formula) if charge_of(formula) else None
             if made is None or reaction.process >= 0:
                 continue
             scarcest = np.full(len(wet), np.inf)
-            for part, many in heavy_parts(formula).items():
-                scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[part]] / many)
+            for component, many in heavy_components(formula).items():
+                scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[component]] / many)
             formed[number] |= bool((solved.species[:, made] > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
     if not known.all():
         first = float(times[wet[~known][0]])
         moments = f"{int((~known).sum())} of {len(wet)} moments"
-        words = f"PHREEQC finds no equilibrium in {vessel} at {moments}: no pH is given there"
-        found.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, words, "warning"))
+        text = f"PHREEQC finds no equilibrium in {vessel} at {moments}: no pH is given there"
+        findings.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, text, "warning"))
     strong = np.flatnonzero(solved.ionic[rows] > DAVIES_MOL_KG)
     if len(strong):
         most = float(solved.ionic[rows].max())
-        solids = _solids_at(matter, vessel, times[shown[strong]])
+        solids = _solids_at(matter, vessel, times[known_times[strong]])
         doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
-        words = (
+        text = (
             f"the solution in {vessel} is too concentrated for exact activities (ionic strength {most:.1f} mol/kg, "
             f"fitted up to 0.5): its pH may be off by some tenths{doubtful}"
         )
         values = {"ionic_strength_mol_kg": most}
-        found.events.append(EffectEvent(float(times[shown[strong[0]]]), "concentrated", (vessel,), None, values, words))
+        findings.events.append(
+            EffectEvent(float(times[known_times[strong[0]]]), "concentrated", (vessel,), None, values, text)
+        )
     return formed
 
 
 def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
     """Solids of PHREEQC's that stand in a vessel at one of these times."""
     amounts = matter.states(vessel, times)[0]
-    columns = [(matter.ledger.columns[place], place) for place in matter.ledger.phases.tolist()]
+    columns = [(matter.ledger.columns[index], index) for index in matter.ledger.phases.tolist()]
     return sorted(
         column.removesuffix(SOLID)
-        for column, place in columns
-        if column.endswith(SOLID) and (amounts[:, place] > 0.0).any()
+        for column, index in columns
+        if column.endswith(SOLID) and (amounts[:, index] > 0.0).any()
     )
 
 
@@ -125,71 +127,73 @@ def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts
     They are those that an equation or a vessel names, if they are complexes or weak acids and bases, and every complex
     of a metal with a ligand that holds a fraction of it worth telling.
     """
-    found: dict[str, int] = {}
-    equations = [formula for one in matter.recipe.reactions for formula in one.equation.formulas]
+    rows_by_name: dict[str, int] = {}
+    equations = [formula for reaction in matter.recipe.reactions for formula in reaction.equation.formulas]
     brought = [formula for contents in matter.recipe.contents.values() for formula in contents.amounts]
     for formula in dict.fromkeys((*equations, *brought)):
         if formula != WATER:
             row = mixture.row_of(formula)
-            heavy = heavy_parts(formula)
-            complexed = bool(charge_of(formula)) and (len(heavy) > 1 or dissolved_parts(formula).get(PROTON, 0) < -1)
+            heavy = heavy_components(formula)
+            complexed = bool(charge_of(formula)) and (
+                len(heavy) > 1 or dissolved_components(formula).get(PROTON, 0) < -1
+            )
             weak = not charge_of(formula) and len(heavy) == 1 and not METALS & set(heavy)
             if row is not None and (complexed or weak):
-                found[formula] = row
-    told = set(found.values())
+                rows_by_name[formula] = row
+    rows_reported = set(rows_by_name.values())
     for row, entry in enumerate(mixture.species):
-        metals = [part for part in entry.makeup if part in METALS]
-        if row in told or len(metals) != 1 or not set(entry.makeup) & LIGANDS or not len(species):
+        metals = [component for component in entry.makeup if component in METALS]
+        if row in rows_reported or len(metals) != 1 or not set(entry.makeup) & LIGANDS or not len(species):
             continue
         whole = amounts[:, matter.ledger.column[metals[0]]]
-        held = species[:, row] * entry.makeup[metals[0]]
-        if (held > LEAST_TOLD * whole)[whole > 0.0].any() and held.max() > 0.0:
-            found[formula_of(entry.name)] = row
-    return found
+        bound = species[:, row] * entry.makeup[metals[0]]
+        if (bound > LEAST_REPORTED * whole)[whole > 0.0].any() and bound.max() > 0.0:
+            rows_by_name[formula_of(entry.name)] = row
+    return rows_by_name
 
 
-def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, found: Findings) -> None:
+def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, findings: Findings) -> None:
     """How far an equation without a constant went in a vessel: a series, and a lane while it goes on."""
     times = _times(inputs, matter, reaction, vessel)
     extent = matter.states(vessel, times)[1][:, reaction.process]
     moving = np.flatnonzero(np.diff(extent, prepend=0.0))
     if len(moving):
-        found.ran |= np.isin(inputs.times, times)
+        findings.ran |= np.isin(inputs.times, times)
         equation = reaction.declared["equation"]
         # Named by the equation wherever there are several, so that no order of tables names one.
         which = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
-        found.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
-        found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
+        findings.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
+        findings.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
 
 
-def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
+def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
     """What left as a gas, wherever it went: an event from the first to the last of it, and its amount as a series."""
     times = inputs.times if matter.ledger.slow else matter.histories[vessel].times
     amounts = matter.states(vessel, times)[0]
-    for column, place in matter.ledger.column.items():
-        gone = np.maximum.accumulate(amounts[:, place] - amounts[0, place])
+    for column, index in matter.ledger.column.items():
+        gone = np.maximum.accumulate(amounts[:, index] - amounts[0, index])
         if column.endswith(GAS) and gone[-1] > LEAST_GAS:
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
-            words = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas"
-            found.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
-            found.events.append(
-                EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, words)
+            text = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas"
+            findings.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
+            findings.events.append(
+                EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, text)
             )
 
 
-def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
+def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
     """Mass of each solid at equilibrium that changes, where no effect precipitation follows it."""
     followed = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
     ledger = matter.ledger
     history, brines = matter.histories[vessel], matter.brines(vessel)
-    for place in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
-        solid = ledger.columns[place].removesuffix(SOLID)
-        amount = history.amounts[:, place]
-        if ledger.columns[place] in brines:
+    for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
+        solid = ledger.columns[index].removesuffix(SOLID)
+        amount = history.amounts[:, index]
+        if ledger.columns[index] in brines:
             continue
-        if ledger.columns[place].endswith(SOLID) and solid not in followed and np.ptp(amount) > 0.0:
-            found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
+        if ledger.columns[index].endswith(SOLID) and solid not in followed and np.ptp(amount) > 0.0:
+            findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
 
 
 def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
@@ -214,8 +218,8 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     # While it cools it drifts on; what counts is when it had come near its last value.
     changes = np.flatnonzero(np.abs(ph - ph[-1]) > SETTLED_PH)
     values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
-    words = f"the pH in {vessel} goes from {ph[0]:.2f} to {ph[-1]:.2f}"
-    return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, words)]
+    text = f"the pH in {vessel} goes from {ph[0]:.2f} to {ph[-1]:.2f}"
+    return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, text)]
 
 
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:

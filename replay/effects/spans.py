@@ -32,7 +32,7 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list
     ``frames_in``: at least 1.
     """
     rows = np.flatnonzero(known)
-    found: list[Span] = []
+    spans: list[Span] = []
     begin = -1
     changes = np.flatnonzero(np.diff(flag[rows])) + 1
     for first, stop in pairwise([0, *changes.tolist(), len(rows)] if len(rows) else []):
@@ -40,20 +40,20 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list
         if flag[rows[first]]:
             begin = int(rows[first]) if begin < 0 and length >= frames_in else begin
         elif begin >= 0 and length >= FRAMES:
-            found.append((begin, int(rows[first])))
+            spans.append((begin, int(rows[first])))
             begin = -1
-    return [*found, (begin, len(flag))] if begin >= 0 else found
+    return [*spans, (begin, len(flag))] if begin >= 0 else spans
 
 
 def switched(value: FloatArray, enter: float, leave: float) -> list[Span]:
     """Spans in which a value stays on: it goes on above ``enter`` and off below ``leave``; NaN changes nothing."""
-    found: list[Span] = []
+    spans: list[Span] = []
     begin = -1
     above, below = value > enter, value < leave
     for row in np.flatnonzero(above | below).tolist():
         if begin < 0 and above[row]:
             begin = row
         elif begin >= 0 and below[row]:
-            found.append((begin, row))
+            spans.append((begin, row))
             begin = -1
-    return [*found, (begin, len(value))] if begin >= 0 else found
+    return [*spans, (begin, len(value))] if begin >= 0 else spans

@@ -7,12 +7,12 @@ from replay.effects.declaring import Declaration
 from replay.effects.output import EffectEvent, Findings, Series
 
 
-def note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
+def note_temperature(declared: Declaration, findings: Findings, name: str, celsius: Series) -> None:
     """The series, and an event when it first reaches its boiling point."""
-    found.series[f"{name}/temperature"] = celsius
+    findings.series[f"{name}/temperature"] = celsius
     for row in np.flatnonzero(celsius.values >= boils(declared))[:1].tolist():
-        words = f"{name} reaches {boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
-        found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
+        text = f"{name} reaches {boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
+        findings.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, text, "warning"))
 
 
 def boils(declared: Declaration) -> float:

@@ -63,22 +63,22 @@ class Vessel:
 
     def __init__(self, body: SceneBody) -> None:
         self.body = body
-        self._properties, told = (_table(body.extra, key) for key in ("properties", "cavity"))
+        self._properties, cavity = (_table(body.extra, key) for key in ("properties", "cavity"))
         try:
             own = _own_cavity(body) if body.instrument else None
         except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
             raise self.fail(f"has a cavity that cannot be made: {error}") from error
-        self.cavity = {**(own.table if own else {}), **told}
+        self.cavity = {**(own.table if own else {}), **cavity}
         if not self.cavity:
             raise self.fail(
                 "has no cavity; give capacity_ml, floor, mark, opening, opening_radius, lip, "
                 "or an instrument that is a vessel"
             )
-        self.sliced = _sliced(own) if own and not told.keys() >= {"radius", "height"} else None
+        self.sliced = _sliced(own) if own and not cavity.keys() >= {"radius", "height"} else None
 
-    def fail(self, words: str) -> EffectError:
+    def fail(self, text: str) -> EffectError:
         """The error to raise, naming the body."""
-        return EffectError(f"scene: body {self.body.id!r} {words}")
+        return EffectError(f"scene: body {self.body.id!r} {text}")
 
     def contents(self, kind: str) -> Mapping[str, Any]:
         """``properties.liquid`` or ``properties.solid`` as written, empty where there is no such table."""
@@ -135,8 +135,8 @@ class Vessel:
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
                 "its floor to its lip, or an instrument"
             )
-        place, size = self.place, self.size
-        return Cylinder(size("radius"), size("height"), place("lip"), place("opening"), size("opening_radius"))
+        point, size = self.point, self.size
+        return Cylinder(size("radius"), size("height"), point("lip"), point("opening"), size("opening_radius"))
 
     @property
     def _formed(self) -> bool:
@@ -163,10 +163,10 @@ class Vessel:
             raise self.fail(f"has cavity.{key} = {value!r}; give a number above {above:g}")
         return float(value)
 
-    def place(self, key: str) -> FloatArray:
+    def point(self, key: str) -> FloatArray:
         """A point (3,) of the cavity, in the body's frame."""
         value = self.cavity.get(key)
-        if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(one) for one in value):
+        if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(item) for item in value):
             raise self.fail(f"has cavity.{key} = {value!r}; give three numbers in metres")
         return np.array(value, dtype=np.float64)
 
@@ -178,8 +178,8 @@ class Vessel:
 
 def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     """A table of a body; empty where none is written."""
-    found = tables.get(key)
-    return found if isinstance(found, Mapping) else {}
+    table = tables.get(key)
+    return table if isinstance(table, Mapping) else {}
 
 
 def _own_cavity(body: SceneBody) -> "Cavity | None":
@@ -199,17 +199,17 @@ def _sliced(cavity: "Cavity") -> SlicedCavity:
 
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
     """Raises PlanError: a vessel that the tables of liquids name lacks something."""
-    faults, poured = [], {name for one in tables.get("pour", ()) for name in one["from"]}
-    others = [name for one in tables.get("flame-test", ()) for name in one["vessels"]]
+    faults, poured = [], {name for table in tables.get("pour", ()) for name in table["from"]}
+    others = [name for table in tables.get("flame-test", ()) for name in table["vessels"]]
     for name in dict.fromkeys((*vessel_names(tables), *others)):
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))
             # Asked for, so that what is missing is named.
-            for asked in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
-                getattr(vessel, asked)
+            for quantity in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
+                getattr(vessel, quantity)
             if vessel.volume_ml > vessel.brim_ml * (1.0 + 1e-9):
                 raise vessel.fail(f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {vessel.brim_ml:.0f} mL")
-            vessel.place("opening")
+            vessel.point("opening")
             vessel.size("opening_radius")
         except EffectError as error:
             faults.append(f"{file}: {str(error).removeprefix('scene: ')}")
@@ -219,10 +219,10 @@ def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, f
 
 def vessel_names(tables: Mapping[str, tuple[Declaration, ...]]) -> tuple[str, ...]:
     """Every vessel between which liquid may move or in which it is followed."""
-    found = [name for one in tables.get("mixing", ()) for name in one["in"]]
-    found += [name for one in tables.get("pour", ()) for key in ("from", "into") for name in one[key]]
-    found += [name for one in tables.get("burette", ()) for name in (one["body"], *one["into"])]
-    return tuple(dict.fromkeys(found))
+    names = [name for table in tables.get("mixing", ()) for name in table["in"]]
+    names += [name for table in tables.get("pour", ()) for key in ("from", "into") for name in table[key]]
+    names += [name for table in tables.get("burette", ()) for name in (table["body"], *table["into"])]
+    return tuple(dict.fromkeys(names))
 
 
 def vessels_of(inputs: EffectInputs, names: Iterable[str]) -> dict[str, Vessel]:
@@ -230,21 +230,21 @@ def vessels_of(inputs: EffectInputs, names: Iterable[str]) -> dict[str, Vessel]:
     return {name: Vessel(inputs.body(name)) for name in names}
 
 
-def inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
+def inside(points: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
     """(T,) whether world places (T, 3) lie between a vessel's floor and mouth and no wider than the mouth."""
-    local, middle = poses.local(places), vessel.place("opening")
+    local, middle = poses.local(points), vessel.point("opening")
     across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
     between = (local[:, 1] >= vessel.floor) & (local[:, 1] <= middle[1])
     return between & (across <= vessel.size("opening_radius")) & poses.valid
 
 
-def flow_event(inputs: EffectInputs, flow: Stream, name: str, words: str, digits: int = 1) -> EffectEvent:
+def flow_event(inputs: EffectInputs, flow: Stream, name: str, text: str, digits: int = 1) -> EffectEvent:
     """The event of a flow with its volume and time, in these words unless it ran over; without a target a warning."""
     if flow.over:
-        name, words = "overflow", f"run over the brim of {flow.source}"
+        name, text = "overflow", f"run over the brim of {flow.source}"
     start, end, volume = float(flow.times[0]), float(flow.times[-1]), flow.total_ml
     bodies, level = ((flow.source, flow.target), "info") if flow.target else ((flow.source,), "warning")
     values = {"volume_ml": volume, "seconds": end - start}
     last = None if flow.frames[-1] == len(inputs) - 1 else end
-    message, point = f"{volume:.{digits}f} mL {words}", vector_of(flow.points[0])
+    message, point = f"{volume:.{digits}f} mL {text}", vector_of(flow.points[0])
     return EffectEvent(start, name, bodies, last, values, message, level, point)

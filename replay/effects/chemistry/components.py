@@ -52,7 +52,7 @@ def component_of(name: str) -> Component:
 
 
 @cache
-def parts_of(formula: str) -> Mapping[str, int] | None:
+def components_of(formula: str) -> Mapping[str, int] | None:
     """Columns that a dissolved formula is counted as, of H+ below 0 in a base; ``None``: it stays whole.
 
     Of several ways the one with the fewest kinds of ions is taken, then that with the fewest ions.
@@ -65,21 +65,21 @@ def parts_of(formula: str) -> Mapping[str, int] | None:
     heavy = Counter({atom: many for atom, many in counted.items() if atom not in "HO"})
     best: tuple[tuple[int, int], dict[str, int]] | None = None
     for ions in _combinations(heavy):
-        found = _completed(formula, ions, counted)
+        completed = _completed(formula, ions, counted)
         rank = (len(ions), sum(ions.values()))
-        if found is not None and (best is None or rank < best[0]):
-            best = rank, found
+        if completed is not None and (best is None or rank < best[0]):
+            best = rank, completed
     return None if best is None else best[1]
 
 
-def dissolved_parts(formula: str) -> Mapping[str, int]:
+def dissolved_components(formula: str) -> Mapping[str, int]:
     """Columns of a formula in solution; one that stays whole is its only one."""
-    return parts_of(formula) or {formula: 1}
+    return components_of(formula) or {formula: 1}
 
 
 def is_known(formula: str) -> bool:
     """Whether the charges in a formula are known."""
-    return formula in INERT or parts_of(formula) is not None
+    return formula in INERT or components_of(formula) is not None
 
 
 def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
@@ -88,7 +88,9 @@ def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
         yield Counter()
         return
     components = [component_of(name) for name in ELEMENTS]
-    fitting = [one for one in components if all(heavy[atom] >= many for atom, many in one.heavy.items())]
+    fitting = [
+        candidate for candidate in components if all(heavy[atom] >= many for atom, many in candidate.heavy.items())
+    ]
     yield from _filled(+heavy, fitting, Counter())
 
 
@@ -99,27 +101,29 @@ def _filled(heavy: Counter[str], fitting: list[Component], chosen: Counter[str])
     if sum(chosen.values()) >= MOST_IONS:
         return
     # The atom with the fewest choices first.
-    atom = min(heavy, key=lambda one: (sum(one in component.heavy for component in fitting), one))
+    atom = min(heavy, key=lambda element: (sum(element in component.heavy for component in fitting), element))
     for row, component in enumerate(fitting):
-        if atom not in component.heavy or any(heavy[one] < many for one, many in component.heavy.items()):
+        if atom not in component.heavy or any(heavy[element] < many for element, many in component.heavy.items()):
             continue
         rest = heavy.copy()
         rest.subtract(component.heavy)
-        left = [one for place, one in enumerate(fitting) if place >= row or atom not in one.heavy]
+        left = [
+            candidate for position, candidate in enumerate(fitting) if position >= row or atom not in candidate.heavy
+        ]
         yield from _filled(+rest, left, chosen + Counter({component.name: 1}))
 
 
 def _completed(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[str, int] | None:
     """Ions with the protons and the water that make up a formula; ``None``: they do not."""
     rows = [(component_of(name), many) for name, many in ions.items()]
-    protons = charge_of(formula) - sum(many * one.charge for one, many in rows)
-    water = counted["O"] - sum(many * one.oxygen for one, many in rows)
-    hydrogen = sum(many * one.hydrogen for one, many in rows) + protons + 2 * water
+    protons = charge_of(formula) - sum(many * ion.charge for ion, many in rows)
+    water = counted["O"] - sum(many * ion.oxygen for ion, many in rows)
+    hydrogen = sum(many * ion.hydrogen for ion, many in rows) + protons + 2 * water
     # Hydrogen that does not come out is an oxidation state that does not fit.
     if hydrogen != counted["H"] or not _plausible(formula, ions, water):
         return None
-    found = {**ions, PROTON: protons, WATER: water}
-    return {name: many for name, many in found.items() if many}
+    completed = {**ions, PROTON: protons, WATER: water}
+    return {name: many for name, many in completed.items() if many}
 
 
 def _plausible(formula: str, ions: Counter[str], water: int) -> bool:

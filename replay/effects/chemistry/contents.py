@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.effects.chemistry.components import WATER, parts_of
+from replay.effects.chemistry.components import WATER, components_of
 from replay.effects.chemistry.enthalpy import TABLES
 from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
@@ -115,10 +115,10 @@ def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
     """Formula, as written -> mol/L."""
-    told = liquid.get("solutes") or {}
-    if not isinstance(told, Mapping):
-        raise vessel.fail(f"has liquid.solutes = {told!r}; give a table: formula = mol/L")
-    solutes = {str(key): vessel.amount("liquid", str(key), within=told) for key in told}
+    table = liquid.get("solutes") or {}
+    if not isinstance(table, Mapping):
+        raise vessel.fail(f"has liquid.solutes = {table!r}; give a table: formula = mol/L")
+    solutes = {str(key): vessel.amount("liquid", str(key), within=table) for key in table}
     solute = liquid.get("solute", "")
     if not isinstance(solute, str) or (liquid.get("molar") and not solute):
         raise vessel.fail(f"has liquid.solute = {solute!r}; give the formula of what liquid.molar is of")
@@ -136,7 +136,7 @@ def _formula(vessel: Vessel, text: str) -> str:
     except ValueError as error:
         raise vessel.fail(f"holds {error}") from error
     # AgNo3 would be silver and nobelium.
-    meant = next((one for one in COMMON if one.lower() == formula.lower() and one != formula), "")
+    meant = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")
     if meant:
         raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
     return formula
@@ -145,6 +145,6 @@ def _formula(vessel: Vessel, text: str) -> str:
 def _reads(formula: str) -> bool:
     """Whether a formula is one whose charges are known."""
     try:
-        return parts_of(formula) is not None
+        return components_of(formula) is not None
     except ValueError:
         return False

@@ -77,9 +77,9 @@ def database_of(text: str = "") -> Database:
     Raises EffectError: PHREEQC is not installed; ValueError: the text is wrong, a line for each fault.
     """
     base = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
-    ours = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
+    added = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
     reading = _Reading()
-    for source in (base, ours):
+    for source in (base, added):
         reading.read(source)
     reading.problems.clear()  # surfaces, formulas of halves and what needs an element that is not read
     reading.strict = True
@@ -145,7 +145,9 @@ class _Reading:
             return True
         if name in self.ions and name in _MASTERS:
             # A second oxidation state, which the file makes of the first with electrons.
-            self.species[name] = Entry(name, self.ions[name], "", tuple(one for one in options if "gamma" in one))
+            self.species[name] = Entry(
+                name, self.ions[name], "", tuple(option for option in options if "gamma" in option)
+            )
             return True
         made = self._sum(left, right[1:])
         if made is None:
@@ -239,16 +241,16 @@ def _phreeqc_charge(name: str) -> int:
 
 
 def _blocks(text: str) -> list[tuple[str, list[str]]]:
-    found: list[tuple[str, list[str]]] = []
+    blocks: list[tuple[str, list[str]]] = []
     for written in text.splitlines():
         line = written.partition("#")[0].rstrip()
         if _BLOCK.match(line) and "=" not in line:
-            found.append((line.split()[0], []))
-        elif line.strip() and found:
-            found[-1][1].append(line.strip())
+            blocks.append((line.split()[0], []))
+        elif line.strip() and blocks:
+            blocks[-1][1].append(line.strip())
         elif line.strip():
-            found.append((line.split()[0], [line]))
-    return found
+            blocks.append((line.split()[0], [line]))
+    return blocks
 
 
 def _entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -276,12 +278,12 @@ def _sides(equation: str) -> tuple[list[tuple[float, str]], list[tuple[float, st
 
 
 def _side(text: str) -> list[tuple[float, str]]:
-    found = []
+    terms = []
     for term in re.split(r"\s+\+\s+", text.strip()):
         match = _TERM.match(term.strip())
         if match is not None:
-            found.append((float(match.group(1) or 1.0), match.group(2)))
-    return found
+            terms.append((float(match.group(1) or 1.0), match.group(2)))
+    return terms
 
 
 def _numbers(options: Iterable[str]) -> tuple[float, float] | None:

@@ -27,7 +27,7 @@ ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "�
 
 _TERM = re.compile(r"^(\d+)?\s*(\S+?)(?:\s+\^?(\d*[+-]))?\s*(?:\((s|l|g|aq)\))?$")
 _CHARGE = re.compile(r"^(.*?)(\^?)(\d*)([+-])$")
-_WORDS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
+_SPELLINGS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
 MOST_CHARGE: Final = 6
 """No ion of a school's laboratory has more."""
@@ -84,7 +84,9 @@ def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Eq
         if _counted(equation.reagents) == _counted(equation.products):
             balanced.append(equation)
     familiar = [
-        equation for equation in balanced if all(charge_of(one) == 0 or known(one) for one in equation.formulas)
+        equation
+        for equation in balanced
+        if all(charge_of(formula) == 0 or known(formula) for formula in equation.formulas)
     ]
     if len(balanced) == 1 or len(familiar) == 1:
         return (familiar or balanced)[0]
@@ -117,7 +119,7 @@ def readings_of(formula: str) -> tuple[str, ...]:
     # After a bracket or an O the digit counts atoms; after a bare metal it is the charge.
     if re.search(r"[)\]O]$", body) and len(digits) == 1:
         readings.reverse()
-    return tuple(one for one in readings if abs(charge_of(one)) <= MOST_CHARGE)
+    return tuple(reading for reading in readings if abs(charge_of(reading)) <= MOST_CHARGE)
 
 
 def _charged(body: str, digits: str, sign: str) -> str:
@@ -157,12 +159,12 @@ def molar_mass(formula: str) -> float:
 
 def crystal_water(formula: str) -> int:
     """Molecules of water that a formula writes after a dot: 5 for ``CuSO4.5H2O``."""
-    waters = [part for part in formula.split(".")[1:] if part.endswith("H2O")]
-    return sum(int(part.removesuffix("H2O") or 1) for part in waters)
+    waters = [group for group in formula.split(".")[1:] if group.endswith("H2O")]
+    return sum(int(group.removesuffix("H2O") or 1) for group in waters)
 
 
 def _plain(text: str) -> str:
-    plain = unicodedata.normalize("NFKC", text).translate(_WORDS)
+    plain = unicodedata.normalize("NFKC", text).translate(_SPELLINGS)
     # A hydrate written with blanks about its dot is one formula.
     return re.sub(r"\s*\.\s*(?=\d*\s*H2O)", ".", re.sub(r"(\.\s*\d+)\s+(?=H2O)", r"\1", plain))
 
@@ -189,13 +191,13 @@ def _equation(sides: tuple[list[_Term], list[_Term]], reading: Mapping[tuple[str
     phases: dict[str, str] = {}
     counted: list[dict[str, int]] = []
     for side in sides:
-        found: Counter[str] = Counter()
+        counts: Counter[str] = Counter()
         for term in side:
             formula = reading[term.readings]
-            found[formula] += term.coefficient
+            counts[formula] += term.coefficient
             if term.phase:
                 phases[formula] = term.phase
-        counted.append(dict(found))
+        counted.append(dict(counts))
     return Equation(counted[0], counted[1], phases)
 
 

@@ -157,20 +157,20 @@ class Ledger:
         self.salts = salts
         made = [process.changes for process in processes] + [salt.changes for salt in salts]
         formed = () if solver is None else solver.mixture.changes
-        parts: tuple[str, ...] = () if solver is None else solver.mixture.parts
-        phases = () if solver is None else tuple(one.column for one in solver.mixture.phases)
+        components: tuple[str, ...] = () if solver is None else solver.mixture.components
+        phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
         always = (PROTON, WATER, HEAT, STORED, LATENT)
-        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, parts, always)))
-        self.at = {name: place for place, name in enumerate((*vessels, ""))}
-        self.column = {name: place for place, name in enumerate(self.columns)}
+        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, components, always)))
+        self.at = {name: index for index, name in enumerate((*vessels, ""))}
+        self.column = {name: index for index, name in enumerate(self.columns)}
         count = len(self.at)
         self._cuts = np.cumsum([1, len(self.columns), len(processes)])
-        self.state = np.zeros((count, int(self._cuts[-1]) + count))  # as ``_parts`` names its columns
-        volume, self.amounts, self.extents, _ = self._parts(self.state)
+        self.state = np.zeros((count, int(self._cuts[-1]) + count))  # as ``_split`` names its columns
+        volume, self.amounts, self.extents, _ = self._split(self.state)
         self.volume_ml = volume[:, 0]
         self.clock = np.zeros(count)
-        shares = {GAS: 0.0, SOLID: solid_fraction}
-        self.moving = np.array([shares.get(column[-3:], 1.0) for column in self.columns])
+        fractions = {GAS: 0.0, SOLID: solid_fraction}
+        self.moving = np.array([fractions.get(column[-3:], 1.0) for column in self.columns])
         self.glass = np.array([warmth.glass.get(name, 0.0) for name in self.at])
         self.changes = self._table([process.changes for process in processes])
         self.formation = self._table(formed)
@@ -180,8 +180,8 @@ class Ledger:
         self.dissolves_slowly = np.array([salt.column in dissolving for salt in salts], dtype=np.bool_)
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
         self.quick = [row for row, process in enumerate(processes) if process.rate is None]
-        self.parts, self.phases = (
-            np.array([self.column[name] for name in names], dtype=np.int64) for names in (parts, phases)
+        self.components, self.phases = (
+            np.array([self.column[name] for name in names], dtype=np.int64) for names in (components, phases)
         )
         self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
         self.proton, self.water = self.column[PROTON], self.column[WATER]
@@ -189,8 +189,8 @@ class Ledger:
         self.holds_acid, self.holds_base = np.zeros((2, len(self.columns)))
         if solver is not None:
             for holds, ph, hydroxides in ((self.holds_acid, NEUTRAL_PH, False), (self.holds_base, BASIC_PH, True)):
-                for part, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
-                    holds[self.column[part]] = protons
+                for component, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
+                    holds[self.column[component]] = protons
         counted = [name not in (PROTON, WATER, HEAT, STORED, LATENT) for name in self.columns]
         counted = [
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
@@ -206,54 +206,54 @@ class Ledger:
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
         """Put something into a vessel at the begin."""
-        place = self.at[vessel]
-        self.volume_ml[place] += volume_ml
+        index = self.at[vessel]
+        self.volume_ml[index] += volume_ml
         for name, amount in amounts.items():
-            self.amounts[place, self.column[name]] += amount
+            self.amounts[index, self.column[name]] += amount
 
     def begin(self, time: float) -> None:
         """React what stands together at the first frame, and note it; what heat that gave is gone."""
         self.clock[:] = time
-        for place, name in enumerate(self.vessels):
+        for index, name in enumerate(self.vessels):
             excess = self.warmth.excess.get(name, 0.0)
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
-            heat = excess * float(self.capacity(place, self.volume_ml[place]))
-            self.amounts[place, self.column[HEAT]] = heat
-            self._react(place, self.state[place : place + 1])
-            self.amounts[place, self.column[HEAT]] = heat
-            self.amounts[place, self.column[LATENT]] = 0.0
-            self._note(place, 0, time)
+            heat = excess * float(self.capacity(index, self.volume_ml[index]))
+            self.amounts[index, self.column[HEAT]] = heat
+            self._react(index, self.state[index : index + 1])
+            self.amounts[index, self.column[HEAT]] = heat
+            self.amounts[index, self.column[LATENT]] = 0.0
+            self._note(index, 0, time)
 
-    def capacity(self, place: int, volume_ml: FloatArray | float) -> FloatArray:
+    def capacity(self, index: int, volume_ml: FloatArray | float) -> FloatArray:
         """Heat capacity, J/K, of a vessel with so much in it."""
-        return self.warmth.per_ml * volume_ml + self.glass[place]
+        return self.warmth.per_ml * volume_ml + self.glass[index]
 
-    def advance(self, place: int, frame: int, time: float) -> None:
+    def advance(self, index: int, frame: int, time: float) -> None:
         """Let slow processes and the loss of heat of a vessel go on to a time."""
-        since = time - self.clock[place]
-        begin, self.clock[place] = self.clock[place], max(time, self.clock[place])
+        since = time - self.clock[index]
+        begin, self.clock[index] = self.clock[index], max(time, self.clock[index])
         if since <= 0.0:
             return
-        waiting = self.pending(self.amounts[place]) > 0.0
+        waiting = self.pending(self.amounts[index]) > 0.0
         rates = [self.processes[row].rate or 0.0 for row in self.slow if waiting[row]]
         done, step = 0.0, since if self._alone or not rates else TICK / max(rates)
         while rates and done < min(since, TIMES / max(rates)):
-            part = min(step, since - done)
-            self._cool(place, part)
-            self._slowly(place, part)
-            self._react(place, self.state[place : place + 1])
-            done += part
+            component = min(step, since - done)
+            self._cool(index, component)
+            self._slowly(index, component)
+            self._react(index, self.state[index : index + 1])
+            done += component
             step *= GROWTH
             if not self._alone:
-                self._note(place, frame, float(begin + done))
-        self._rest(place, frame, float(begin + done), since - done)
+                self._note(index, frame, float(begin + done))
+        self._rest(index, frame, float(begin + done), since - done)
 
-    def celsius(self, place: int, rows: FloatArray) -> FloatArray:
+    def celsius(self, index: int, rows: FloatArray) -> FloatArray:
         """Temperature (n,) of rows of the state of a place."""
-        volume, amounts, *_ = self._parts(rows)
+        volume, amounts, *_ = self._split(rows)
         if not self.warmth.followed:
             return np.full(len(rows), WITHOUT_HEAT_C)
-        capacity = np.asarray(self.capacity(place, volume[:, 0]))
+        capacity = np.asarray(self.capacity(index, volume[:, 0]))
         return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
 
     def freezing(self, amounts: FloatArray) -> FloatArray:
@@ -264,21 +264,21 @@ class Ledger:
         )
         return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC * molal)
 
-    def _rest(self, place: int, frame: int, time: float, seconds: float) -> None:
+    def _rest(self, index: int, frame: int, time: float, seconds: float) -> None:
         """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
-        here = self.state[place : place + 1]
-        if not (self.warmth.followed and self._settles) or seconds <= 0.0 or self.volume_ml[place] <= 0.0:
-            self._cool(place, seconds)
+        here = self.state[index : index + 1]
+        if not (self.warmth.followed and self._settles) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
+            self._cool(index, seconds)
             return
-        capacity = float(self.capacity(place, self.volume_ml[place]))
-        excess = float(self.amounts[place, self.column[HEAT]]) / capacity
+        capacity = float(self.capacity(index, self.volume_ml[index]))
+        excess = float(self.amounts[index, self.column[HEAT]]) / capacity
         change = abs(excess - float(cooled(excess, seconds, capacity=capacity, loss=self.warmth.loss)))
         steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
         for step in range(steps):
-            self._cool(place, seconds / steps)
-            self._react(place, here)
+            self._cool(index, seconds / steps)
+            self._react(index, here)
             if step < steps - 1:
-                self._note(place, frame, time + seconds * (step + 1) / steps)
+                self._note(index, frame, time + seconds * (step + 1) / steps)
 
     def flow(
         self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
@@ -292,17 +292,17 @@ class Ledger:
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
         getting = {target for _, target in ends}
         chained = any(source in getting for (source, _), brim in zip(ends, over, strict=True) if not brim)
-        slow = any(self._reacts_slowly(place, ends) for place in getting.union(source for source, _ in ends))
+        slow = any(self._reacts_slowly(index, ends) for index in getting.union(source for source, _ in ends))
         if not (chained or over.any() or slow or self.warmth.followed):
             self._flow(frames, times, ends, volume_ml)
             return
         count = len(frames) if chained else min(len(frames), LUMPS)
         for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
-            part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
+            component, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
             for brim in (False, True):
-                moving = np.flatnonzero((over == brim) & (part > 0.0))
+                moving = np.flatnonzero((over == brim) & (component > 0.0))
                 if len(moving):
-                    self._flow(frames[last], times[last], [ends[k] for k in moving.tolist()], part[None, moving])
+                    self._flow(frames[last], times[last], [ends[k] for k in moving.tolist()], component[None, moving])
 
     def _flow(
         self, frames: IntArray, times: FloatArray, ends: Sequence[tuple[int, int]], volume_ml: FloatArray
@@ -310,95 +310,95 @@ class Ledger:
         """Flows between places; in more than one frame no source may be a target."""
         # Row 0 of everything below is the state before.
         total = np.concatenate([np.zeros((1, len(ends))), np.cumsum(volume_ml, axis=0)])
-        places = sorted({place for both in ends for place in both})
-        for place in places:
-            self.advance(place, int(frames[-1]), float(times[-1]))
-        states = {place: np.repeat(self.state[place : place + 1], len(total), axis=0) for place in places}
+        indices = sorted({index for both in ends for index in both})
+        for index in indices:
+            self.advance(index, int(frames[-1]), float(times[-1]))
+        states = {index: np.repeat(self.state[index : index + 1], len(total), axis=0) for index in indices}
         for (source, target), gone in zip(ends, total.T, strict=True):
             self._move(source, states[source], states[target], gone)
         getting = {target for _, target in ends}
-        for place, rows in states.items():
-            if place != self.at[""]:
+        for index, rows in states.items():
+            if index != self.at[""]:
                 # What only gives keeps its composition, and stays at equilibrium with its solids.
-                if place in getting:
-                    self._react(place, rows[1:])
-                self._blocks[place].append((times, frames, rows[1:]))
-            self.state[place] = rows[-1]
+                if index in getting:
+                    self._react(index, rows[1:])
+                self._blocks[index].append((times, frames, rows[1:]))
+            self.state[index] = rows[-1]
 
     def history(self, vessel: str) -> History:
         """All that became of a vessel; of several rows of one time the last."""
         times, frames, rows = (np.concatenate(column) for column in zip(*self._blocks[self.at[vessel]], strict=True))
         last = np.append(np.diff(times) > 0.0, True)
-        volume, amounts, extents, added = self._parts(rows[last])
+        volume, amounts, extents, added = self._split(rows[last])
         pending = self.pending(amounts)
         return History(times[last], frames[last].astype(np.int64), volume[:, 0], amounts, extents, pending, added)
 
     def end(self, frame: int, time: float) -> None:
         """Note every vessel at the last frame."""
-        for place in range(len(self.vessels)):
-            self.advance(place, frame, time)
-            self._note(place, frame, time)
+        for index in range(len(self.vessels)):
+            self.advance(index, frame, time)
+            self._note(index, frame, time)
 
-    def _parts(self, rows: FloatArray) -> list[FloatArray]:
+    def _split(self, rows: FloatArray) -> list[FloatArray]:
         """Of rows of the state: millilitres (n, 1), amounts, extents, and millilitres that came from each place."""
         return np.split(rows, self._cuts, axis=1)
 
     def _move(self, source: int, giving: FloatArray, taking: FloatArray, gone: FloatArray) -> None:
         """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
-        (volume, amounts, *_), held = self._parts(giving), self.volume_ml[source]
-        share = np.minimum(1.0, gone / held) if held > 0.0 else np.zeros(len(gone))
+        (volume, amounts, *_), volume_before = self._split(giving), self.volume_ml[source]
+        fraction = np.minimum(1.0, gone / volume_before) if volume_before > 0.0 else np.zeros(len(gone))
         moving = self.moving
         if self.glass[source] > 0.0:
             # The vessel's own heat stays with it.
-            liquid = self.warmth.per_ml * held
+            liquid = self.warmth.per_ml * volume_before
             moving = np.where(
                 np.arange(len(moving)) == self.column[HEAT], liquid / (liquid + self.glass[source]), moving
             )
-        part = share[:, None] * (moving * self.amounts[source])
+        component = fraction[:, None] * (moving * self.amounts[source])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-        last = (gone > 0.0) & (volume[:, 0] - gone <= SPENT * held)
-        part = np.where(last[:, None] & (moving == 1.0), amounts, part)
+        last = (gone > 0.0) & (volume[:, 0] - gone <= SPENT * volume_before)
+        component = np.where(last[:, None] & (moving == 1.0), amounts, component)
         moved = np.where(last, volume[:, 0], gone)
         for rows, sign in ((giving, -1.0), (taking, 1.0)):
-            volume, amounts, _, added = self._parts(rows)
+            volume, amounts, _, added = self._split(rows)
             volume[:, 0] += sign * moved
-            amounts += sign * part
+            amounts += sign * component
         added[:, source] += moved
 
     def pending(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
-        found = np.zeros((*amounts.shape[:-1], len(self.processes)))
+        extents = np.zeros((*amounts.shape[:-1], len(self.processes)))
         for row in self.slow:
-            found[..., row] = self._limit(row, amounts)
-        return found
+            extents[..., row] = self._limit(row, amounts)
+        return extents
 
-    def _slowly(self, place: int, seconds: float) -> None:
+    def _slowly(self, index: int, seconds: float) -> None:
         """Let slow processes of a vessel go on."""
-        amounts = self.amounts[place]
+        amounts = self.amounts[index]
         # 1 - exp(-rate dt) by expm1: for short steps the difference would lose its digits.
-        shares = [-np.expm1(-(process.rate or 0.0) * seconds) for process in self.processes]
-        extents = self.pending(amounts) * shares
+        fractions = [-np.expm1(-(process.rate or 0.0) * seconds) for process in self.processes]
+        extents = self.pending(amounts) * fractions
         # All from the state before; together they take no more than there is.
-        wanted = np.minimum(self.changes, 0.0) * extents[:, None]
-        wanted[:, [self.proton, self.water]] = 0.0
-        need = -wanted.sum(axis=0)
+        consumed = np.minimum(self.changes, 0.0) * extents[:, None]
+        consumed[:, [self.proton, self.water]] = 0.0
+        need = -consumed.sum(axis=0)
         short = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
         extents /= max(1.0, short)
         self._apply(amounts, extents @ self.changes)
         amounts[self.column[HEAT]] -= float(sum(extents[row] * self._joule(row) for row in self.slow))
-        self.extents[place] += extents
+        self.extents[index] += extents
 
-    def _react(self, place: int, rows: FloatArray) -> None:
+    def _react(self, index: int, rows: FloatArray) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
         A vessel without a liquid does not react.
         """
-        volume, every, extents, _ = self._parts(rows)
+        volume, every, extents, _ = self._split(rows)
         wet = np.flatnonzero((volume[:, 0] > 0.0) & (every[:, self.water] > 0.0))
         if len(wet) and (self.quick or self._settles or self.warmth.followed):
-            celsius = self.celsius(place, rows[wet])
+            celsius = self.celsius(index, rows[wet])
             amounts, done = self._reacted(every[wet], celsius)
-            capacity = np.asarray(self.capacity(place, volume[wet, 0]))
+            capacity = np.asarray(self.capacity(index, volume[wet, 0]))
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
             for _ in range(MOST_TRIALS if self.warmth.followed and len(self.salts) else 0):
                 reached = self._bounded(self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts)
@@ -409,7 +409,7 @@ class Ledger:
             every[wet] = amounts
             extents[wet] += done
         if self.warmth.followed:
-            self._boil_or_freeze(place, volume[:, 0], every)
+            self._boil_or_freeze(index, volume[:, 0], every)
 
     def _bounded(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
         return np.clip(celsius, self.freezing(amounts), self.warmth.room + self.warmth.most)
@@ -437,10 +437,10 @@ class Ledger:
         amounts[:, self.column[HEAT]] += given
         return amounts, done
 
-    def _boil_or_freeze(self, place: int, volume: FloatArray, amounts: FloatArray) -> None:
+    def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
         heat, latent = self.column[HEAT], self.column[LATENT]
-        capacity = np.asarray(self.capacity(place, volume))
+        capacity = np.asarray(self.capacity(index, volume))
         whole = amounts[:, heat] + amounts[:, latent]
         bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
         top = np.where(capacity > 0.0, self.warmth.most * capacity, np.inf)
@@ -450,10 +450,10 @@ class Ledger:
 
     def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
         """Bring salts to saturation, in place: what is beyond is solid, what is solid dissolves if there is room."""
-        for salt, place, changes, slow in zip(
+        for salt, index, changes, slow in zip(
             self.salts, self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True
         ):
-            standing = amounts[:, place]
+            standing = amounts[:, index]
             solid = settled_solid(salt, self.column, amounts - standing[:, None] * changes, celsius)
             if slow:
                 # Its own equation dissolves it.
@@ -465,12 +465,12 @@ class Ledger:
         """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""
         assert self.solver is not None
         mixture = self.solver.mixture
-        totals = rows[:, self.parts].copy()
+        totals = rows[:, self.components].copy()
         water = rows[:, self.water].copy()
-        found = self.solver.equilibrium(totals, water, celsius)
-        formed = found.phases.copy()
-        species = found.species.copy()
-        known = answered(found)
+        equilibrium = self.solver.equilibrium(totals, water, celsius)
+        formed = equilibrium.phases.copy()
+        species = equilibrium.species.copy()
+        known = answered(equilibrium)
         gone = np.zeros(len(self.phases))
         first = 0
         while self.gas.any():
@@ -484,17 +484,17 @@ class Ledger:
             gone[self.gas] = formed[first - 1, self.gas]
             later = slice(first, None)
             rest = rows[later] + gone @ self.formation
-            again = self.solver.equilibrium(rest[:, self.parts], water[later], celsius[later])
+            again = self.solver.equilibrium(rest[:, self.components], water[later], celsius[later])
             species[later], formed[later] = again.species, again.phases + gone
             known[later] = answered(again)
         formed[~known] = standing[~known]
         dissolved = species @ mixture.powers
         rows += formed @ self.formation
-        rest = rows[:, self.parts]
+        rest = rows[:, self.components]
         scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals) & known[:, None]
         # Protons are a difference of what gives and what takes them.
         scarce[:, :1] = False
-        rows[:, self.parts] = np.where(scarce, dissolved, rest)
+        rows[:, self.components] = np.where(scarce, dissolved, rest)
         if self.warmth.followed:
             heat = species @ mixture.joule[: species.shape[1]]
             stored = self.column[STORED]
@@ -515,8 +515,8 @@ class Ledger:
             flat = np.atleast_2d(amounts)
             here = self._plain_celsius(flat) if celsius is None else celsius
             standing = flat[:, self.column[process.salt.column]]
-            place = [salt.column for salt in self.salts].index(process.salt.column)
-            whole = flat - standing[:, None] * self.salt_changes[place]
+            index = [salt.column for salt in self.salts].index(process.salt.column)
+            whole = flat - standing[:, None] * self.salt_changes[index]
             room = standing - settled_solid(process.salt, self.column, whole, here)
             limits.append(room.reshape(amounts.shape[:-1]))
         return np.maximum(0.0, np.min(limits, axis=0))
@@ -551,20 +551,20 @@ class Ledger:
         acid, water = (rows[:, self.column[name]] for name in (self.warmth.solute, WATER))
         return heat_given_off(acid, water, self.warmth.a, self.warmth.b)
 
-    def _cool(self, place: int, seconds: float) -> None:
-        capacity = float(self.capacity(place, self.volume_ml[place]))
+    def _cool(self, index: int, seconds: float) -> None:
+        capacity = float(self.capacity(index, self.volume_ml[index]))
         if capacity > 0.0:
             heat = self.column[HEAT]
-            joule = float(self.amounts[place, heat])
-            self.amounts[place, heat] = cooled(joule, seconds, capacity=capacity, loss=self.warmth.loss)
+            joule = float(self.amounts[index, heat])
+            self.amounts[index, heat] = cooled(joule, seconds, capacity=capacity, loss=self.warmth.loss)
 
-    def _reacts_slowly(self, place: int, ends: Sequence[tuple[int, int]]) -> bool:
+    def _reacts_slowly(self, index: int, ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
-        together = self.amounts[place] + sum(self.amounts[a] for a, b in ends if b == place)
-        return bool(self.slow) and place != self.at[""] and bool(self.pending(together).any())
+        together = self.amounts[index] + sum(self.amounts[a] for a, b in ends if b == index)
+        return bool(self.slow) and index != self.at[""] and bool(self.pending(together).any())
 
-    def _note(self, place: int, frame: int, time: float) -> None:
-        self._blocks[place].append((np.array([time]), np.array([frame]), self.state[place : place + 1].copy()))
+    def _note(self, index: int, frame: int, time: float) -> None:
+        self._blocks[index].append((np.array([time]), np.array([frame]), self.state[index : index + 1].copy()))
 
     def _table(self, rows: Sequence[Mapping[str, float]]) -> FloatArray:
         table = np.zeros((len(rows), len(self.column)))

@@ -57,8 +57,8 @@ class Matter:
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
         history = self.histories[vessel]
-        place = self.ledger.column.get(column)
-        return np.zeros(len(history.times)) if place is None else history.amounts[:, place]
+        index = self.ledger.column.get(column)
+        return np.zeros(len(history.times)) if index is None else history.amounts[:, index]
 
     def states(self, vessel: str, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Amounts (n, columns), extents (n, processes) and millilitres (n,) of a vessel at times.
@@ -104,10 +104,12 @@ class Matter:
         """Rows (n,) of a history at which a salt is near saturation beside more of other ions than its table allows."""
         ledger, amounts = self.ledger, self.histories[vessel].amounts
         kilograms = np.maximum(amounts[:, ledger.water] * WATER_KG, 1e-300)
-        ions = {part: many for part, many in salt.parts.items() if part not in (PROTON, WATER)}
-        dissolved = np.min([amounts[:, ledger.column[part]] / many for part, many in ions.items()], axis=0)
+        ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
+        dissolved = np.min([amounts[:, ledger.column[component]] / many for component, many in ions.items()], axis=0)
         charges = amounts @ ledger.ion_charges + np.abs(amounts[:, ledger.proton])
-        own = sum(many * abs(charge_of(part)) for part, many in ions.items()) + abs(salt.parts.get(PROTON, 0))
+        own = sum(many * abs(charge_of(component)) for component, many in ions.items()) + abs(
+            salt.components.get(PROTON, 0)
+        )
         foreign = 0.5 * (charges - own * dissolved) / kilograms
         present = dissolved + amounts[:, ledger.column[salt.column]]
         celsius = np.full(len(amounts), WITHOUT_HEAT_C)
@@ -123,10 +125,10 @@ class Matter:
         return {column: float(times[rows[0]]) for column, rows in marked.items() if len(rows)}
 
     def totals(self, amounts: FloatArray) -> FloatArray:
-        """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
+        """Mol (n, components) of each component of the equilibrium, dissolved and in solids together."""
         ledger = self.ledger
         solids = amounts[:, ledger.phases] * ~ledger.gas
-        return (amounts - solids @ ledger.formation)[:, ledger.parts]
+        return (amounts - solids @ ledger.formation)[:, ledger.components]
 
 
 def matter_of(inputs: EffectInputs) -> Matter:
@@ -139,12 +141,15 @@ def _matter(inputs: EffectInputs) -> Matter:
     names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
     vessels = {**vessels_of(inputs, names), **moved.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
-    fraction = max((one["solid_fraction"] for one in inputs.tables.get("pour", ())), default=0.0)
+    fraction = max((table["solid_fraction"] for table in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(fraction, _warmth(inputs, vessels, recipe))
     times = inputs.times
     ledger.begin(float(times[0]))
-    for frames, streams, volume_ml in _parts(moved.streams, times):
-        pairs, over = [(one.source, one.target) for one in streams], np.array([one.over for one in streams])
+    for frames, streams, volume_ml in _segments(moved.streams, times):
+        pairs, over = (
+            [(stream.source, stream.target) for stream in streams],
+            np.array([stream.over for stream in streams]),
+        )
         ledger.flow(frames, times[frames], pairs, volume_ml, over)
     ledger.end(len(times) - 1, float(times[-1]))
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
@@ -152,7 +157,7 @@ def _matter(inputs: EffectInputs) -> Matter:
 
 def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:
     """How the liquids' heat is followed."""
-    declared = next((one for one in inputs.tables.get("heat", ()) if one["of"] != "flame"), None)
+    declared = next((table for table in inputs.tables.get("heat", ()) if table["of"] != "flame"), None)
     if declared is None:
         return UNFOLLOWED
     room = declared["ambient_c"]
@@ -169,16 +174,16 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
     )  # fmt: skip
 
 
-def _parts(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:
+def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:
     """Frames, streams and millilitres (frames, streams) of stretches in which the same streams flow."""
-    frames = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.frames for one in streams)]))
+    frames = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(stream.frames for stream in streams)]))
     volumes = np.zeros((len(frames), len(streams)))
-    for column, one in enumerate(streams):
-        volumes[np.searchsorted(frames, one.frames), column] = one.volume_ml
+    for column, stream in enumerate(streams):
+        volumes[np.searchsorted(frames, stream.frames), column] = stream.volume_ml
     flowing = volumes > 0.0
     breaks = (flowing[1:] != flowing[:-1]).any(axis=1) | (np.diff(times[frames]) > GAP_S)
     cuts = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(frames)]
     for first, stop in pairwise(cuts):
         if stop > first:
-            part, rows = np.flatnonzero(flowing[first]), frames[first:stop]
-            yield rows, [streams[column] for column in part.tolist()], volumes[first:stop][:, part]
+            active, rows = np.flatnonzero(flowing[first]), frames[first:stop]
+            yield rows, [streams[column] for column in active.tolist()], volumes[first:stop][:, active]

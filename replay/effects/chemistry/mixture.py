@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.chemistry.components import PROTON, WATER, component_of, dissolved_parts
+from replay.effects.chemistry.components import PROTON, WATER, component_of, dissolved_components
 from replay.effects.chemistry.database import Database, Entry, Makeup
 from replay.effects.chemistry.enthalpy import ENTHALPY, HYDROXIDE_KJ_MOL, PROTONATED, enthalpy_j
 
@@ -25,7 +25,7 @@ ALWAYS_COUNTED: Final = (
 )  # fmt: skip
 """Elements that PHREEQC cannot do without, and two ions that do nothing but balance a charge."""
 
-ALWAYS_THERE: Final = (
+ALWAYS_DEFINED: Final = (
     "H+ = H+", "\tlog_k 0", "e- = e-", "\tlog_k 0", "H2O = H2O", "\tlog_k 0",
     "2 H2O = O2 + 4 H+ + 4 e-", "\tlog_k -85.9951", "2 H+ + 2 e- = H2", "\tlog_k -3.15",
     "Zp+ = Zp+", "\tlog_k 0", "Zn- = Zn-", "\tlog_k 0",
@@ -38,7 +38,7 @@ class Phase:
     """A solid or gas that may form: its column, what it takes from the others, and PHREEQC's name of it."""
 
     column: str  # ``AgCl(s)``, ``CO2(g)``
-    parts: Mapping[str, int]
+    components: Mapping[str, int]
     entry: Entry
 
 
@@ -49,18 +49,18 @@ class Mixture:
     Parameters
     ----------
     database : PHREEQC's data.
-    parts : (m,) columns that PHREEQC counts; the first is ``H+``, whose total may be negative.
+    components : (m,) columns that PHREEQC counts; the first is ``H+``, whose total may be negative.
     phases : solids and gases that may form.
     """
 
     database: Database
-    parts: tuple[str, ...]
+    components: tuple[str, ...]
     phases: tuple[Phase, ...]
 
     @cached_property
     def species(self) -> tuple[Entry, ...]:
-        """Dissolved species that can be made of the parts, in PHREEQC's order."""
-        mine = {*self.parts, WATER}
+        """Dissolved species that can be made of the components, in PHREEQC's order."""
+        mine = {*self.components, WATER}
         # Two names of one makeup would be one species twice: the later definition holds.
         unique = {
             tuple(sorted(entry.makeup.items())): entry
@@ -72,37 +72,37 @@ class Mixture:
     @cached_property
     def names(self) -> Mapping[str, str]:
         """PHREEQC's name of an ion or species -> its name in the text that is given to PHREEQC."""
-        symbols = dict(zip(self.parts[1:], _symbols(len(self.parts) - 1), strict=True))
-        found = {PROTON: PROTON, WATER: WATER}
+        symbols = dict(zip(self.components[1:], _symbols(len(self.components) - 1), strict=True))
+        names = {PROTON: PROTON, WATER: WATER}
         for entry in self.species:
-            found.setdefault(entry.name, _written(entry.makeup, symbols))
-        return found
+            names.setdefault(entry.name, _written(entry.makeup, symbols))
+        return names
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
         """Element of each part but ``H+``."""
-        return tuple(_symbols(len(self.parts) - 1))
+        return tuple(_symbols(len(self.components) - 1))
 
     @cached_property
     def powers(self) -> FloatArray:
         """(s, m) how many of each part are in a species."""
-        rows = [[entry.makeup.get(part, 0.0) for part in self.parts] for entry in self.species]
-        return np.array(rows, dtype=np.float64).reshape(len(self.species), len(self.parts))
+        rows = [[entry.makeup.get(component, 0.0) for component in self.components] for entry in self.species]
+        return np.array(rows, dtype=np.float64).reshape(len(self.species), len(self.components))
 
     @cached_property
     def uses(self) -> FloatArray:
         """(p, m) how many of each part are in a phase."""
-        rows = [[float(phase.parts.get(part, 0)) for part in self.parts] for phase in self.phases]
-        return np.array(rows, dtype=np.float64).reshape(len(self.phases), len(self.parts))
+        rows = [[float(phase.components.get(component, 0)) for component in self.components] for phase in self.phases]
+        return np.array(rows, dtype=np.float64).reshape(len(self.phases), len(self.components))
 
     @cached_property
     def charges(self) -> FloatArray:
-        """(m,) of the parts."""
-        return np.array([1.0, *(component_of(part).charge for part in self.parts[1:])])
+        """Charge (m,) of each component."""
+        return np.array([1.0, *(component_of(component).charge for component in self.components[1:])])
 
     @cached_property
     def joule(self) -> FloatArray:
-        """(s + p,) enthalpy in J of a mol of each species and phase above the parts that it is made of."""
+        """(s + p,) enthalpy in J of a mol of each species and phase above the components that it is made of."""
         species = [1e3 * self._kilojoule(entry.makeup) for entry in self.species]
         return np.array(species + [self._phase_joule(phase) for phase in self.phases], dtype=np.float64)
 
@@ -111,59 +111,62 @@ class Mixture:
         return {_key(entry.makeup): entry for entry in self.species}
 
     def _kilojoule(self, makeup: Makeup) -> float:
-        """Enthalpy in kJ of a mol of a species above its parts.
+        """Enthalpy in kJ of a mol of a species above its components.
 
         Measured ones of acids, bases and water; PHREEQC's of complexes. Pairs of an ion of one charge with another ion
         are given no heat of their own: PHREEQC's are not measured well enough for a calorimeter.
         """
-        heavy = [part for part in makeup if part not in (PROTON, WATER)]
+        heavy = [component for component in makeup if component not in (PROTON, WATER)]
         protons = round(makeup.get(PROTON, 0.0))
         if not heavy:
             return HYDROXIDE_KJ_MOL - ENTHALPY[WATER] if protons < 0 else 0.0
         known = PROTONATED.get(heavy[0], []) if len(heavy) == 1 and makeup[heavy[0]] == 1.0 else []
         if WATER not in makeup and 0 <= protons < len(known):
             return known[protons] - known[0]
-        for part in heavy:
-            rest = {**makeup, part: makeup[part] - 1.0}
-            rest = {one: many for one, many in rest.items() if many}
+        for component in heavy:
+            rest = {**makeup, component: makeup[component] - 1.0}
+            rest = {name: many for name, many in rest.items() if many}
             # A heat of exactly 0 is one that nobody measured.
-            single = abs(component_of(part).charge) == 1 and part not in LIGANDS
-            unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[part] > 1.0
+            single = abs(component_of(component).charge) == 1 and component not in LIGANDS
+            unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
             if (single or unmeasured) and len(heavy) > 1 and _key(rest) in self._by_makeup:
                 return self._kilojoule(rest)
         entry = self._by_makeup[_key(makeup)]
-        return entry.kilojoule - self._parts_kilojoule(makeup)
+        return entry.kilojoule - self._components_kilojoule(makeup)
 
     @cached_property
     def changes(self) -> tuple[Mapping[str, float], ...]:
         """For each phase what one mol of it takes from the columns, below 0, and itself."""
-        return tuple({**{part: -many for part, many in one.parts.items()}, one.column: 1.0} for one in self.phases)
+        return tuple(
+            {**{component: -many for component, many in phase.components.items()}, phase.column: 1.0}
+            for phase in self.phases
+        )
 
     def row_of(self, formula: str) -> int | None:
         """The row of the species that a formula means; ``None``: there is no such species.
 
         Water apart: ``B(OH)4-`` is PHREEQC's ``H2BO3-``.
         """
-        parts = _dry(dissolved_parts(formula))
+        components = _dry(dissolved_components(formula))
         for row, entry in enumerate(self.species):
-            if parts and _dry(entry.makeup) == parts:
+            if components and _dry(entry.makeup) == components:
                 return row
         return None
 
-    def pka(self, part: str) -> tuple[float, ...]:
+    def pka(self, component: str) -> tuple[float, ...]:
         """pKa of a part, rising, one for each proton it can hold; none of an ion that holds none."""
-        return tuple(sorted(float(high - low) for low, high in _steps(self._protonations(part))))
+        return tuple(sorted(float(upper - lower) for lower, upper in _steps(self._protonations(component))))
 
-    def least_protons(self, part: str) -> int:
+    def least_protons(self, component: str) -> int:
         """Protons of the part's barest form, counted from its column: -1 of H3BO3, whose anion is H2BO3-."""
-        return min(self._protonations(part), default=0)
+        return min(self._protonations(component), default=0)
 
-    def hydrolyses(self, part: str) -> bool:
+    def hydrolyses(self, component: str) -> bool:
         """Whether water takes a metal ion apart below pH 12."""
         return any(
             entry.log_k + 12.0 * -entry.makeup.get(PROTON, 0.0) > -1.0
             for entry in self.species
-            if entry.makeup.get(PROTON, 0.0) < 0.0 and set(entry.makeup) == {part, PROTON, WATER}
+            if entry.makeup.get(PROTON, 0.0) < 0.0 and set(entry.makeup) == {component, PROTON, WATER}
         )
 
     def protons_at(self, ph: float, *, hydroxides: bool) -> dict[str, float]:
@@ -171,62 +174,73 @@ class Mixture:
 
         ``hydroxides``: with those that it takes from water, below 0.
         """
-        found: dict[str, float] = {}
-        for part in self.parts[1:]:
+        protons_held: dict[str, float] = {}
+        for component in self.components[1:]:
             mine = [
                 entry for entry in self.species
-                if entry.makeup.get(part, 0.0) == 1.0 and set(entry.makeup) <= {part, PROTON, WATER}
+                if entry.makeup.get(component, 0.0) == 1.0 and set(entry.makeup) <= {component, PROTON, WATER}
                 and (hydroxides or WATER not in entry.makeup)
             ]  # fmt: skip
             protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in mine])
             logs = np.array([entry.log_k for entry in mine]) - protons * ph
             weights = 10.0 ** (logs - logs.max(initial=-np.inf))
-            found[part] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
-        return found
+            protons_held[component] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
+        return protons_held
 
-    def _protonations(self, part: str) -> dict[int, float]:
+    def _protonations(self, component: str) -> dict[int, float]:
         """Protons -> log10 of the constant of a part with so many, of what holds neither water nor another part."""
         return {
             round(entry.makeup.get(PROTON, 0.0)): entry.log_k
             for entry in self.species
-            if entry.makeup.get(part, 0.0) == 1.0 and set(entry.makeup) <= {part, PROTON}
+            if entry.makeup.get(component, 0.0) == 1.0 and set(entry.makeup) <= {component, PROTON}
         }
 
-    def _parts_kilojoule(self, makeup: Makeup) -> float:
+    def _components_kilojoule(self, makeup: Makeup) -> float:
         """Enthalpy of the bare ions in a makeup above the ions in which PHREEQC counts."""
-        bare = {part: self._by_makeup.get(((part, 1.0),)) for part in makeup if part not in (PROTON, WATER)}
-        return sum(makeup[part] * entry.kilojoule for part, entry in bare.items() if entry is not None)
+        bare = {
+            component: self._by_makeup.get(((component, 1.0),))
+            for component in makeup
+            if component not in (PROTON, WATER)
+        }
+        return sum(makeup[component] * entry.kilojoule for component, entry in bare.items() if entry is not None)
 
     def _phase_joule(self, phase: Phase) -> float:
-        changes: dict[str, float] = {**{part: -float(many) for part, many in phase.parts.items()}, phase.column: 1.0}
+        changes: dict[str, float] = {
+            **{component: -float(many) for component, many in phase.components.items()},
+            phase.column: 1.0,
+        }
         known = enthalpy_j(changes)
         if not np.isnan(known):
             return known
         # PHREEQC's is that of dissolving, in its own ions.
-        return 1e3 * (-phase.entry.kilojoule - self._parts_kilojoule(phase.entry.makeup))
+        return 1e3 * (-phase.entry.kilojoule - self._components_kilojoule(phase.entry.makeup))
 
 
 def phreeqc_data(mixture: Mixture) -> str:
     """The data base that PHREEQC gets: the mixture's species and phases, each oxidation state as an element."""
     names = mixture.names
     lines = ["SOLUTION_MASTER_SPECIES", *ALWAYS_COUNTED]
-    for part, symbol in zip(mixture.parts[1:], mixture.symbols, strict=True):
-        lines.append(f"{symbol} {names[mixture.database.masters[part]]} 0 1 1")
-    lines += ["SOLUTION_SPECIES", *ALWAYS_THERE]
-    masters = {mixture.database.masters[part] for part in mixture.parts[1:]}
+    for component, symbol in zip(mixture.components[1:], mixture.symbols, strict=True):
+        lines.append(f"{symbol} {names[mixture.database.masters[component]]} 0 1 1")
+    lines += ["SOLUTION_SPECIES", *ALWAYS_DEFINED]
+    masters = {mixture.database.masters[component] for component in mixture.components[1:]}
     for entry in mixture.species:
         if entry.name == PROTON:
             continue
         if entry.name in masters:
             lines += [f"{names[entry.name]} = {names[entry.name]}", "\tlog_k 0"]
-            lines += [f"\t{one}" for one in entry.options if "gamma" in one]
+            lines += [f"\t{option}" for option in entry.options if "gamma" in option]
             continue
         lines.append(_equation(entry.makeup, names[entry.name], mixture))
-        analytic = [one for one in entry.options if "analytic" in one]
-        lines += [f"\tlog_k {entry.log_k!r}", f"\tdelta_h {entry.kilojoule!r} kJ", *(f"\t{one}" for one in analytic)]
-        lines += [f"\t{one}" for one in entry.options if "gamma" in one]
+        analytic = [option for option in entry.options if "analytic" in option]
+        lines += [
+            f"\tlog_k {entry.log_k!r}",
+            f"\tdelta_h {entry.kilojoule!r} kJ",
+            *(f"\t{option}" for option in analytic),
+        ]
+        lines += [f"\t{option}" for option in entry.options if "gamma" in option]
     lines.append("PHASES")
-    symbols = dict(zip(mixture.parts[1:], mixture.symbols, strict=True))
+    symbols = dict(zip(mixture.components[1:], mixture.symbols, strict=True))
     for row, phase in enumerate(mixture.phases):
         makeup = phase.entry.makeup
         formula = _written(makeup, symbols)
@@ -245,16 +259,16 @@ def _equation(makeup: Makeup, name: str, mixture: Mixture, *, dissolving: bool =
     masters, names = mixture.database.masters, mixture.names
     total = {WATER: makeup.get(WATER, 0.0), PROTON: makeup.get(PROTON, 0.0)}
     terms = []
-    for part, many in makeup.items():
-        if part in (PROTON, WATER):
+    for component, many in makeup.items():
+        if component in (PROTON, WATER):
             continue
-        ion = masters[part]
-        for one in (PROTON, WATER):
-            total[one] -= many * mixture.database.ions[ion].get(one, 0.0)
+        ion = masters[component]
+        for symbol in (PROTON, WATER):
+            total[symbol] -= many * mixture.database.ions[ion].get(symbol, 0.0)
         terms.append((many, names[ion]))
-    terms += [(many, one) for one, many in total.items() if abs(many) > 1e-9]
-    made = " + ".join(f"{many:g} {one}" for many, one in terms if many > 0.0)
-    taken = " + ".join([name, *(f"{-many:g} {one}" for many, one in terms if many < 0.0)])
+    terms += [(many, symbol) for symbol, many in total.items() if abs(many) > 1e-9]
+    made = " + ".join(f"{many:g} {symbol}" for many, symbol in terms if many > 0.0)
+    taken = " + ".join([name, *(f"{-many:g} {symbol}" for many, symbol in terms if many < 0.0)])
     return f"{taken} = {made}" if dissolving else f"{made} = {taken}"
 
 
@@ -262,14 +276,14 @@ def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
     """A formula of PHREEQC with an element for each part, and hydrogen, oxygen and charge as they are."""
     hydrogen = makeup.get(PROTON, 0.0) + 2.0 * makeup.get(WATER, 0.0)
     oxygen, charge, text = makeup.get(WATER, 0.0), makeup.get(PROTON, 0.0), ""
-    for part, many in sorted(makeup.items()):
-        if part in (PROTON, WATER):
+    for component, many in sorted(makeup.items()):
+        if component in (PROTON, WATER):
             continue
-        base = component_of(part)
+        base = component_of(component)
         hydrogen += many * base.hydrogen
         oxygen += many * base.oxygen
         charge += many * base.charge
-        text += f"{symbols[part]}{many:g}"
+        text += f"{symbols[component]}{many:g}"
     text += f"H{hydrogen:g}" if hydrogen else ""
     text += f"O{oxygen:g}" if oxygen else ""
     # PHREEQC writes a single charge without its number.
@@ -277,30 +291,34 @@ def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
 
 
 def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
-    return {part: float(many) for part, many in makeup.items() if part != WATER}
+    return {component: float(many) for component, many in makeup.items() if component != WATER}
 
 
 def _key(makeup: Makeup) -> tuple[tuple[str, float], ...]:
-    return tuple(sorted((part, float(many)) for part, many in makeup.items()))
+    return tuple(sorted((component, float(many)) for component, many in makeup.items()))
 
 
 def _symbols(count: int) -> list[str]:
-    letters = string.ascii_lowercase
-    return [f"Q{letters[row // 26]}{letters[row % 26]}" for row in range(count)]
+    alphabet = string.ascii_lowercase
+    return [f"Q{alphabet[row // 26]}{alphabet[row % 26]}" for row in range(count)]
 
 
 def _steps(logs: Mapping[int, float]) -> list[tuple[float, float]]:
     """Logarithms of a form and of the one with a proton more; where one is skipped, shared evenly."""
-    found: list[tuple[float, float]] = []
+    steps: list[tuple[float, float]] = []
     protons = sorted(logs)
-    for low, high in pairwise(protons):
-        step = (logs[high] - logs[low]) / (high - low)
-        found += [(0.0, step)] * (high - low)
-    return found
+    for fewer, more in pairwise(protons):
+        step = (logs[more] - logs[fewer]) / (more - fewer)
+        steps += [(0.0, step)] * (more - fewer)
+    return steps
 
 
 def mixture_of(database: Database, columns: Iterable[str], phases: Sequence[Phase]) -> Mixture:
     """The mixture of these columns, those that PHREEQC knows, and of what its phases take."""
-    used = [part for phase in phases for part in phase.parts]
-    parts = [one for one in dict.fromkeys([*columns, *used]) if one not in (PROTON, WATER) and one in database.masters]
-    return Mixture(database, (PROTON, *sorted(parts)), tuple(phases))
+    used = [component for phase in phases for component in phase.components]
+    components = [
+        column
+        for column in dict.fromkeys([*columns, *used])
+        if column not in (PROTON, WATER) and column in database.masters
+    ]
+    return Mixture(database, (PROTON, *sorted(components)), tuple(phases))

@@ -18,9 +18,9 @@ from replay.effects.chemistry.components import (
     PROTON,
     SOLIDS,
     WATER,
-    dissolved_parts,
+    components_of,
+    dissolved_components,
     is_known,
-    parts_of,
 )  # fmt: skip
 from replay.effects.chemistry.contents import Contents, contents_of_scene
 from replay.effects.chemistry.database import Database, Entry, database_of
@@ -75,20 +75,20 @@ class Recipe:
 
     def ledger(self, solid_fraction: float, warmth: Warmth) -> Ledger:
         """A ledger with everything in its vessels."""
-        fills = {name: self._columns(one) for name, one in self.contents.items()}
-        columns = tuple(column for there in fills.values() for column in there)
+        fills = {name: self._columns(contents) for name, contents in self.contents.items()}
+        columns = tuple(column for fill in fills.values() for column in fill)
         made = Ledger(tuple(fills), columns, self.processes, self.solver, self.salts, solid_fraction, warmth)
-        for name, there in fills.items():
-            made.fill(name, self.contents[name].volume_ml, there)
+        for name, fill in fills.items():
+            made.fill(name, self.contents[name].volume_ml, fill)
         return made
 
     def _columns(self, contents: Contents) -> dict[str, float]:
-        found = {formula + ADDED: amount for formula, amount in contents.amounts.items() if formula != WATER}
-        found |= {formula + SOLID: amount for formula, amount in contents.solids.items()}
+        amounts = {formula + ADDED: amount for formula, amount in contents.amounts.items() if formula != WATER}
+        amounts |= {formula + SOLID: amount for formula, amount in contents.solids.items()}
         for formula, amount in contents.amounts.items():
-            for part, many in dissolved_parts(formula).items():
-                found[part] = found.get(part, 0.0) + many * amount
-        return found
+            for component, many in dissolved_components(formula).items():
+                amounts[component] = amounts.get(component, 0.0) + many * amount
+        return amounts
 
 
 @dataclass(eq=False)
@@ -112,7 +112,7 @@ class _Phases:
             return
         entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
         if entry is not None and formula not in self.separate:
-            self.phreeqc[column] = Phase(column, dissolved_parts(formula), entry)
+            self.phreeqc[column] = Phase(column, dissolved_components(formula), entry)
 
     def known(self, formula: str) -> bool:
         """Whether PHREEQC or a solubility says how much of a solid dissolves."""
@@ -125,16 +125,16 @@ class _Phases:
         if phase == "g":
             return phases.get(formula + GAS)
         named = PHASE_NAMES.get(formula, formula)
-        if named in phases and parts_of(formula) is not None:
+        if named in phases and components_of(formula) is not None:
             return phases[named]
-        parts = parts_of(formula) or {}
-        mine, water = _dry(parts), parts.get(WATER, 0)
+        components = components_of(formula) or {}
+        mine, water = _dry(components), components.get(WATER, 0)
         fitting = [
-            one for name, one in phases.items()
-            if mine and _dry(one.makeup) == mine and one.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
+            entry for name, entry in phases.items()
+            if mine and _dry(entry.makeup) == mine and entry.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
         ]  # fmt: skip
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
-        return max(fitting, key=lambda one: (-one.makeup.get(WATER, 0.0), one.log_k), default=None)
+        return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
 
     def sparing(self, formula: str) -> bool:
         """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
@@ -144,17 +144,21 @@ class _Phases:
         if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
             return False
         hydroxide = -entry.makeup.get(PROTON, 0.0)
-        ions = [many for part, many in entry.makeup.items() if part not in (PROTON, WATER)] + [hydroxide]
-        bare = sum(many * self._log_k(part) for part, many in entry.makeup.items() if part not in (PROTON, WATER))
+        ions = [many for component, many in entry.makeup.items() if component not in (PROTON, WATER)] + [hydroxide]
+        bare = sum(
+            many * self._log_k(component)
+            for component, many in entry.makeup.items()
+            if component not in (PROTON, WATER)
+        )
         log_product = entry.log_k + bare - 14.0 * hydroxide
         even = sum(many * np.log10(many) for many in ions if many > 0.0)
         return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
 
-    def _log_k(self, part: str) -> float:
+    def _log_k(self, component: str) -> float:
         """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
         assert self.database is not None
-        species = (one for one in self.database.species.values() if dict(one.makeup) == {part: 1.0})
-        return next((one.log_k for one in species), 0.0)
+        species = (entry for entry in self.database.species.values() if dict(entry.makeup) == {component: 1.0})
+        return next((entry.log_k for entry in species), 0.0)
 
 
 def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
@@ -163,19 +167,19 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     Raises PlanError: an equation, formula or product that fits nothing, or a constant that is missing.
     """
     declared = tables.get("reaction", ())
-    equations = [_equation(one) for one in declared]
+    equations = [_equation(table) for table in declared]
     database = _database(tables)
-    named = {one["solid"] for one in tables.get("precipitation", ())}
-    bodies = {solid for one in contents.values() for solid in one.solids}
-    solubility = {solid: table for one in contents.values() for solid, table in one.solubility.items()}
+    named = {table["solid"] for table in tables.get("precipitation", ())}
+    bodies = {solid for content in contents.values() for solid in content.solids}
+    solubility = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
     phases = _Phases(database, solubility, _separate(declared, equations, named))
     usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(GASES, "g")}
     read: list[Mapping[str, str]] = []
-    brought = {formula for one in contents.values() for formula in one.amounts}
+    brought = {formula for content in contents.values() for formula in content.amounts}
     for equation in equations:
-        own = {one: "s" for one in equation.formulas if one not in usual and phases.sparing(one)}
+        own = {formula: "s" for formula in equation.formulas if formula not in usual and phases.sparing(formula)}
         # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved.
-        own |= {one: "" for one in equation.reagents if one in brought and usual.get(one) == "g"}
+        own |= {formula: "" for formula in equation.reagents if formula in brought and usual.get(formula) == "g"}
         read.append({**usual, **own, **equation.phases})
     for equation, phase in zip(equations, read, strict=True):
         for formula in equation.formulas:
@@ -185,13 +189,13 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         phases.add(solid, "s")
     processes: list[Process] = []
     reactions = []
-    for one, equation, phase in zip(declared, equations, read, strict=True):
-        process = _process(one, equation, phase, phases)
+    for table, equation, phase in zip(declared, equations, read, strict=True):
+        process = _process(table, equation, phase, phases)
         unwilling = "" if process is None else _unwilling(process, equation, phase)
         if process is not None and not unwilling and process not in processes:
             processes.append(process)
-        place = processes.index(process) if process is not None and not unwilling else -1
-        reactions.append(Reaction(one, equation, phase, place, unwilling))
+        process_index = processes.index(process) if process is not None and not unwilling else -1
+        reactions.append(Reaction(table, equation, phase, process_index, unwilling))
     columns = _columns(contents, reactions, processes, phases)
     solver = None
     if database is not None:
@@ -204,14 +208,14 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 
 def asks_phreeqc(tables: Tables) -> bool:
     """Whether anything declared needs PHREEQC: a reaction without a rate, a precipitation, an indicator of the pH."""
-    at_once = any(one["rate_per_s"] is None for one in tables.get("reaction", ()))
-    indicators = any(one["indicator"] or one["from_ph"] is not None for one in tables.get("colour", ()))
+    at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
+    indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
     return at_once or bool(tables.get("precipitation")) or indicators
 
 
 def _equation(declared: Declaration) -> Equation:
     try:
-        equation = equation_of(declared["equation"], lambda formula: parts_of(formula) is not None)
+        equation = equation_of(declared["equation"], lambda formula: components_of(formula) is not None)
     except ValueError as error:
         raise declared.fail(f"equation: {error}") from error
     if not set(equation.reagents) - {WATER, PROTON, "OH-"} and set(equation.products) - {WATER, PROTON, "OH-"}:
@@ -223,7 +227,7 @@ def _database(tables: Tables) -> Database | None:
     """PHREEQC's data with the pieces of text that the tables hold; ``None``: nothing asks for them."""
     if not asks_phreeqc(tables):
         return None
-    texts = {one["phreeqc"]: one for one in tables.get("reaction", ()) if one["phreeqc"]}
+    texts = {table["phreeqc"]: table for table in tables.get("reaction", ()) if table["phreeqc"]}
     try:
         return database_of("\n".join(texts))
     except EffectError as error:
@@ -236,45 +240,45 @@ def _database(tables: Tables) -> Database | None:
 
 def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], named: Iterable[str]) -> frozenset[str]:
     """Solids that only equations with a rate name: they stand apart from what is at equilibrium."""
-    at_once = {formula for one, eq in zip(declared, equations, strict=True) if one["rate_per_s"] is None
+    at_once = {formula for table, eq in zip(declared, equations, strict=True) if table["rate_per_s"] is None
                for formula in eq.formulas}  # fmt: skip
-    slow = {formula for one, eq in zip(declared, equations, strict=True) if one["rate_per_s"] is not None
+    slow = {formula for table, eq in zip(declared, equations, strict=True) if table["rate_per_s"] is not None
             for formula in eq.formulas if len(eq.reagents) > 1}  # fmt: skip
     return frozenset(slow - at_once - set(named))
 
 
-def _process(one: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
+def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
     """What an equation changes beyond what is at equilibrium anyway; ``None``: PHREEQC or a solubility does all."""
-    rate, heat = one["rate_per_s"], one["heat_kj_mol"]
+    rate, heat = table["rate_per_s"], table["heat_kj_mol"]
     salt = _dissolving(equation, phase, phases) if rate is not None else None
     changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
     if not changes:
-        unknown = [one for one in equation.reagents if phase.get(one) == "s" and not phases.known(one)]
+        unknown = [formula for formula in equation.reagents if phase.get(formula) == "s" and not phases.known(formula)]
         if unknown:
-            raise one.fail(_UNKNOWN_SOLUBILITY.format(unknown[0]))
+            raise table.fail(_UNKNOWN_SOLUBILITY.format(unknown[0]))
         if not any(_can_settle(formula, phase) for formula in equation.formulas):
-            raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
+            raise table.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
         if rate is not None:
-            raise one.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
+            raise table.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
         if heat is not None:
-            _declare_heat(one, equation, phase, phases, heat)
+            _declare_heat(table, equation, phase, phases, heat)
         return None
-    _check_dissolving(one, equation, phase, salt)
+    _check_dissolving(table, equation, phase, salt)
     joule = 1e3 * heat if heat is not None else -salt.joule if salt is not None else enthalpy_j(changes)
     acid = sum(
-        many * dissolved_parts(formula).get(PROTON, 0)
+        many * dissolved_components(formula).get(PROTON, 0)
         for formula, many in equation.reagents.items()
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
-    return Process(one["equation"], changes, rate, joule, float(acid), salt)
+    return Process(table["equation"], changes, rate, joule, float(acid), salt)
 
 
 def _can_settle(formula: str, phase: Mapping[str, str]) -> bool:
     """Whether a formula is more than ions that stay as they are: a solid, a gas, an acid or base, a complex."""
     if phase.get(formula) in ("s", "g"):
         return True
-    parts = dissolved_parts(formula)
-    return PROTON in parts or bool(charge_of(formula) and len(parts) > 1) or bool(BASES & set(parts))
+    components = dissolved_components(formula)
+    return PROTON in components or bool(charge_of(formula) and len(components) > 1) or bool(BASES & set(components))
 
 
 def _dissolving(equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Salt | None:
@@ -285,44 +289,46 @@ def _dissolving(equation: Equation, phase: Mapping[str, str], phases: _Phases) -
     return phases.salts.get(solids[0] + SOLID)
 
 
-def _declare_heat(one: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases, heat: float) -> None:
+def _declare_heat(
+    table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases, heat: float
+) -> None:
     """Take a declared enthalpy as that of dissolving a salt."""
     salt = _dissolving(equation, phase, phases)
     if salt is None:
-        raise one.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
-    phases.salts[salt.column] = Salt(salt.formula, salt.parts, salt.celsius, salt.molal, -1e3 * heat)
+        raise table.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
+    phases.salts[salt.column] = Salt(salt.formula, salt.components, salt.celsius, salt.molal, -1e3 * heat)
 
 
-def _check_dissolving(one: Declaration, equation: Equation, phase: Mapping[str, str], salt: Salt | None) -> None:
+def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str, str], salt: Salt | None) -> None:
     """Raises PlanError: an equation dissolves a solid of which nobody knows how much dissolves."""
     solids = [formula for formula in equation.reagents if phase.get(formula) == "s"]
     if salt is not None or len(solids) != 1 or set(equation.reagents) - {solids[0], WATER}:
         return
-    parts = dissolved_parts(solids[0])
+    components = dissolved_components(solids[0])
     made: dict[str, float] = {}
     for formula, many in equation.products.items():
-        for part, count in dissolved_parts(formula).items():
-            made[part] = made.get(part, 0.0) + count * many
+        for component, count in dissolved_components(formula).items():
+            made[component] = made.get(component, 0.0) + count * many
     coefficient = equation.reagents[solids[0]]
-    if {part: many for part, many in made.items() if part != WATER} == {
-        part: many * coefficient for part, many in parts.items() if part != WATER
+    if {component: many for component, many in made.items() if component != WATER} == {
+        component: many * coefficient for component, many in components.items() if component != WATER
     }:
-        raise one.fail(_UNKNOWN_SOLUBILITY.format(solids[0]))
+        raise table.fail(_UNKNOWN_SOLUBILITY.format(solids[0]))
 
 
-def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, apart: set[str]) -> dict[str, float]:
+def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, separate: set[str]) -> dict[str, float]:
     """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
-    found: dict[str, float] = {}
+    changes: dict[str, float] = {}
     for formula, coefficient in equation.changes.items():
         state = phase.get(formula, "")
         column = f"{formula}({state})"
-        if state in ("s", "g") and (column in apart or column not in (*phases.phreeqc, *phases.salts)):
-            parts: Mapping[str, int] = {column: 1}
+        if state in ("s", "g") and (column in separate or column not in (*phases.phreeqc, *phases.salts)):
+            components: Mapping[str, int] = {column: 1}
         else:
-            parts = dissolved_parts(formula)
-        for part, many in parts.items():
-            found[part] = found.get(part, 0.0) + coefficient * many
-    return {part: many for part, many in found.items() if many != 0.0} if set(found) - {WATER} else {}
+            components = dissolved_components(formula)
+        for component, many in components.items():
+            changes[component] = changes.get(component, 0.0) + coefficient * many
+    return {component: many for component, many in changes.items() if many != 0.0} if set(changes) - {WATER} else {}
 
 
 def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -> str:
@@ -333,18 +339,23 @@ def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -
     for formula, coefficient in equation.changes.items():
         column = f"{formula}({phase.get(formula, '')})"
         # A solid that PHREEQC brings to equilibrium counts as the solid that it becomes.
-        parts: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_parts(formula)
+        components: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_components(formula)
         if column in process.changes:
-            parts = {column: 1}
-        for part, many in parts.items():
-            changes[part] = changes.get(part, 0.0) + coefficient * many
-    joule = free_energy_j({part: many for part, many in changes.items() if many})
+            components = {column: 1}
+        for component, many in components.items():
+            changes[component] = changes.get(component, 0.0) + coefficient * many
+    joule = free_energy_j({component: many for component, many in changes.items() if many})
     if process.acid <= 0.0:
         joule += NEUTRAL_PROTON_J * max(0.0, -process.changes.get(PROTON, 0.0))
     if not joule > UNWILLING_J:
         return ""
     metal = next(
-        (one.removesuffix(SOLID) for one, many in process.changes.items() if one.endswith(SOLID) and many < 0.0), ""
+        (
+            column.removesuffix(SOLID)
+            for column, many in process.changes.items()
+            if column.endswith(SOLID) and many < 0.0
+        ),
+        "",
     )
     if metal and "H2" in equation.products:
         return f"{metal} is nobler than hydrogen"
@@ -355,16 +366,21 @@ def _columns(
     contents: Mapping[str, Contents], reactions: Sequence[Reaction], processes: Sequence[Process], phases: _Phases
 ) -> set[str]:
     """Everything that may be dissolved."""
-    formulas = [formula for one in contents.values() for formula in one.amounts]
-    formulas += [formula for one in reactions for formula in one.equation.formulas if one.phases.get(formula) != "s"]
-    found = {part for formula in formulas for part in dissolved_parts(formula)}
-    found |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
-    return found | {part for salt in phases.salts.values() for part in salt.parts}
+    formulas = [formula for content in contents.values() for formula in content.amounts]
+    formulas += [
+        formula
+        for reaction in reactions
+        for formula in reaction.equation.formulas
+        if reaction.phases.get(formula) != "s"
+    ]
+    columns = {component for formula in formulas for component in dissolved_components(formula)}
+    columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
+    return columns | {component for salt in phases.salts.values() for component in salt.components}
 
 
 def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
     """A makeup without its crystal water: that which no proton is taken from or given to."""
-    return {part: float(many) for part, many in makeup.items() if part != WATER and abs(many) > 1e-9}
+    return {component: float(many) for component, many in makeup.items() if component != WATER and abs(many) > 1e-9}
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
@@ -372,9 +388,9 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     check_vessels(tables, scene, file)
     contents = contents_of_scene(scene, file)
     recipe = recipe_of(tables, contents)
-    for one in recipe.reactions:
-        _check_brought(one, recipe)
-        _check_complexes(one, recipe)
+    for reaction in recipe.reactions:
+        _check_brought(reaction, recipe)
+        _check_complexes(reaction, recipe)
     _check_made(tables, recipe)
     _check_known(tables, recipe)
     _check_decided(recipe)
@@ -384,56 +400,60 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         if vessel not in followed:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(problem + nearest(vessel, followed))
-    if any(one["of"] != "flame" for one in tables.get("heat", ())):
+    if any(table["of"] != "flame" for table in tables.get("heat", ())):
         _check_heat(recipe)
 
 
 def _check_heat(recipe: Recipe) -> None:
     """Raises PlanError: the heat of an equation is not known."""
-    for one in recipe.reactions:
-        if one.process >= 0 and np.isnan(recipe.processes[one.process].joule):
-            raise one.declared.fail(
+    for reaction in recipe.reactions:
+        if reaction.process >= 0 and np.isnan(recipe.processes[reaction.process].joule):
+            raise reaction.declared.fail(
                 "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
             )
     unknown = [salt.formula for salt in recipe.salts if np.isnan(salt.joule)]
     if unknown:
-        where = next((one.declared for one in recipe.reactions if unknown[0] in one.equation.formulas), None)
-        words = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
-        raise where.fail(words) if where is not None else PlanError(words)
+        where = next(
+            (reaction.declared for reaction in recipe.reactions if unknown[0] in reaction.equation.formulas), None
+        )
+        problem = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
+        raise where.fail(problem) if where is not None else PlanError(problem)
 
 
-def _check_brought(one: Reaction, recipe: Recipe) -> None:
+def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
     """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
-    declared, equation = one.declared, one.equation
-    there = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
-    there |= {formula for other in recipe.reactions if other is not one for formula in other.equation.products}
-    parts = [_dry(dissolved_parts(formula)) for formula in there]
+    declared, equation = reaction.declared, reaction.equation
+    available = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)} | {
+        WATER
+    }
+    available |= {formula for other in recipe.reactions if other is not reaction for formula in other.equation.products}
+    components = [_dry(dissolved_components(formula)) for formula in available]
     # A base brings protons below nothing, and water that it takes apart gives both.
-    ions = {(part, many > 0) for held in parts for part, many in held.items()}
+    ions = {(component, many > 0) for counts in components for component, many in counts.items()}
     for formula in equation.reagents:
-        mine = _dry(dissolved_parts(formula))
+        mine = _dry(dissolved_components(formula))
         # An ion that stands in a vessel may hold protons or none; a salt is there where all of its ions are.
-        needed = [(part, many > 0) for part, many in mine.items() if part != PROTON]
-        dissolved = parts_of(formula) is not None and one.phases.get(formula) not in ("s", "g")
+        needed = [(component, many > 0) for component, many in mine.items() if component != PROTON]
+        dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
         ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
         as_ions = dissolved and ionic and set(needed) <= ions
-        if not (formula in there or mine in parts or as_ions):
-            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
+        if not (formula in available or mine in components or as_ions):
+            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, available - {WATER})}")
 
 
-def _check_complexes(one: Reaction, recipe: Recipe) -> None:
+def _check_complexes(reaction: Reaction, recipe: Recipe) -> None:
     """Raises PlanError: PHREEQC has no constant of an ion that an equation makes."""
-    if recipe.solver is None or one.process >= 0:
+    if recipe.solver is None or reaction.process >= 0:
         return
-    for formula in one.equation.products:
-        parts = parts_of(formula)
+    for formula in reaction.equation.products:
+        components = components_of(formula)
         if (
             charge_of(formula)
-            and parts is not None
+            and components is not None
             and recipe.solver.mixture.row_of(formula) is None
-            and len(parts) > 1
+            and len(components) > 1
         ):
-            raise one.declared.fail(
+            raise reaction.declared.fail(
                 f"equation: PHREEQC's data do not know {formula!r}; give its log_k as a piece of PHREEQC text, "
                 "phreeqc = '''SOLUTION_SPECIES ...'''"
             )
@@ -441,36 +461,36 @@ def _check_complexes(one: Reaction, recipe: Recipe) -> None:
 
 def _check_made(tables: Tables, recipe: Recipe) -> None:
     mixture = None if recipe.solver is None else recipe.solver.mixture
-    formed = {salt.column for salt in recipe.salts} | {one.column for one in (mixture.phases if mixture else ())}
+    formed = {salt.column for salt in recipe.salts} | {phase.column for phase in (mixture.phases if mixture else ())}
     made = {
-        formula for one in recipe.reactions for formula in one.equation.formulas
-        if formula in one.equation.products or formula + SOLID in formed
+        formula for reaction in recipe.reactions for formula in reaction.equation.formulas
+        if formula in reaction.equation.products or formula + SOLID in formed
     }  # fmt: skip
-    brought = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)}
-    ions = {part for formula in (*brought, *made) for part in heavy_parts(formula)}
+    brought = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)}
+    ions = {component for formula in (*brought, *made) for component in heavy_components(formula)}
     # What PHREEQC or a solubility lets fall out needs no equation.
     made |= {
-        one["solid"] for one in tables.get("precipitation", ())
-        if one["solid"] + SOLID in formed and set(heavy_parts(one["solid"])) <= ions
+        table["solid"] for table in tables.get("precipitation", ())
+        if table["solid"] + SOLID in formed and set(heavy_components(table["solid"])) <= ions
     }  # fmt: skip
-    for one in tables.get("precipitation", ()):
-        if one["solid"] + SOLID not in formed and not any(
-            one["solid"] + SOLID in process.changes for process in recipe.processes
+    for table in tables.get("precipitation", ()):
+        if table["solid"] + SOLID not in formed and not any(
+            table["solid"] + SOLID in process.changes for process in recipe.processes
         ):
-            raise one.fail(
-                f"solid: PHREEQC's data do not know {one['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
+            raise table.fail(
+                f"solid: PHREEQC's data do not know {table['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
                 "or solid.solubility_g_100g to a body that holds it"
             )
-    for one in tables.get("precipitation", ()):
-        if one["solid"] not in made:
-            raise one.fail(f"solid: no reaction makes {one['solid']!r}{nearest(one['solid'], made)}")
+    for table in tables.get("precipitation", ()):
+        if table["solid"] not in made:
+            raise table.fail(f"solid: no reaction makes {table['solid']!r}{nearest(table['solid'], made)}")
 
 
 def _check_decided(recipe: Recipe) -> None:
     """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
     at_once = [
-        (one, recipe.processes[one.process]) for one in recipe.reactions
-        if one.process >= 0 and one.declared["rate_per_s"] is None
+        (reaction, recipe.processes[reaction.process]) for reaction in recipe.reactions
+        if reaction.process >= 0 and reaction.declared["rate_per_s"] is None
     ]  # fmt: skip
     rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
     if recipe.solver is not None:
@@ -478,15 +498,15 @@ def _check_decided(recipe: Recipe) -> None:
         rivals += [
             (repr(phase.column[:-3]), changes) for phase, changes in zip(mixture.phases, mixture.changes, strict=True)
         ]
-    for one, process in at_once:
+    for reaction, process in at_once:
         solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
         missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
         for text, changes in rivals:
-            own = text.strip("'") in one.equation.formulas
+            own = text.strip("'") in reaction.equation.formulas
             shared = sorted(_used(process.changes) & _used(changes))
             if shared and changes is not process.changes and not own:
-                words = f"{text} wants {shared[0]} too, and nothing says which gets it"
-                raise one.declared.fail(f"{missing}: {words}")
+                problem = f"{text} wants {shared[0]} too, and nothing says which gets it"
+                raise reaction.declared.fail(f"{missing}: {problem}")
 
 
 def _used(changes: Mapping[str, float]) -> set[str]:
@@ -498,8 +518,8 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     if recipe.solver is None:
         return
     tabled = (*tables.get("reaction", ()), *tables.get("colour", ()), *tables.get("precipitation", ()))
-    for name, held in recipe.contents.items():
-        for formula in held.amounts:
+    for name, content in recipe.contents.items():
+        for formula in content.amounts:
             if not is_known(formula):
                 raise tabled[0].fail(
                     f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH"
@@ -507,6 +527,8 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
                 )
 
 
-def heavy_parts(formula: str) -> dict[str, int]:
+def heavy_components(formula: str) -> dict[str, int]:
     """Columns of a formula but protons and water."""
-    return {part: many for part, many in dissolved_parts(formula).items() if part not in (PROTON, WATER)}
+    return {
+        component: many for component, many in dissolved_components(formula).items() if component not in (PROTON, WATER)
+    }

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.chemistry.components import PROTON, WATER, dissolved_parts, parts_of
+from replay.effects.chemistry.components import PROTON, WATER, components_of, dissolved_components
 from replay.effects.chemistry.enthalpy import TABLES, enthalpy_j
 from replay.effects.chemistry.formulas import crystal_water, molar_mass
 
@@ -33,10 +33,10 @@ class Salt:
     """A solid with its solubility."""
 
     formula: str
-    parts: Mapping[str, int]
+    components: Mapping[str, int]
     celsius: FloatArray
     molal: FloatArray  # mol/kg of water at saturation at these temperatures
-    joule: float  # enthalpy of a mol of the solid above its parts
+    joule: float  # enthalpy of a mol of the solid above its components
 
     @property
     def column(self) -> str:
@@ -46,7 +46,7 @@ class Salt:
     @property
     def changes(self) -> Mapping[str, float]:
         """What one mol of it takes from the columns, below 0, and itself."""
-        return {**{part: -float(many) for part, many in self.parts.items()}, self.column: 1.0}
+        return {**{component: -float(many) for component, many in self.components.items()}, self.column: 1.0}
 
     def saturation(self, celsius: FloatArray) -> FloatArray:
         """mol/kg (n,) of water; beyond the measured temperatures that of the nearest."""
@@ -67,27 +67,29 @@ def solubility_of(formula: str, declared: Any = None) -> Mapping[float, float] |
         bare = anhydrous(formula)
         if bare in SOLUBILITY:
             return SOLUBILITY[bare]
-        mine = parts_of(bare)
-        return next((table for name, table in SOLUBILITY.items() if mine is not None and parts_of(name) == mine), None)
+        mine = components_of(bare)
+        return next(
+            (table for name, table in SOLUBILITY.items() if mine is not None and components_of(name) == mine), None
+        )
     table = declared if isinstance(declared, Mapping) else {25.0: declared}
     try:
-        found = {float(celsius): float(grams) for celsius, grams in table.items()}
+        table_by_celsius = {float(celsius): float(grams) for celsius, grams in table.items()}
     except (TypeError, ValueError) as error:
         raise ValueError(f"{declared!r}; give g in 100 g of water, or a table by degC") from error
-    if not found or not all(grams > 0.0 and np.isfinite(grams) for grams in found.values()):
+    if not table_by_celsius or not all(grams > 0.0 and np.isfinite(grams) for grams in table_by_celsius.values()):
         raise ValueError(f"{declared!r}; give g in 100 g of water above 0, or a table by degC")
-    return dict(sorted(found.items()))
+    return dict(sorted(table_by_celsius.items()))
 
 
 def salt_of(formula: str, table: Mapping[float, float], heat_j: float | None = None) -> Salt:
     """A salt of a solubility; ``heat_j``: declared enthalpy of dissolving one mol."""
-    parts = dict(dissolved_parts(formula))
+    components = dict(dissolved_components(formula))
     celsius, grams = np.array(list(table)), np.array(list(table.values()))
     molal = grams * 10.0 / molar_mass(anhydrous(formula))
     column = f"{formula}(s)"
-    changes = {**{part: -float(many) for part, many in parts.items()}, column: 1.0}
+    changes = {**{component: -float(many) for component, many in components.items()}, column: 1.0}
     joule = enthalpy_j(changes) if heat_j is None else -heat_j
-    return Salt(formula, parts, celsius, molal, joule)
+    return Salt(formula, components, celsius, molal, joule)
 
 
 def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, celsius: FloatArray) -> FloatArray:
@@ -97,24 +99,24 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     """
     # Hydroxide is counted as water less a proton, and dissolves nothing.
     water = amounts[:, column[WATER]] + np.minimum(0.0, amounts[:, column[PROTON]])
-    bound = max(0, salt.parts.get(WATER, 0) + min(0, salt.parts.get(PROTON, 0)))
-    ions = {part: many for part, many in salt.parts.items() if part not in (PROTON, WATER)}
-    hydroxide = max(0, -salt.parts.get(PROTON, 0))
-    there = [(many, amounts[:, column[part]]) for part, many in ions.items()]
+    bound = max(0, salt.components.get(WATER, 0) + min(0, salt.components.get(PROTON, 0)))
+    ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
+    hydroxide = max(0, -salt.components.get(PROTON, 0))
+    ions_present = [(many, amounts[:, column[component]]) for component, many in ions.items()]
     if hydroxide:
-        there.append((hydroxide, np.maximum(0.0, -amounts[:, column[PROTON]])))
-    most = np.min([amount / many for many, amount in there], axis=0)
+        ions_present.append((hydroxide, np.maximum(0.0, -amounts[:, column[PROTON]])))
+    most = np.min([amount / many for many, amount in ions_present], axis=0)
     saturated = salt.saturation(celsius)
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
     lower, upper = np.zeros(len(amounts)), np.maximum(most, 0.0)
     with np.errstate(divide="ignore"):
         for _ in range(HALVINGS):
             solid = 0.5 * (lower + upper)
-            left = [many * np.log((amount - many * solid) / many) for many, amount in there]
-            ions_left = sum(many for many, _ in there)
+            left = [many * np.log((amount - many * solid) / many) for many, amount in ions_present]
+            ions_left = sum(many for many, _ in ions_present)
             # Crystal water of what is solid dissolves nothing.
             free = np.maximum(saturated * (water - bound * solid) * WATER_KG, 1e-300)
             beyond = np.sum(left, axis=0) > ions_left * np.log(free)
             lower, upper = np.where(beyond, solid, lower), np.where(beyond, upper, solid)
-    found = 0.5 * (lower + upper)
-    return np.where(found > 1e-12 * np.maximum(most, 0.0), found, 0.0)
+    settled = 0.5 * (lower + upper)
+    return np.where(settled > 1e-12 * np.maximum(most, 0.0), settled, 0.0)

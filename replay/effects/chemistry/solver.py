@@ -56,7 +56,7 @@ class Solver:
 
     def __init__(self, mixture: Mixture) -> None:
         self.mixture = mixture
-        self.asked = 0  # compositions that PHREEQC was asked for
+        self.queries = 0  # compositions that PHREEQC was asked for
         self.unanswered = 0
         self.remember = True
         self._solutions: dict[bytes, FloatArray] = {}
@@ -80,21 +80,21 @@ class Solver:
         table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
         keys = [row.tobytes() for row in table]
         self._fill(self._solutions, table, keys, np.zeros_like(allowed))
-        found = np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
+        answers = np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
         species, count = len(mixture.species), len(mixture.phases)
-        saturation = found[:, 2 + species + count :]
-        forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(found[:, 0]) & allowed.any())
+        saturation = answers[:, 2 + species + count :]
+        forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
         rows = np.flatnonzero(forming)
         if len(rows):
             marks = [allowed.tobytes() + keys[row] for row in rows.tolist()]
             self._fill(self._settled, table[rows], marks, allowed)
-            found[rows] = [self._settled[mark] for mark in marks]
+            answers[rows] = [self._settled[mark] for mark in marks]
         if not self.remember:
             self._solutions.clear()
             self._settled.clear()
-        self.unanswered += int(np.isnan(found[:, 0]).sum())
+        self.unanswered += int(np.isnan(answers[:, 0]).sum())
         return Equilibrium(
-            found[:, 2 : 2 + species], found[:, 2 + species : 2 + species + count], found[:, 0], found[:, 1]
+            answers[:, 2 : 2 + species], answers[:, 2 + species : 2 + species + count], answers[:, 0], answers[:, 1]
         )
 
     def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
@@ -111,27 +111,27 @@ class Solver:
 
         An answer is pH, ionic strength, mol of species, mol of phases, and saturation indices of the phases.
         """
-        self.asked += len(table)
-        parts = len(self.mixture.parts)
+        self.queries += len(table)
+        count_of_components = len(self.mixture.components)
         water = np.maximum(table[:, -2], 1e-300) * WATER_KG_MOL
         # What is far beyond any solution is not asked for as one.
-        hopeless = (np.abs(table[:, :parts]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
+        hopeless = (np.abs(table[:, :count_of_components]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
         rows = np.flatnonzero(~hopeless)
-        found = self._run(table[rows], allowed) if len(rows) else None
-        if found is None:
+        answers = self._run(table[rows], allowed) if len(rows) else None
+        if answers is None:
             singles = [self._run(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()]
             known = {row: single[0] for row, single in zip(rows.tolist(), singles, strict=True) if single is not None}
         else:
-            known = dict(zip(rows.tolist(), found, strict=True))
+            known = dict(zip(rows.tolist(), answers, strict=True))
         return [known[row] if row in known else self._bare(table[row]) for row in range(len(table))]
 
     def _bare(self, row: FloatArray) -> FloatArray:
         """All as bare ions: no pH."""
         mixture = self.mixture
         species = np.zeros(len(mixture.species))
-        for place, entry in enumerate(mixture.species):
+        for index, entry in enumerate(mixture.species):
             if len(entry.makeup) == 1 and set(entry.makeup.values()) == {1.0}:
-                species[place] = row[mixture.parts.index(next(iter(entry.makeup)))]
+                species[index] = row[mixture.components.index(next(iter(entry.makeup)))]
         count = len(mixture.phases)
         return np.concatenate([[np.nan, np.nan], species, np.zeros(count), np.full(count, np.nan)])
 
@@ -145,8 +145,8 @@ class Solver:
             if library.RunString(text):
                 return None
         columns = library.GetSelectedOutput()
-        wanted = "react" if allowed.any() else "i_soln"
-        rows = [row for row, state in enumerate(columns["state"]) if state == wanted]
+        state_of_answer = "react" if allowed.any() else "i_soln"
+        rows = [row for row, state in enumerate(columns["state"]) if state == state_of_answer]
         if len(rows) != len(table):
             return None
 
@@ -155,16 +155,16 @@ class Solver:
             return np.array([values[row] for row in rows], dtype=np.float64)
 
         water = column("mass_H2O")
-        found = [column("pH"), column("mu")]
-        found += [column(f"m_{mixture.names[entry.name]}(mol/kgw)") * water for entry in mixture.species]
-        found += [column(phase_name(row)) for row in range(len(mixture.phases))]
-        found += [column(f"si_{phase_name(row)}") for row in range(len(mixture.phases))]
-        return np.array(found).T
+        columns_of_answer = [column("pH"), column("mu")]
+        columns_of_answer += [column(f"m_{mixture.names[entry.name]}(mol/kgw)") * water for entry in mixture.species]
+        columns_of_answer += [column(phase_name(row)) for row in range(len(mixture.phases))]
+        columns_of_answer += [column(f"si_{phase_name(row)}") for row in range(len(mixture.phases))]
+        return np.array(columns_of_answer).T
 
     def _solution_text(self, table: FloatArray, allowed: BoolArray) -> str:
         """The text that asks for compositions."""
         mixture = self.mixture
-        totals = table[:, : len(mixture.parts)]
+        totals = table[:, : len(mixture.components)]
         # Hydroxide is counted as water less a proton, and is none.
         water = (table[:, -2] + np.minimum(0.0, totals[:, 0])) * WATER_KG_MOL
         solid = np.array([self._start(row, allowed) for row in totals]) if allowed.any() else None
@@ -191,21 +191,21 @@ class Solver:
                 lines.append(f" {'Zn' if excess > 0.0 else 'Zp'} {abs(excess)!r}")
             if solid is not None:
                 lines.append(f"EQUILIBRIUM_PHASES {number}")
-                lines += [f" {phase_name(place)} 0 {solid[number - 1, place].item()!r}"
-                          for place in np.flatnonzero(allowed).tolist()]  # fmt: skip
+                lines += [f" {phase_name(index)} 0 {solid[number - 1, index].item()!r}"
+                          for index in np.flatnonzero(allowed).tolist()]  # fmt: skip
                 lines.append("END")
         return "\n".join([*lines, "END", ""])
 
     def _start(self, totals: FloatArray, allowed: BoolArray) -> FloatArray:
         """Mol (p,) of each phase that PHREEQC starts with: nearly all there could be, one after the other."""
-        left, found = totals.copy(), np.zeros(len(self.mixture.phases))
-        for place, uses in enumerate(self.mixture.uses):
+        left, started = totals.copy(), np.zeros(len(self.mixture.phases))
+        for index, uses in enumerate(self.mixture.uses):
             taking = uses[1:] > 0.0
-            gas = self.mixture.phases[place].column.endswith("(g)")
-            if taking.any() and not gas and allowed[place]:
-                found[place] = STANDING * max(0.0, float((left[1:][taking] / uses[1:][taking]).min()))
-                left = left - found[place] * uses
-        return found
+            gas = self.mixture.phases[index].column.endswith("(g)")
+            if taking.any() and not gas and allowed[index]:
+                started[index] = STANDING * max(0.0, float((left[1:][taking] / uses[1:][taking]).min()))
+                left = left - started[index] * uses
+        return started
 
     def _phreeqc(self) -> Any:
         if self._library is None:

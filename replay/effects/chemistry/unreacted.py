@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray
-from replay.effects.chemistry.components import PROTON, WATER, dissolved_parts
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import ADDED
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
-from replay.effects.chemistry.recipe import Reaction, heavy_parts
+from replay.effects.chemistry.recipe import Reaction, heavy_components
 from replay.effects.output import EffectEvent
 
 LEAST_FORMED: Final = 0.01
@@ -34,9 +34,9 @@ def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
         reason = reaction.unwilling or _reason(matter, reaction, bool(formed[number]))
         if reason:
             equation = reaction.declared["equation"]
-            words = f"{equation} does not proceed: {reason}"
+            text = f"{equation} does not proceed: {reason}"
             values = {"equation": equation, "reason": reason}
-            yield EffectEvent(begin, "no-reaction", (), None, values, words, "warning")
+            yield EffectEvent(begin, "no-reaction", (), None, values, text, "warning")
 
 
 def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
@@ -57,7 +57,7 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     if solid:
         return f"{solid} does not dissolve"
     complexes = [
-        formula for formula in reaction.equation.products if charge_of(formula) and len(heavy_parts(formula)) > 1
+        formula for formula in reaction.equation.products if charge_of(formula) and len(heavy_components(formula)) > 1
     ]
     return f"less than {100 * LEAST_FORMED:.0f} % becomes {complexes[0]}" if complexes else ""
 
@@ -100,7 +100,11 @@ def _missing(matter: Matter, reaction: Reaction) -> str:
         wet = history.volume_ml > 0.0
         if not wet.any():
             continue
-        absent = [one for one in reaction.equation.reagents if not _present(matter, reaction, name, one)[wet].any()]
+        absent = [
+            formula
+            for formula in reaction.equation.reagents
+            if not _present(matter, reaction, name, formula)[wet].any()
+        ]
         if fewest is None or len(absent) < len(fewest):
             fewest = absent
     if fewest is None:
@@ -114,12 +118,12 @@ def _present(matter: Matter, reaction: Reaction, vessel: str, formula: str) -> B
     standing = reaction.phases.get(formula) == "s" and matter.recipe.contents[vessel].solids.get(formula, 0.0) > 0.0
     if formula in OF_WATER or standing:
         return np.ones(count, dtype=np.bool_)
-    there = np.ones(count, dtype=np.bool_)
-    for part in heavy_parts(formula) or dissolved_parts(formula):
+    present = np.ones(count, dtype=np.bool_)
+    for component in heavy_components(formula) or dissolved_components(formula):
         brought = [
             matter.amount(vessel, column) > 0.0
             for column in matter.ledger.columns
-            if column.endswith(ADDED) and part in dissolved_parts(column.removesuffix(ADDED))
+            if column.endswith(ADDED) and component in dissolved_components(column.removesuffix(ADDED))
         ]
-        there &= np.any([matter.amount(vessel, part) > 0.0, *brought], axis=0)
-    return there
+        present &= np.any([matter.amount(vessel, component) > 0.0, *brought], axis=0)
+    return present

@@ -27,9 +27,9 @@ def cooled(
     """
     exponent = np.asarray(loss * np.asarray(seconds) / capacity, dtype=np.float64)
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.
-    share = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
+    fraction = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
     rate = (power_w - loss * (np.asarray(celsius) - ambient)) / capacity
-    return np.asarray(celsius + rate * seconds * share)
+    return np.asarray(celsius + rate * seconds * fraction)
 
 
 def warmed(
@@ -39,15 +39,15 @@ def warmed(
 
     At ``boils`` it stays: what is heated further boils off.
     """
-    found = np.full(len(times), ambient)
+    celsius = np.full(len(times), ambient)
     cuts = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times)]
     for first, last in pairwise(cuts):
-        part = slice(first + 1, last + 1)
-        since = times[part] - times[first]
-        found[part] = np.minimum(boils, cooled(
-            found[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
+        segment = slice(first + 1, last + 1)
+        since = times[segment] - times[first]
+        celsius[segment] = np.minimum(boils, cooled(
+            celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
         ))  # fmt: skip
-    return found
+    return celsius
 
 
 def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heat_j_mol: float, half: float) -> FloatArray:
@@ -55,5 +55,5 @@ def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heat_j_mol: floa
 
     Written so that neither without acid nor without water anything is divided by zero.
     """
-    parts = np.asarray(water_mol + half * acid_mol)
-    return heat_j_mol * acid_mol * water_mol / np.where(parts > 0.0, parts, 1.0)
+    total = np.asarray(water_mol + half * acid_mol)
+    return heat_j_mol * acid_mol * water_mol / np.where(total > 0.0, total, 1.0)

@@ -25,23 +25,23 @@ def entry_times(
     upward = normal[:, 1] > 0.0
     above = ((start - centre) * normal).sum(axis=1)
     time = _fall(above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(upward, normal[:, 1], 1.0))
-    away = places(start, velocity, np.where(np.isfinite(time), time, 0.0)) - centre
+    away = points(start, velocity, np.where(np.isfinite(time), time, 0.0)) - centre
     away -= (away * normal).sum(axis=1)[:, None] * normal
     inside = (away * away).sum(axis=1) <= radius**2
     return np.where(upward & inside, time, np.inf)
 
 
-def places_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
+def points_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
     """Where (n, 3) it falls through a height (n,); ``start`` itself where it starts no higher and never rises to it."""
     time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
-    return places(start, velocity, np.where(np.isfinite(time), time, 0.0))
+    return points(start, velocity, np.where(np.isfinite(time), time, 0.0))
 
 
-def places(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatArray:
+def points(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatArray:
     """Where (n, 3) falling liquid is after some seconds (n,)."""
-    found = start + time[:, None] * velocity
-    found[:, 1] -= 0.5 * GRAVITY * time * time
-    return found
+    points_at_time = start + time[:, None] * velocity
+    points_at_time[:, 1] -= 0.5 * GRAVITY * time * time
+    return points_at_time
 
 
 def _fall(above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
@@ -107,11 +107,11 @@ def run_out(
     gone = np.zeros(len(times))
     cuts = [0, *(np.flatnonzero(coming[1:] > 0.0) + 1).tolist(), len(times) - 1]
     for first, last in pairwise(cuts):
-        part = slice(first, last + 1)
+        segment = slice(first, last + 1)
         volume += float(coming[first])
-        if last > first and area[part].any():
+        if last > first and area[segment].any():
             out = volume_run_out(
-                times[part], area[part], discharge=discharge, section=section, head=foot + volume / section,
+                times[segment], area[segment], discharge=discharge, section=section, head=foot + volume / section,
                 available=volume,
             )  # fmt: skip
             gone[first + 1 : last + 1] = np.diff(out)
@@ -147,7 +147,7 @@ class Stream:
         """All of it."""
         return float(self.volume_ml.sum())
 
-    def part(self, rows: IntArray | slice) -> "Stream":
+    def select(self, rows: IntArray | slice) -> "Stream":
         """Some rows of it."""
         return Stream(
             self.source, self.target, self.over, self.times[rows], self.frames[rows], self.volume_ml[rows],
@@ -157,9 +157,9 @@ class Stream:
 
 def flows(streams: Sequence[Stream], least_ml: float) -> list[Stream]:
     """Streams parted where they stop for more than `GAP_S`, in order of time; less than ``least_ml`` is no flow."""
-    found = []
-    for one in streams:
-        cuts = [0, *(np.flatnonzero(np.diff(one.times) > GAP_S) + 1).tolist(), len(one.times)]
-        found += [one.part(slice(first, stop)) for first, stop in pairwise(cuts) if stop > first]
-    whole = [one for one in found if one.total_ml >= least_ml]
-    return sorted(whole, key=lambda part: (part.frames[0], part.source, part.target))
+    pieces = []
+    for stream in streams:
+        cuts = [0, *(np.flatnonzero(np.diff(stream.times) > GAP_S) + 1).tolist(), len(stream.times)]
+        pieces += [stream.select(slice(first, stop)) for first, stop in pairwise(cuts) if stop > first]
+    whole = [stream for stream in pieces if stream.total_ml >= least_ml]
+    return sorted(whole, key=lambda flow: (flow.frames[0], flow.source, flow.target))

@@ -51,7 +51,7 @@ _TO_LEVEL: Final = np.concatenate([np.arange(0.0, 80.0, 0.5), np.arange(80.0, 88
 TILTS: Final = np.radians(np.concatenate([_TO_LEVEL, [90.0], 180.0 - _TO_LEVEL[::-1]]))
 """Rows of the table, radians from upright: closer where a long tube lies nearly level and a degree is half of it."""
 
-TURNS: Final = 180
+ANGLES: Final = 180
 """Columns of the table, one every 2 degrees about the vessel's axis."""
 
 AT_ONCE: Final = 16
@@ -80,15 +80,15 @@ def volume_below(vertices: FloatArray, faces: IntArray, down: FloatArray, depth:
     facing = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ down.T
     below = vertices @ down.T - depth
     first, second, third = (below[faces[:, corner]] for corner in range(3))
-    low, high = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
+    lower, upper = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
     total = first + second + third
-    mean = np.where(low >= 0.0, total, 0.0)
-    cut = (low < 0.0) & (high > 0.0)
-    low, high, total = low[cut], high[cut], total[cut]
-    middle = total - low - high
-    one = high**3 / ((high - low) * np.where(middle < 0.0, high - middle, high))
-    two = total - low**3 / ((high - low) * np.where(middle < 0.0, -low, middle - low))
-    mean[cut] = np.where(middle < 0.0, one, two)
+    mean = np.where(lower >= 0.0, total, 0.0)
+    cut = (lower < 0.0) & (upper > 0.0)
+    lower, upper, total = lower[cut], upper[cut], total[cut]
+    middle = total - lower - upper
+    section = upper**3 / ((upper - lower) * np.where(middle < 0.0, upper - middle, upper))
+    two = total - lower**3 / ((upper - lower) * np.where(middle < 0.0, -lower, middle - lower))
+    mean[cut] = np.where(middle < 0.0, section, two)
     return (facing * mean).sum(axis=0) / 3.0
 
 
@@ -104,7 +104,7 @@ class SlicedCavity:
     faces: IntArray  # (f, 3)
     opening: FloatArray  # (3,) the middle of the opening
     normal: FloatArray  # (3,) unit, out of the vessel
-    table: FloatArray = field(default_factory=lambda: np.full((len(TILTS), TURNS), np.nan))
+    table: FloatArray = field(default_factory=lambda: np.full((len(TILTS), ANGLES), np.nan))
 
     @property
     def rim(self) -> FloatArray:
@@ -122,22 +122,22 @@ class SlicedCavity:
     def kept_ml(self, down: FloatArray) -> FloatArray:
         """By slices, interpolated over tilt and the side it is tilted to."""
         tilt = np.interp(tilt_of(down), TILTS, np.arange(len(TILTS), dtype=np.float64))
-        turn = np.arctan2(down[:, 2], down[:, 0]) * (TURNS / (2.0 * np.pi))
+        angle = np.arctan2(down[:, 2], down[:, 0]) * (ANGLES / (2.0 * np.pi))
         row = np.minimum(tilt.astype(np.int64), len(TILTS) - 2)
-        column = np.floor(turn).astype(np.int64)
-        tilt, turn = tilt - row, turn - column
-        first, second = column % TURNS, (column + 1) % TURNS
+        column = np.floor(angle).astype(np.int64)
+        tilt, angle = tilt - row, angle - column
+        first, second = column % ANGLES, (column + 1) % ANGLES
         self._slice(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
-        less = (1.0 - turn) * self.table[row, first] + turn * self.table[row, second]
-        more = (1.0 - turn) * self.table[row + 1, first] + turn * self.table[row + 1, second]
+        less = (1.0 - angle) * self.table[row, first] + angle * self.table[row, second]
+        more = (1.0 - angle) * self.table[row + 1, first] + angle * self.table[row + 1, second]
         return (1.0 - tilt) * less + tilt * more
 
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) in the body's frame to which so much rises in the upright vessel."""
         heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
         upright = np.tile(np.array([0.0, -1.0, 0.0]), (LEVELS, 1))
-        held = volume_below(self.vertices, self.faces, upright, -heights) * MICROLITRES
-        return np.interp(volume_ml, held, heights)
+        kept = volume_below(self.vertices, self.faces, upright, -heights) * MICROLITRES
+        return np.interp(volume_ml, kept, heights)
 
     def exit(self, down: FloatArray) -> FloatArray:
         """The lowest point of the rim."""
@@ -146,14 +146,14 @@ class SlicedCavity:
 
     def _slice(self, rows: IntArray, columns: IntArray) -> None:
         """Fill the table where it is asked for and empty."""
-        asked = np.zeros(self.table.shape, dtype=bool)
-        asked[rows, columns] = True
-        rows, columns = np.nonzero(asked & np.isnan(self.table))
-        tilt, turn, rim = TILTS[rows], columns * (2.0 * np.pi / TURNS), self.rim
-        down = np.stack([np.sin(tilt) * np.cos(turn), -np.cos(tilt), np.sin(tilt) * np.sin(turn)], axis=1)
+        queried = np.zeros(self.table.shape, dtype=bool)
+        queried[rows, columns] = True
+        rows, columns = np.nonzero(queried & np.isnan(self.table))
+        tilt, angle, rim = TILTS[rows], columns * (2.0 * np.pi / ANGLES), self.rim
+        down = np.stack([np.sin(tilt) * np.cos(angle), -np.cos(tilt), np.sin(tilt) * np.sin(angle)], axis=1)
         for start in range(0, len(down), AT_ONCE):
-            part = slice(start, start + AT_ONCE)
-            depth = (down[part] @ rim.T).max(axis=1)
-            self.table[rows[part], columns[part]] = (
-                volume_below(self.vertices, self.faces, down[part], depth) * MICROLITRES
+            chunk = slice(start, start + AT_ONCE)
+            depth = (down[chunk] @ rim.T).max(axis=1)
+            self.table[rows[chunk], columns[chunk]] = (
+                volume_below(self.vertices, self.faces, down[chunk], depth) * MICROLITRES
             )

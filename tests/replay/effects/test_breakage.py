@@ -43,7 +43,7 @@ def broken(session):
 
 @pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
 @pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
-def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(height, phase):
+def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
     (crash,), (impact,), run = broken(falling(height, phase))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * height), rel=0.005)
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
@@ -54,7 +54,7 @@ def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(heig
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_fall_that_noise_puts_a_gap_beside_what_it_meets_ends_there(side):
+def test_a_noisy_fall_ends_beside_the_body_it_meets(side):
     fallen = np.arange(60) / RATE >= 0.1 + np.sqrt(2 * 0.1 / GRAVITY)
     (crash,), (impact,), _ = broken(falling(0.1, aside=side * np.where(fallen, 0.5995, 0.6005)))
     assert impact.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY * 0.1), rel=0.01)
@@ -100,7 +100,7 @@ def test_a_tracking_jump_into_contact_breaks_nothing(step):
     ],
     ids=["jump", "lost before the impact", "gap", "from the start", "drifts back"],
 )  # fmt: skip
-def test_an_impact_whose_path_is_not_known_is_counted_and_not_judged(session, counted):
+def test_an_impact_of_unknown_path_is_only_counted(session, counted):
     crash, impact, run = broken(session)
     assert not crash and (run.counters == {counted: 1} and not impact if counted else run.counters)
 
@@ -143,7 +143,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
 
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
-def test_what_falls_breaks_a_fifth_above_the_threshold_and_never_below(height, rate):
+def test_a_fall_breaks_above_the_threshold_and_never_below(height, rate):
     for row in np.random.default_rng(rate).permutation(len(FALLS))[:2].tolist():
         check_fall(height, rate, *FALLS[row])
 
@@ -151,6 +151,6 @@ def test_what_falls_breaks_a_fifth_above_the_threshold_and_never_below(height, r
 @pytest.mark.slow
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
-def test_three_thousand_falls_break_a_fifth_above_the_threshold_and_none_below(height, rate):
+def test_three_thousand_falls_break_only_above_the_threshold(height, rate):
     for fall in FALLS[::2]:
         check_fall(height, rate, *fall)

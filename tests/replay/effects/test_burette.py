@@ -12,7 +12,7 @@ from sessions.model.scene import SceneBody
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
 
-def test_a_full_turn_runs_at_torricellis_rate_and_stops_when_closed():
+def test_an_open_tap_runs_at_the_rate_of_torricelli():
     run = run_in(OPEN)["burette"]
     (event,) = run.events
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
@@ -37,12 +37,12 @@ def test_two_burettes_have_each_its_own_volume():
 
 
 @pytest.mark.parametrize(("degrees", "share"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
-def test_it_opens_with_the_angle_to_either_side_and_no_further_than_full(degrees, share):
+def test_a_tap_opens_with_its_angle_to_either_side(degrees, share):
     part, whole = (run_in([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0))
     assert part == pytest.approx(share * whole, rel=0.01)
 
 
-def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
+def test_a_lost_tap_or_flask_keeps_its_last_pose():
     lost = np.ones(len(OPEN), dtype=bool)
     lost[50:60] = False
     whole = run_in(OPEN)["burette"].events[0].values["volume_ml"]

@@ -30,7 +30,7 @@ def run(frames, *more, **limits):
     [(60, 70.0, ["exposed", "burn"]), (60, 65.0, ["exposed"]), (49, 70.0, ["exposed"])],
     ids=["burn", "not hot enough", "not long enough"],
 )
-def test_a_hand_on_a_hot_part_for_long_enough_is_a_burn(frames, surface_c, names):
+def test_a_long_touch_of_a_hot_part_is_a_burn(frames, surface_c, names):
     effect = run(frames, surface_c=surface_c)["burn-exposure"]
     assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
     last = effect.events[-1]
@@ -40,7 +40,7 @@ def test_a_hand_on_a_hot_part_for_long_enough_is_a_burn(frames, surface_c, names
 
 
 @pytest.mark.parametrize("within", [9.0, 1e-9])
-def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact(within):
+def test_a_burn_follows_the_temperature_through_the_contact(within):
     """160 W into 2 J/K without loss: 80 K a second from the first frame on, or the room's 20 degrees."""
     flame = SceneEffect("heat", {**FLAME.settings, "within": within})
     effects = run(60, flame)
@@ -49,7 +49,7 @@ def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact(with
     assert felt.values == pytest.approx(20.0 + rate * np.arange(20, 80) / 100)
 
 
-def test_a_vessel_that_heat_says_nothing_of_is_as_warm_as_the_room():
+def test_an_unheated_vessel_is_as_warm_as_the_room():
     times, heat = np.arange(5.0), EffectOutput()
     inputs = SimpleNamespace(times=times, output=lambda _: heat, tables={"heat": [{"ambient_c": 19.0}]})
     felt = surface(inputs, {"surface_c": None}, "cup", SimpleNamespace(first=1, stop=4))

@@ -48,7 +48,7 @@ PINK = {
 
 
 @pytest.mark.parametrize(("ends", "limits"), [(True, {}), (False, {"from_ph": 2.0, "to_ph": 14.0})])
-def test_an_indicator_turns_once_and_a_stop_inside_its_range_is_a_change_that_does_not_end(ends, limits):
+def test_a_stop_inside_the_range_leaves_a_change_open(ends, limits):
     run = run_in([0.0, 0.0, *([90.0] * 100), 0.0, 0.0], MIX, NEUTRAL, ("colour", {**PINK, **limits}))["colour"]
     (event,) = run.events
     assert event.name == "colour-change" and event.values["to"] == "pink"
@@ -76,7 +76,7 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
     assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
 
 
-def test_what_acid_dissolves_of_a_solid_and_what_it_leaves_are_all_there_was():
+def test_dissolved_and_remaining_solid_sum_to_the_whole():
     bodies = (
         glass("a", 60.0, solute="HCl", molar=1.0),
         glass("b", 1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),
@@ -88,7 +88,7 @@ def test_what_acid_dissolves_of_a_solid_and_what_it_leaves_are_all_there_was():
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25])
-def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_along(share):
+def test_a_decanted_liquid_leaves_its_solid(share):
     bodies = (glass("a", 20.0, solute="AgNO3", molar=0.1), glass("b", 20.0, solute="NaCl", molar=0.1), glass("c"))
     poses = {
         "a": tilted([0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]),
@@ -110,7 +110,7 @@ def on_zinc(grams, volume=0.0, **more):
     return glass("b", volume, properties={"solid": {"formula": "Zn", "mass_g": grams}}, **more)
 
 
-def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
+def test_a_slow_reaction_uses_up_its_limiting_reagent():
     acid, slow = glass("a", 60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
     run = poured([0.0, *([60.0] * 100)], (acid, on_zinc(0.05)), MIXED, slow)["reaction"]
     extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
@@ -124,7 +124,7 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     assert leading({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
 
 
-def test_gas_that_leaves_is_what_stays_dissolved_less_and_without_a_gas_none_is_told():
+def test_leaving_gas_is_the_amount_beyond_solubility():
     """Soda of 0.5 mol/L with acid in excess: a litre keeps 3.3e-4 mol/(m3 Pa) times an atmosphere of the CO2."""
 
     def run(base, equation):
@@ -141,21 +141,21 @@ def test_gas_that_leaves_is_what_stays_dissolved_less_and_without_a_gas_none_is_
     assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.named("gas")
 
 
-def test_gas_that_was_there_before_the_session_does_not_leave_in_it():
+def test_gas_of_before_the_session_does_not_leave():
     soda = glass("b", 10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
     told = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
     effects = poured([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *told)
     assert not effects["reaction"].output.named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
 
 
-def test_a_ph_without_an_end_point_is_told_when_it_changes_no_more():
+def test_a_ph_without_end_point_is_reported_when_settled():
     bodies = (glass("a", 60.0, solute="HCl", molar=0.1), glass("b", 40.0, solutes={"HCl": 0.002, "NaOH": 0.001}))
     effects = poured([0.0, *([60.0] * 9), *([0.0] * 90)], bodies, MIXED, NEUTRAL)
     (event,), volume = effects["reaction"].events, effects["mixing"].series["b/volume"]
     assert event.time == volume.times[np.argmax(volume.values)] and event.values["from_ph"] == pytest.approx(3.0, 0.02)
 
 
-def test_a_solid_that_no_precipitation_follows_is_a_series_of_the_reaction():
+def test_a_solid_without_precipitation_is_a_series():
     bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solutes={"NaCl": 0.1, "NH3": 0.01}))
     effects = poured([0.0, 60.0, 60.0], bodies, MIXED, SILVER)
     moved = 1e-4 * effects["pour"].events[0].values["volume_ml"]

@@ -18,7 +18,7 @@ from sessions.scene_files.scene_toml import parse_scene
 BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), ("jar", "glass"), ("top", "bench")))
 
 
-def test_the_pairs_of_an_effect_are_the_selectors_written_out_and_every_item_has_its_reason():
+def test_every_item_of_a_plan_has_its_reason():
     falls = SceneEffect("breakage", {"between": ["tag:glass", "top"], "speed_m_s": 1.0})
     planned = plan(Scene(bodies=BODIES, effects=(falls,)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
@@ -42,7 +42,7 @@ def test_effects_that_need_each_other_are_refused(monkeypatch):
         plan(Scene(effects=(SceneEffect("egg", {}),)))
 
 
-def test_every_fault_is_named_at_any_depth_whether_effects_are_declared_or_not():
+def test_every_fault_is_named_at_any_depth():
     bodies = """[[body]]
 id = "cup"
 cavity = { capcity_ml = 3.0 }
@@ -67,7 +67,7 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
-def test_every_row_leads_to_a_spec_of_its_name_whose_fields_say_what_they_are(kind):
+def test_every_row_leads_to_a_spec_of_its_name(kind):
     spec = load_effect(kind)
     assert spec.kind == kind and spec.about.endswith(".")
     assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
@@ -81,7 +81,7 @@ def test_every_row_leads_to_a_spec_of_its_name_whose_fields_say_what_they_are(ki
         (EFFECTS["contact"], "calls itself 'contact' and its row 'x'"),
     ],
 )
-def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so(entry, words, monkeypatch):
+def test_a_row_that_cannot_be_loaded_is_refused(entry, words, monkeypatch):
     monkeypatch.setitem(EFFECTS, "x", entry)
     with pytest.raises(EffectError, match=words):
         load_effect("x")

@@ -17,7 +17,7 @@ FALLS = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
 SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
 
 
-def test_each_effect_has_its_share_of_the_time_its_work_and_its_skips_and_events_are_told_in_order():
+def test_each_effect_has_its_fraction_of_the_time():
     places = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
     result = compute(cubes({"a": [0] * len(places), "b": places}, scene=SCENE), detectors=())
     told = result.document.effects

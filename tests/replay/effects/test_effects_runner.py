@@ -56,25 +56,25 @@ def asking(ask, **more):
         ),
     ],
 )
-def test_what_the_spec_does_not_name_cannot_be_had_and_a_failure_names_the_effect(ask, words):
+def test_an_effect_gets_only_inputs_of_its_spec(ask, words):
     with pytest.raises(EffectError, match=words):
         asking(ask)
 
 
-def test_a_hand_is_found_by_the_words_of_its_body_and_counted_as_decoded():
+def test_a_hand_is_chosen_by_tags_and_name():
     hand, run = asking(lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS,))
     assert hand and run.counters == {"decoded /hands/ann/left": 1}
     assert asking(lambda inputs: inputs.hand_of("cup"), reads=(HANDS,))[0] is None
 
 
-def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
+def test_an_effect_gets_only_outputs_of_its_inputs():
     seen = {}
     one, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
     ran(one, two, spec("x", lambda inputs: seen.update(inputs.outputs) or EffectOutput()), x=("two",))
     assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
 
 
-def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
+def test_skipped_frames_are_counted_and_displayed():
     mask = np.array([False, True, True, False])
     run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
     assert (run.frames, run.frames_run) == (4, 2)
@@ -99,11 +99,11 @@ WHOLE = EffectOutput(
         {"liquids": {"cup": replace(LIQUID, floor=0.11)}},
     ],
 )  # fmt: skip
-def test_any_difference_but_in_what_other_effects_are_told_shows_in_the_digest(changed):
+def test_any_visible_difference_changes_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest
 
 
-def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_not():
+def test_recorded_numbers_of_another_time_are_left_out():
     bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
     stamps = bare.stamps()
     pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")
@@ -118,6 +118,6 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
     assert compute(bare, detectors=()).effects == {}
 
 
-def test_a_point_of_a_body_stands_where_its_pose_puts_it():
+def test_a_point_of_a_body_follows_its_pose():
     place, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
     assert place[3] == pytest.approx([3.1, 0.2, 0.3])

@@ -81,6 +81,6 @@ def test_aluminium_in_alkali_has_no_end_point():
         ({"Na2S2O3": 0.1}, {"KI": 0.1, "I2": 0.025}, "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-", "I2 and S2O3^2-", 25.0),
     ],
 )  # fmt: skip
-def test_an_end_point_names_acid_and_base_or_oxidant_and_reductant(a, b, equation, names, millilitres):
+def test_an_end_point_names_its_two_reagents(a, b, equation, names, millilitres):
     (text,) = poured({"volume_ml": 50.0, "solutes": a}, {"volume_ml": 50.0, "solutes": b}, equation)
     assert text.startswith(f"{names} are equivalent in b after {millilitres:.2f} mL")

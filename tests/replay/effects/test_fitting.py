@@ -9,18 +9,18 @@ UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011,
 
 
 @given(st.lists(st.floats(-50, 50), min_size=3, max_size=3), st.floats(0.0, 1e4))
-def test_a_parabola_on_uneven_stamps_is_found_again_with_its_velocities(coefficients, zero):
+def test_a_parabola_is_recovered_from_uneven_stamps(coefficients, zero):
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
     places = (a + b * u + c * u * u)[:, None]
     fit = fitted(UNEVEN + zero, places)
-    assert fit.misfit < 1e-9 and fit.place(fit.at)[0] == pytest.approx(a, abs=1e-7)
+    assert fit.misfit < 1e-9 and fit.position(fit.at)[0] == pytest.approx(a, abs=1e-7)
     assert fit.velocity(fit.at - 0.01)[0] == pytest.approx(b - 0.02 * c, abs=1e-4)
     found = velocities(UNEVEN, places, np.zeros(12, dtype=np.int64), np.arange(12))
     assert np.allclose(found[:, 0], b + 2.0 * c * u, atol=1e-6)
 
 
-def test_no_velocity_is_taken_across_a_gap_or_from_four_samples():
+def test_no_velocity_is_fitted_across_a_gap():
     runs = np.array([0] * 4 + [1] * 8)
     found = velocities(UNEVEN, np.where(runs == 0, 0.0, 5.0)[:, None], runs, np.arange(12))
     assert np.isnan(found[:4]).all() and np.allclose(found[4:], 0.0)

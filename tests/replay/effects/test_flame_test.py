@@ -44,7 +44,7 @@ LOST[15:20] = False
      (visit(30), LOST, [("NaCl", "yellow", 1.5)])],
     ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
 )  # fmt: skip
-def test_a_visit_shows_what_is_on_the_wire_if_it_lasts(places, valid, visits):
+def test_a_lasting_visit_shows_the_salt_on_the_wire(places, valid, visits):
     found = [event.values for event in run(places, valid).output.named("flame")]
     assert [(one["salt"], one["seen"], pytest.approx(one["seconds"])) for one in found] == visits
 
@@ -58,5 +58,5 @@ LEVEL = 20e-6 / (np.pi * 0.02**2)
      ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False),
      ((0.5, LEVEL + 1e-4, 0.0), False), ((0.5, LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
-def test_the_flame_is_a_cone_on_its_foot_and_the_wire_is_wet_below_the_level(place, inside):
+def test_the_flame_is_a_cone_on_its_foot(place, inside):
     assert bool(run([AWAY] * 3 + [place] * 5 + [AWAY] * 3).events) == inside

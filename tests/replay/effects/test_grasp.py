@@ -56,7 +56,7 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
          "touched before and after", "of two the one that rides",
          "lost for a moment", "the recording does not end it", "no buttons recorded"],
 )  # fmt: skip
-def test_what_rides_on_a_hand_with_a_pressed_trigger_is_taken_until_the_release(hand, cup, trigger, more, wanted):
+def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, wanted):
     effect = run(hand, cup, trigger, **more)
     assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == wanted
     for event in effect.output.named("grasp"):
@@ -68,12 +68,12 @@ def test_what_rides_on_a_hand_with_a_pressed_trigger_is_taken_until_the_release(
 
 
 @pytest.mark.parametrize(("slides", "degrees", "taken"), [(21e-3, 0, 1), (23e-3, 0, 0), (0, 21, 1), (0, 23, 0)])
-def test_nine_frames_of_sliding_by_2_mm_or_turning_by_2_degrees_are_too_much_for_a_grasp(slides, degrees, taken):
+def test_a_sliding_or_rotating_thing_is_not_grasped(slides, degrees, taken):
     effect = run(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=NARROW)
     assert len(effect.output.named("grasp")) == taken
 
 
-def test_of_two_stretches_soon_after_the_press_the_longer_is_the_grasp():
+def test_the_longer_of_two_intervals_is_the_grasp():
     limits = {"between": ["tag:hand", "cup"], "window_s": 0.02, "held_s": 0.1}
     scene = replace(SCENE, effects=(SceneEffect("grasp", limits),))
     slips = np.interp(TIMES, [0.7, 0.75, 0.9, 2.0], [0.0, 0.1, 0.1, 1.2])
@@ -83,7 +83,7 @@ def test_of_two_stretches_soon_after_the_press_the_longer_is_the_grasp():
 
 @pytest.mark.parametrize("millimetres", [0.1, 0.3])
 @pytest.mark.parametrize("hz", [30, 90, 250])
-def test_a_grasp_under_noise_does_not_depend_on_the_frame_rate(hz, millimetres):
+def test_a_noisy_grasp_is_detected_at_every_frame_rate(hz, millimetres):
     stamps = np.round(np.arange(2 * hz) * 1e9 / hz).astype(np.int64)
     times = stamps / 1e9
     hand = np.clip(times - 0.8, 0.0, 0.5)

@@ -24,7 +24,7 @@ def run(places, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more)
     return result.effects["hazard-proximity"]
 
 
-def test_near_begins_below_the_distance_and_ends_above_it_by_the_hysteresis():
+def test_near_ends_beyond_the_distance_by_the_hysteresis():
     (event,) = run([3, 1.3, 1.19, 1.1, 1.22, 1.19, 1.24, 1.26, 3]).events
     assert (event.time, event.end) == pytest.approx((0.02, 0.07))
     assert event.values["least_m"] == pytest.approx(0.1) and event.values["seconds"] == pytest.approx(0.05)
@@ -49,5 +49,5 @@ BOARD = MeshData(np.asarray(cube(0.8).vertices) * [1.0, 0.02, 1.0], cube(0.8).fa
     ],
     ids=["turned", "in a flame above the mesh", "board"],
 )
-def test_the_distance_is_that_of_the_turned_surface_to_the_hazard_and_its_flame(more, metres):
+def test_distance_is_from_rotated_surface_to_hazard_and_flame(more, metres):
     assert run(**more).series["hand-lamp/distance"].values == pytest.approx([metres] * 2, abs=1e-6)

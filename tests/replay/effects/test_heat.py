@@ -65,7 +65,7 @@ def mixed(bodies, degrees=TILT, **more):
     return poured(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
-def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order():
+def test_acid_into_water_gives_off_the_heat_of_the_formula():
     effects = mixed((acid("a", 60.0), glass("b", 60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * WATER_MOLAR
@@ -77,7 +77,7 @@ def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order(
     assert effects["heat"].frames_run == 3
 
 
-def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
+def test_water_into_acid_is_the_wrong_order():
     effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
     (event,) = effects["heat"].output.named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
@@ -86,7 +86,7 @@ def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
     assert effects["heat"].series["b/temperature"].values[-1] > 25.0
 
 
-def test_what_boils_gets_no_hotter_over_a_flame_and_in_a_mixture():
+def test_a_boiling_liquid_gets_no_hotter():
     assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
     hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
@@ -102,7 +102,7 @@ def salted(more, properties=SALT):
     return world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
 
 
-def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
+def test_a_heated_solid_changes_colour_once():
     heat = compute(salted(TURNS)).effects["heat"]
     (event,) = heat.output.named("turned")
     # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.

@@ -27,7 +27,7 @@ def subsets():
 
 
 @pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_plan_is_the_closure_of_what_is_declared_with_the_pairs_and_detectors_that_it_asks_for(every):
+def test_a_plan_is_the_closure_of_the_declared_effects(every):
     for kinds in subsets()[::every]:
         scene = scene_of(kinds)
         planned = plan(scene)
@@ -61,7 +61,7 @@ def test_the_files_of_undeclared_effects_are_never_imported():
 
 
 @pytest.mark.slow
-def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect():
+def test_a_run_without_contacts_loads_no_compiler_or_engine():
     loaded = proofs.modules_after("from support.effect_proofs import NEAR, run_small\nrun_small(NEAR)")
     assert "replay.effects.hazard_proximity" in loaded
     assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
@@ -108,7 +108,7 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
-def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name, tmp_path):
+def test_a_run_touches_only_what_its_effects_require(name, tmp_path):
     loaded = proofs.modules_after(SPIES.format(folder=str(tmp_path), name=name))
     told = json.loads((tmp_path / "told.json").read_text())
     kinds, others = set(told["plan"]["effects"]), set(KINDS) - set(told["plan"]["effects"])

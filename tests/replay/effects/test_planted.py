@@ -34,7 +34,7 @@ def planted(truth, kind):
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "row"), [(name, row) for row in FOUND for name in row["experiments"]])
-def test_what_was_planted_is_found_in_time_with_its_figures_and_no_other(name, row, seed):
+def test_every_planted_event_is_reported_once(name, row, seed):
     result, truth = replayed(name, seed)
     found, facts = result.effects[row["effect"]].output.named(row["event"]), planted(truth, row["fact"])
     if row["effect"] == "grasp":
@@ -53,7 +53,7 @@ def test_what_was_planted_is_found_in_time_with_its_figures_and_no_other(name, r
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", POURED)
-def test_every_pour_is_found_at_its_onset_with_its_volume_and_no_other(name, seed):
+def test_every_planted_pour_is_reported_with_its_volume(name, seed):
     result, truth = replayed(name, seed)
     run, facts = result.effects["pour"], planted(truth, "pour")
     found = run.output.named("pour")

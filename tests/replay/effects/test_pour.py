@@ -32,7 +32,7 @@ def moves(run):
     )
 
 
-def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_tilt_keeps():
+def test_a_pour_leaves_what_the_greatest_tilt_keeps():
     degrees = [*np.arange(0.0, 60.0, 0.5), *np.arange(60.0, 0.0, -0.5)]
     run = poured(degrees)["pour"]
     (event,) = run.events
@@ -45,7 +45,7 @@ def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_
     assert run.series["b/volume"].values[-1] == pytest.approx(70.0 - kept(60.0), rel=1e-9)
 
 
-def test_a_glass_that_is_full_to_its_brim_pours_from_its_first_tilt_to_the_end_of_the_recording():
+def test_a_full_glass_pours_from_its_first_tilt():
     run = poured(np.arange(0.0, 60.0, 0.5), (glass("a", kept(0.0)), glass("b")))["pour"]
     (event,) = run.events
     assert event.time == pytest.approx(0.01) and event.end is None
@@ -61,7 +61,7 @@ def test_volumes_are_conserved_and_none_is_negative_whatever_is_done(degrees, fi
 
 
 @pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
-def test_it_goes_into_the_opening_below_the_lip_and_nowhere_else(beside, target):
+def test_a_pour_enters_the_opening_below_the_lip(beside, target):
     moved = moves(poured([0.0, 0.0, 60.0, 60.0, 60.0], place=(beside, 0.0, 0.0))["pour"])
     assert {one[2] for one in moved} == {target}
 
@@ -77,7 +77,7 @@ TIPPED = np.tile(tilted([0.0])[0], (60, 1)), tilted(75.0 * (np.arange(60) == 30)
     [(tilted(GLITCH), GLITCH == 0.0), (JUMP, None), (TIPPED, None)],
     ids=["a lost pose", "a jump", "it lies tipped in one frame"],
 )
-def test_a_tilt_that_nobody_saw_or_no_hand_made_pours_nothing(pose, valid):
+def test_an_unseen_tilt_pours_nothing(pose, valid):
     poses = {"a": pose, "b": still(len(pose[0]))}
     pour = ("pour", {"from": ["a"], "into": ["b"]})
     run = compute(world(poses, (glass("a", 60.0), glass("b")), pour, valid={"a": valid})).effects["pour"]
@@ -85,7 +85,7 @@ def test_a_tilt_that_nobody_saw_or_no_hand_made_pours_nothing(pose, valid):
 
 
 @pytest.mark.parametrize("hold", [1, 2, 5])
-def test_a_glitch_of_a_few_frames_pours_what_they_can_and_no_more(hold):
+def test_a_glitch_of_few_frames_pours_little(hold):
     """The bound by hand: (2/3) 0.611 b sqrt(2 g) h^1.5 with b and h the width of the opening, 0.57 L/s."""
     degrees = [*([0.0] * 5), *([95.0] * (hold + 1)), *([0.0] * 5)]
     run = poured(degrees)["pour"]
@@ -99,7 +99,7 @@ def test_a_full_receiver_runs_over_its_brim():
     assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
 
 
-def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
+def test_a_missed_stream_is_spilled_where_it_lands():
     degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
     pour = poured(degrees, place=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events

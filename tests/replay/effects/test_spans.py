@@ -19,12 +19,12 @@ ROWS = {
 
 
 @pytest.mark.parametrize("text", ROWS)
-def test_two_frames_in_and_two_out_whatever_is_not_known_between(text):
+def test_two_frames_open_and_two_close_a_span(text):
     assert steadied(*flags(text), 2) == ROWS[text]
 
 
 @given(st.text(alphabet="C.-", max_size=60))
-def test_spans_do_not_touch_and_hold_the_frames_that_opened_them(text):
+def test_spans_are_apart_and_contain_their_opening_frames(text):
     flag, known = flags(text)
     assert [any(a <= k < b for a, b in spans_of(flag)) for k in range(len(flag))] == flag.tolist()
     spans = steadied(flag, known, 2)
@@ -32,6 +32,6 @@ def test_spans_do_not_touch_and_hold_the_frames_that_opened_them(text):
     assert all(flag[first] and int((flag & known)[first:stop].sum()) >= 2 for first, stop in spans)
 
 
-def test_a_switch_goes_on_above_one_level_and_off_below_another():
+def test_a_switch_has_an_upper_and_a_lower_level():
     value = np.array([0.0, 0.5, 0.7, 0.5, np.nan, 0.5, 0.3, 0.5, 0.61])
     assert switched(value, 0.6, 0.4) == [(2, 6), (8, 9)]

@@ -10,7 +10,7 @@ from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import SceneBody
 
 
-def test_a_vessel_is_the_cylinder_that_is_declared_else_the_cavity_of_its_instrument():
+def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
     cavity = dict(glass("a").extra["cavity"])
     told = SceneBody("a", instrument="beaker_50", extra={"cavity": cavity})
     assert Vessel(told).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
@@ -27,7 +27,7 @@ def test_an_instrument_brings_its_cavity_and_its_level(name):
     assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
 
 
-def test_a_stream_leaves_at_the_lowest_of_the_lip_and_all_points_of_the_rim():
+def test_a_stream_leaves_at_the_lowest_rim_point():
     cylinder = Cylinder(1.0, 2.0, np.array([1.1, 2.05, 0.0]), np.array([0.0, 2.0, 0.0]), 1.0)
     around = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     rim = np.column_stack([np.cos(around), np.full(3600, 2.0), np.sin(around)])
@@ -39,7 +39,7 @@ def test_a_stream_leaves_at_the_lowest_of_the_lip_and_all_points_of_the_rim():
     assert np.isfinite(depths).all()
 
 
-def test_a_place_is_inside_between_floor_and_mouth_and_no_further_from_its_middle_than_the_mouth_is_wide():
+def test_a_point_inside_lies_between_floor_and_mouth():
     vessel = Vessel(glass("a", cavity={"floor": 0.1, "opening": [0.3, 0.5, -0.4], "opening_radius": 0.2}))
     within = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.16, 0.3, -0.26]])
     without = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.15, 0.3, -0.25]])

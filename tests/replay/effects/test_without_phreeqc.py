@@ -38,7 +38,7 @@ def test_a_scene_with_an_equilibrium_imports_phreeqc():
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_without_the_extra_an_experiment_says_one_sentence_or_is_planned(name, monkeypatch):
+def test_without_the_extra_a_scene_gets_one_sentence(name, monkeypatch):
     scene = synthetic_session(name)[0].scene
     monkeypatch.setattr(database.importlib.util, "find_spec", lambda _: None)
     database.database_of.cache_clear()

@@ -7,7 +7,7 @@ import phreeqc
 import pytest
 from support.liquid_worlds import MIX, glass, run_in
 
-from replay.effects.chemistry.components import dissolved_parts
+from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG
 from replay.effects.chemistry.salts import salt_of, settled_solid, solubility_of
 
@@ -30,11 +30,11 @@ def dissolved_by_pitzer(phase, ions):
 def dissolved_by_table(formula, other, molal):
     """mol/kg of a salt that dissolve beside another electrolyte, as the ledger computes it."""
     salt = salt_of(formula, solubility_of(formula))
-    names = dict.fromkeys(("H+", "H2O", *salt.parts, *dissolved_parts(other)))
+    names = dict.fromkeys(("H+", "H2O", *salt.components, *dissolved_components(other)))
     column = {name: place for place, name in enumerate(names)}
     amounts = np.zeros((1, len(column)))
     amounts[0, column["H2O"]] = WATER_MOL
-    for parts, many in ((salt.parts, 20.0), (dissolved_parts(other), molal)):
+    for parts, many in ((salt.components, 20.0), (dissolved_components(other), molal)):
         for part, count in parts.items():
             amounts[0, column[part]] += count * many
     return 20.0 - float(settled_solid(salt, column, amounts, np.array([25.0]))[0])
@@ -80,7 +80,7 @@ def test_a_salt_in_weak_acid_is_no_brine():
     assert not salted_out(0.3).named("brine")
 
 
-def test_a_solid_of_phreeqc_in_a_brine_is_named_in_the_warning():
+def test_gypsum_in_a_brine_is_named_in_the_warning():
     """Gypsum in 3 mol/kg of NaCl: 0.058 mol/kg dissolve by Pitzer's equations, 0.025 by minteq.v4."""
     lime = glass("burette", 50.0, solutes={"CaCl2": 1.0, "NaCl": 3.0},
                  cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})  # fmt: skip

@@ -85,7 +85,7 @@ def test_an_enthalpy_of_formation_is_that_of_its_source(column):
 
 
 @pytest.mark.parametrize("row", REACTIONS, ids=lambda row: row[3])
-def test_a_free_energy_is_that_of_a_reaction_in_a_data_base(row):
+def test_a_free_energy_agrees_with_a_data_base(row):
     source, elements, reaction, ours = row
     terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
     kilojoule_mol = sum(

@@ -2,12 +2,12 @@
 
 import pytest
 
-from replay.effects.chemistry.components import parts_of
+from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import atoms, equation_of, ion_of
 
 
 def known(formula):
-    return parts_of(formula) is not None
+    return components_of(formula) is not None
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_of_several_readings_the_one_that_balances_is_taken(text, reagents, phas
     assert equation.reagents == reagents and equation.phases == phases
 
 
-def test_two_readings_that_balance_are_refused_with_how_to_write_them():
+def test_two_balanced_readings_are_refused_with_a_remedy():
     with pytest.raises(ValueError, match=r"read in \d ways; write charges with \^"):
         equation_of("Xe22+ -> Xe22+")
 
@@ -71,7 +71,7 @@ def test_an_ion_alone_is_read_as_the_known_one(written, read):
     ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2", "C6H12O6", "C3H8O3", "CO(NH2)2", "H2O2", "MnO2", "Na2O2", "NO2", "Zn"],
 )
 def test_what_no_ions_make_stays_whole(formula):
-    assert parts_of(formula) is None
+    assert components_of(formula) is None
 
 
 @pytest.mark.parametrize(
@@ -84,10 +84,10 @@ def test_what_no_ions_make_stays_whole(formula):
      ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1})],
 )  # fmt: skip
 def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, parts):
-    assert parts_of(formula) == parts
+    assert components_of(formula) == parts
 
 
-def test_only_the_atoms_that_are_not_balanced_are_named_with_their_counts():
+def test_only_unbalanced_atoms_are_named_with_their_counts():
     for text, named in (("H2 + O2 -> H2O", "O 2 and 1"), ("Cu2+ + Zn -> Cu + Zn", "charge 2 and 0")):
         with pytest.raises(ValueError, match=f"balanced: {named};"):
             equation_of(text)

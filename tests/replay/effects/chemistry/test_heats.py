@@ -56,7 +56,7 @@ def test_a_heat_is_that_of_the_textbook(row):
 
 
 @pytest.mark.parametrize("steps", [1, 10, 100])
-def test_water_on_nitre_ends_at_the_temperature_of_its_heat_however_it_is_poured(steps):
+def test_water_on_nitre_cools_by_its_heat_of_dissolving(steps):
     """100 mL on 10.1 g: 0.1 mol takes 35.4 kJ/mol; it once ended at -2441 degC."""
     nitre = {"properties": {"solid": {"formula": "KNO3", "mass_g": 10.1}}, "volume_ml": 0.0}
     joule, coldest, _ = poured_on({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps)

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from replay.effects.chemistry.components import WATER, dissolved_parts
+from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.formulas import atoms, charge_of
 from replay.effects.chemistry.ledger import (
@@ -41,8 +41,8 @@ WATER_MOL_ML = 0.0555
 def solver_of(columns, solids=(), gases=()):
     """PHREEQC with what may form."""
     data = database_of()
-    phases = [Phase(f"{solid}(s)", dissolved_parts(solid), data.phases[SOLIDS[solid]]) for solid in solids]
-    phases += [Phase(f"{gas}(g)", dissolved_parts(gas), data.phases[f"{gas}(g)"]) for gas in gases]
+    phases = [Phase(f"{solid}(s)", dissolved_components(solid), data.phases[SOLIDS[solid]]) for solid in solids]
+    phases += [Phase(f"{gas}(g)", dissolved_components(gas), data.phases[f"{gas}(g)"]) for gas in gases]
     return Solver(mixture_of(data, columns, phases))
 
 
@@ -80,7 +80,7 @@ def a_world(seed, warm):
         there = Counter()
         for salt in rng.choice(SALTS, 2, replace=False):
             molar = 10.0 ** rng.uniform(-6.0, 0.0)
-            for part, many in dissolved_parts(str(salt)).items():
+            for part, many in dissolved_components(str(salt)).items():
                 there[part] += many * molar * litres
         there[WATER] += 500.0 * litres * WATER_MOL_ML
         columns |= set(there)
@@ -88,7 +88,7 @@ def a_world(seed, warm):
             there[f"{salt}(s)"] = float(rng.choice([0.0, 1e-3, 1.0]))
         there["Zn(s)"] = float(rng.choice([0.0, 1e-3])) if processes else 0.0
         fills.append((litres * 500.0, there))
-    columns |= {part for formula in (*solids, *salts) for part in dissolved_parts(formula)}
+    columns |= {part for formula in (*solids, *salts) for part in dissolved_components(formula)}
     solver = solver_of(sorted(columns), solids, gases)
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
@@ -161,9 +161,9 @@ def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
     check(seed, warm=False)
 
 
-def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in_neutral_water():
+def test_an_equation_leaves_protons_of_weaker_acids():
     """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of two protons it holds 1.62."""
-    parts = dissolved_parts("NaH2PO4")
+    parts = dissolved_components("NaH2PO4")
     book = Ledger(["a"], [*parts], [ZINC], solver_of([*parts, *ZINC.changes]))
     book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
     held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
@@ -171,8 +171,8 @@ def test_an_equation_without_a_constant_leaves_protons_that_weaker_acids_hold_in
 
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
-def test_a_slow_reaction_beside_another_goes_on_just_as_long_as_time_does(seconds):
-    parts = dissolved_parts("HCl")
+def test_two_slow_reactions_last_as_long_as_time_does(seconds):
+    parts = dissolved_components("HCl")
     book = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], None)
     book.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 10.0 * amount for part, amount in parts.items()}})
     book.advance(0, 1, seconds)
@@ -194,19 +194,19 @@ def plain(process=(), warmth=UNFOLLOWED):
     return book
 
 
-def test_in_a_chain_a_vessel_gives_in_each_frame_what_it_held_before():
+def test_a_vessel_in_a_chain_gives_its_former_contents():
     book, frames = plain(), np.arange(1, 4)
     book.flow(frames, frames * 0.01, [("a", "b"), ("b", "c")], np.ones((3, 2)), np.zeros(2, dtype=bool))
     assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])
 
 
-def test_a_flow_has_a_row_a_frame_where_a_slow_reaction_has_nothing_to_do():
+def test_a_flow_without_reaction_has_one_row_per_frame():
     book, frames = plain([ZINC]), np.arange(1, 101)
     book.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
     assert len(book.history("b").times) == 101
 
 
-def test_what_is_poured_leaves_the_heat_of_the_glass_and_takes_its_own():
+def test_a_pour_leaves_the_heat_of_the_glass_behind():
     book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
     assert book.amounts[2, [book.column["Cl-"], book.column[HEAT]]] == pytest.approx([0.5, 209.0])

@@ -64,7 +64,7 @@ def mixed(row):
     if recipe.solver is not None:
         mixture = recipe.solver.mixture
         standing = amounts[None, book.phases] * ~book.gas
-        totals = (amounts - standing @ book.formation)[:, book.parts]
+        totals = (amounts - standing @ book.formation)[:, book.components]
         solved = recipe.solver.equilibrium(totals, amounts[None, book.water], np.array([25.0]), ~book.gas)
         found["pH"] = solved.ph[0]
         for wanted in row["expected"]:

@@ -13,11 +13,11 @@ KILOGRAM = 1.0 / 0.0180153
 def solid(formula, moles, celsius=20.0, **others):
     """Mol that stay solid of so many in a kilogram of water."""
     salt = salt_of(formula, solubility_of(formula))
-    names = [PROTON, WATER, *salt.parts, *others]
+    names = [PROTON, WATER, *salt.components, *others]
     column = {name: place for place, name in enumerate(dict.fromkeys(names))}
     amounts = np.zeros((1, len(column)))
     amounts[0, column[WATER]] = KILOGRAM
-    for part, many in salt.parts.items():
+    for part, many in salt.components.items():
         amounts[0, column[part]] += many * moles
     for part, amount in others.items():
         amounts[0, column[part]] += amount

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replay.effects.chemistry.components import dissolved_parts
+from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.solver import Solver
@@ -14,15 +14,15 @@ WATER = 55.5
 def made(rows, solids=()):
     """A solver, and totals (n, parts) of solutions of formulas, mol/kg."""
     data = database_of()
-    phases = [Phase(f"{solid}(s)", dissolved_parts(solid), data.phases[name]) for solid, name in solids]
-    columns = {part for row in rows for formula in row for part in dissolved_parts(formula)}
+    phases = [Phase(f"{solid}(s)", dissolved_components(solid), data.phases[name]) for solid, name in solids]
+    columns = {part for row in rows for formula in row for part in dissolved_components(formula)}
     mixture = mixture_of(data, sorted(columns), phases)
-    totals = np.zeros((len(rows), len(mixture.parts)))
+    totals = np.zeros((len(rows), len(mixture.components)))
     for number, row in enumerate(rows):
         for formula, molal in row.items():
-            for part, many in dissolved_parts(formula).items():
-                if part in mixture.parts:
-                    totals[number, mixture.parts.index(part)] += many * molal
+            for part, many in dissolved_components(formula).items():
+                if part in mixture.components:
+                    totals[number, mixture.components.index(part)] += many * molal
     return Solver(mixture), totals
 
 
@@ -38,9 +38,9 @@ def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
     solver, totals = made(rows, solids)
     whole = solve(solver, totals)
-    asked = solver.asked
+    asked = solver.queries
     again = solve(solver, totals[::-1])
-    assert solver.asked == asked >= 40
+    assert solver.queries == asked >= 40
     assert again.species[::-1].tobytes() == whole.species.tobytes()
     forgetful, _ = made(rows, solids)
     forgetful.remember = False
@@ -65,7 +65,7 @@ def test_oxidation_states_do_not_react_with_each_other(row, reduced):
     solver, totals = made([row, {reduced: 0.01}])
     found = solve(solver, totals)
     dissolved = found.species[0] @ solver.mixture.powers
-    assert dissolved[solver.mixture.parts.index(reduced)] == 0.0
+    assert dissolved[solver.mixture.components.index(reduced)] == 0.0
     assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
 
 
@@ -74,7 +74,7 @@ def test_a_charged_composition_keeps_its_charge():
     assert solve(solver, totals).ph[0] == pytest.approx(2.0, abs=0.06)
 
 
-def test_a_row_without_an_answer_is_known_as_such_and_costs_the_others_nothing():
+def test_an_unanswered_row_leaves_the_others_answered():
     solver, totals = made([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
     found = solve(solver, totals)
     assert np.isnan(found.ph).tolist() == [False, True, False] and solver.unanswered == 1

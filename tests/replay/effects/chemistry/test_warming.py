@@ -6,7 +6,7 @@ import pytest
 from replay.effects.chemistry.warming import cooled, heat_given_off
 
 
-def test_an_acid_in_much_water_gives_all_and_in_none_nothing():
+def test_an_acid_in_much_water_gives_all_its_heat():
     heat = 17860 * 4.184  # thermochemical calories. Source: NIST SP 811, appendix B
     assert heat_given_off(1.0, 1e9, heat, 1.798) == pytest.approx(heat, rel=1e-8)
     assert heat_given_off(1.0, 1.798, heat, 1.798) == pytest.approx(heat / 2)

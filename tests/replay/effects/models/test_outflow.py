@@ -46,6 +46,6 @@ def stream(times, volumes, source="a", target="b"):
     )
 
 
-def test_a_pause_splits_a_flow_and_a_shorter_one_does_not():
+def test_only_a_long_pause_splits_a_flow():
     parts = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
     assert [one.times.tolist() for one in parts] == [[0.0, 0.6], [1.4]]
