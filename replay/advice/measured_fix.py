@@ -150,7 +150,7 @@ class _Measuring:
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
         text = f"Split {names} into {_pieces_words(best.pieces)}: {self._words(best)} (measured here in {seconds})."
         setting = spec_text(best.spec.name, best.spec.settings)
-        return Fix(f"{text}{rest}", True, f'replay run {SESSION} --detectors "{setting}"', setting)
+        return Fix(f"{text}{rest} To ship it:", True, f"replay fix {SESSION} --engine unity", setting)
 
     def _not_cut(self, sentences: Sequence[str]) -> Fix | None:
         """A Fix that says why nothing was measured, beside the one that the run has."""

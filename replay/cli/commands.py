@@ -30,6 +30,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "mesh": CommandSpec("Check", "Mend a mesh, and say what was changed.", "mesh"),
     "run": CommandSpec("Replay", "Replay sessions; say what each detector missed, and why.", "run"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
+    "fix": CommandSpec("Audit", "Find the colliders to ship, measure them, write them for an engine.", "fix"),
     "diff": CommandSpec("Audit", "Compare two runs: contacts that changed, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
     "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),

@@ -8,18 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, lineup, replaying, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, reporting
 
 if TYPE_CHECKING:
     from replay.base.progress import Advance
     from replay.tradeoffs.sweep import Watch
 
-LIMIT_WORDS = (
-    "Begin no setting that cannot end by then; with --colliders, write the best pieces found by then. Not in it: "
-    "compiling, and the audit for --out."
-)
-COLLIDERS_WORDS = "With --engine: write the fewest convex pieces a body that keep false contact below --max-false."
-FALSE_WORDS = "With --colliders: of the reported contact time at most so much may be false."
+LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
 
 
 @click.command()
@@ -30,13 +25,10 @@ FALSE_WORDS = "With --colliders: of the reported contact time at most so much ma
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_WORDS
 )
 @click.option("--engine", metavar="NAME", help="Instead, what one can set in unity, unreal or mujoco, in its words.")
-@click.option("--colliders", type=ANY_PATH, metavar="DIR", help=COLLIDERS_WORDS)
-@click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_WORDS)
 @replaying
 @reporting
 def command(
-    session: Path, people: People, time_limit: float, engine: str | None, colliders: Path | None, max_false: float,
-    as_json: bool, **asked: Any,
+    session: Path, people: People, time_limit: float, engine: str | None, as_json: bool, **asked: Any,
 ) -> int:  # fmt: skip
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
 
@@ -47,17 +39,10 @@ def command(
     replay tradeoff session.mcap --time-limit 20 --format json
     replay tradeoff session.mcap --detectors exact,hybrid,discrete[rate_hz=22.5]
     replay tradeoff session.mcap --engine unity
-    replay tradeoff session.mcap --engine unity --colliders unity-colliders
     """
-    from replay.cli.engine_advice import advise_engine, write_colliders
+    from replay.cli.engine_advice import advise_engine
 
     picture = not asked.pop("no_picture")
-    if colliders is not None:
-        unused = [asked.pop(name) for name in ("out", "detectors", "oracle")]
-        if engine is None or any(unused):
-            raise click.UsageError("--colliders goes with --engine alone; leave out --out, --detectors and --oracle")
-        where = {"engine": engine, "max_false": max_false, "time_limit": time_limit}
-        return write_colliders(session, colliders, people, as_json=as_json, **where, **asked)
     if engine is not None:
         if asked.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")

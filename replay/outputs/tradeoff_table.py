@@ -1,7 +1,7 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Final
+from collections.abc import Callable, Iterable
+from typing import Final
 
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
@@ -109,15 +109,3 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
     )
     columns = COLUMNS["engine"]
     return Table.of(columns if settings else columns[:-1], rows, title, notes)
-
-
-def before_after(before: Mapping[str, Any], after: Mapping[str, Any], result: RunResult, engine: Engine) -> Table:
-    """A hull a body, and the pieces, as ``run`` counts them."""
-    rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
-    title = f"{result.ranking[-1].contacts} contacts, {engine.name} at {words.number(engine.step_hz)} steps a second"
-    return Table.of(COLUMNS["before_after"], rows, title)
-
-
-def piece_table(bodies: Iterable[Row]) -> Table:
-    """A row a body: its file, and how far the pieces hold its mesh."""
-    return Table.of(COLUMNS["pieces"], bodies, "Convex pieces")

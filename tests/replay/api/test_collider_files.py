@@ -2,6 +2,7 @@
 
 import json
 from contextlib import contextmanager
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, cube
 
 import replay
-from replay.api.collider_files import COLLIDERS, ship_colliders
+from replay.advice.collider_search import Limits
+from replay.api.collider_files import COLLIDERS, fix_colliders
 from replay.cli.main import main
 from replay.errors import OutputError
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
@@ -41,7 +43,7 @@ def session():
 
 @pytest.fixture(scope="module")
 def shipped(session, tmp_path_factory):
-    return ship_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", max_false=0.3)
+    return fix_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", limits=Limits(0.3))
 
 
 def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
@@ -50,13 +52,15 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
     for row in shipped.bodies:
         scene = trimesh.load(shipped.folder / row["file"], force="scene", process=False)
         parts = [scene.geometry[name] for name in scene.geometry]
-        assert len(parts) == row["pieces"] and all(name.startswith(f"UCX_{row['body']}_") for name in scene.geometry)
+        assert len(parts) == row["after"]["pieces"] and all(
+            name.startswith(f"UCX_{row['body']}_") for name in scene.geometry
+        )
         assert all(part.is_convex and len(part.faces) <= 255 for part in parts)
         mesh = session.meshes[row["body"]]
         apart = [
             ((mesh.vertices[:, None] - one.triangles[:, 0]) * one.face_normals).sum(axis=2).max(axis=1) for one in parts
         ]
-        assert np.min(apart, axis=0).max() <= 1e-3 * row["outside_mm"] + 1e-6
+        assert np.min(apart, axis=0).max() <= 1e-3 * row["after"]["outside_mm"] + 1e-6
         assert load_mesh(shipped.folder / row["file"]) is not None
 
 
@@ -71,10 +75,10 @@ def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
 
 
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
-    pieces = {row["body"]: row["pieces"] for row in shipped.bodies}
+    pieces = {row["body"]: row["after"]["pieces"] for row in shipped.bodies}
     assert pieces == {"beaker": 8, "rod": 1, "cube*": 1}
-    loose = ship_colliders(session, tmp_path / "loose", engine="unity", max_false=1.0)
-    assert all(row["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
+    loose = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
+    assert all(row["after"]["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
 
 
 class Stages:
@@ -92,35 +96,61 @@ class Stages:
 
 def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
     stages = Stages()
-    made = ship_colliders(session, tmp_path / "made", engine="mujoco", max_false=0.0, time_limit=0.0, progress=stages)
-    assert made.time_up and not made.reached and all(row["pieces"] == 1 for row in made.bodies)
-    total, *percents = stages.units["Cutting and trying pieces"]
+    made = fix_colliders(
+        session, tmp_path / "made", engine="mujoco", limits=Limits(0.0), time_limit=0.0, progress=stages
+    )
+    assert made.time_up and not made.reached and all(row["after"]["pieces"] == 1 for row in made.bodies)
+    total, *percents = stages.units["Cutting and trying colliders"]
     assert total == 100 and 0 < sum(percents) <= 100
     assert json.loads((made.folder / COLLIDERS.mark).read_text("utf-8"))["time_up"]
-    assert not ship_colliders(session, tmp_path / "all", engine="mujoco", max_false=1.0, time_limit=None).time_up
+    assert not fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(1.0), time_limit=None).time_up
 
 
 def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
     file = tmp_path / "s.mcap"
     write_session(session, file)
-    words = ["tradeoff", str(file), "--engine", "unity", "--colliders", str(tmp_path / "made"), "--max-false"]
+    words = ["fix", str(file), "--engine", "unity", "-o", str(tmp_path / "made"), "--max-false"]
     assert main([*words, "0.3", "-v"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "before: a hull a body" in out and "after: these pieces" in out and "do not push" in out
-    assert "shape=shipped" in out and "mesh outside by, mm" in out
+    assert "before: a hull a body" in out and "after: these pieces" in out and "Report card" in out
+    assert "shape=shipped" in out and "of all choices that were tried" in out
     assert "com.unity.cloud.gltfast" in out and "The poses are not in axes of Unity" in out
     assert main([*words, "0", "--force", "--format", "json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert not told["reached"] and told["after"]["false"] > 0
     assert main([*words, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
-    assert main(["tradeoff", str(file), "--colliders", str(tmp_path / "x")]) == 2
+    assert main(["fix", str(file), "-o", str(tmp_path / "x")]) == 2
+    assert main(["fix", str(file), "--max-false", "0.3"]) == 0 and not (tmp_path / "x").exists()
+    assert "--engine unity" in capsys.readouterr().out
+
+
+def test_front_is_better_with_every_more_pieces(shipped):
+    assert [row["pieces"] for row in shipped.front] == sorted({row["pieces"] for row in shipped.front})
+    assert all(more["false"] < less["false"] for less, more in pairwise(shipped.front))
+
+
+def test_mujoco_takes_the_written_model(session, tmp_path):
+    mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
+    made = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(0.3))
+    model = mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml"))
+    assert model.ngeom == sum(row["after"]["pieces"] for row in made.bodies)
+    solid = trimesh.load(made.folder / "beaker_00.obj", process=False)
+    (first, *_) = [read_session(made.folder / "session.mcap").colliders["beaker"][0]]
+    assert farthest(solid.vertices, first.vertices) < 1e-6
+
+
+def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
+    made = fix_colliders(session, tmp_path / "made", engine="godot", limits=Limits(0.3))
+    assert made.step_hz == 60.0
+    scene = trimesh.load(made.folder / "beaker.glb", force="scene", process=False)
+    assert set(scene.geometry) == {f"beaker_{k:02d}-convcolonly" for k in range(made.bodies[0]["after"]["pieces"])}
 
 
 def test_a_folder_of_something_else_is_not_replaced(session, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("x", "utf-8")
     with pytest.raises(OutputError, match="is not replaced"):
-        ship_colliders(session, tmp_path / "mine", engine="unity", force=True)
+        fix_colliders(session, tmp_path / "mine", engine="unity", force=True)
 
 
 FLIP_X = np.diag([-1.0, 1.0, 1.0])
@@ -177,7 +207,7 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     )
     meshes = {name: tmp_path / f"{name}.glb" for name in ("Cup", "Rod")}
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
-    shipped = ship_colliders(session, tmp_path / "made", engine=engine, max_false=1.0)
+    shipped = fix_colliders(session, tmp_path / "made", engine=engine, limits=Limits(1.0))
     placed = placed_by_an_engine(shipped.folder / "Cup.glb", importer)
     (piece,) = [points for name, points in placed.items() if name == "UCX_Cup_00"]
     assert farthest(piece, in_engine) < 1e-6

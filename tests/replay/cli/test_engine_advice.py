@@ -6,7 +6,6 @@ from support.small_worlds import cubes
 from replay.api import advisor
 from replay.cli.main import main
 from replay.cutting import piece_store
-from replay.words import share
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -40,13 +39,3 @@ def test_missing_pieces_are_announced_before_cutting(file, kept, tmp_path, monke
         (tmp_path / "cut-1.npz").touch()
     assert main(["tradeoff", file, "--engine", "unity"]) == 0
     assert ("cutting meshes" in capsys.readouterr().err) != kept
-
-
-def test_how_false_the_shipped_colliders_are_is_said(file, tmp_path, capsys):
-    words = ["tradeoff", file, "--engine", "unreal", "--colliders", str(tmp_path / "made"), "--force", "--max-false"]
-    for most, code in (("1", 0), ("0", 1)):
-        assert main([*words, most]) == code
-        said = capsys.readouterr().out
-        false = json.loads((tmp_path / "made" / "colliders.json").read_text("utf-8"))["after"]["false"]
-        assert f"{share(false)} of the contact time is false" in said and false > 0
-        assert "do not push" not in said

@@ -1,0 +1,266 @@
+"""The fewest convex pieces a body that keep false and missed contact below limits, and the front of what was tried."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.bounding.hull import hull_collider
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import IntArray
+from replay.base.progress import Advance
+from replay.cutting.convex_solids import solids_of, volume_of
+from replay.cutting.methods import METHODS, method_of
+from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
+from replay.detection.run_detector import make_detector
+from replay.prepare.assembly import Assembly
+from replay.tradeoffs.scoring import Scoring
+from replay.tradeoffs.settings import Setting
+
+HULL: Final = "hull"
+
+COUNTS: Final = (4, 8, 16, 32)
+"""Pieces that are asked for, of a body that is not round."""
+
+SECTOR_COUNTS: Final = (2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96)
+"""Pieces that are asked for, of a body that is round about an axis."""
+
+CONVEX: Final = 0.97
+"""A body that fills this fraction of its hull is not cut."""
+
+WORTH: Final = 0.8
+"""The next step of a body fills at most this fraction of the volume that its pieces filled before."""
+
+SLACK: Final = 0.02
+"""Where a limit is not reached, so much more wrong contact is no reason to keep pieces."""
+
+CUTTING: Final = 0.5
+"""Fraction of the time that bodies may be cut ahead of the search."""
+
+
+class TimeUpError(Exception):
+    """The time for the search is used up; what was found until then is written."""
+
+
+class Deadline:
+    """Tells how much of the time for a search is used up, as percents of progress; ``None``: there is no limit."""
+
+    def __init__(self, seconds: float | None, advance: Advance) -> None:
+        self._seconds, self._advance, self._began, self._percent = seconds, advance, monotonic(), 0
+
+    def left(self, fraction: float = 1.0) -> float:
+        """Seconds until this fraction of the time is used up."""
+        return float("inf") if self._seconds is None else self._began + fraction * self._seconds - monotonic()
+
+    def report(self) -> None:
+        """Report progress."""
+        if self._seconds is not None:
+            used = 1.0 - self.left() / max(self._seconds, 1e-9)
+            percent = max(self._percent, min(99, int(100 * used)))
+            self._advance(percent - self._percent)
+            self._percent = percent
+
+    def check(self) -> None:
+        """Report progress. Raises ``TimeUpError``."""
+        self.report()
+        if self.left() <= 0.0:
+            raise TimeUpError
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Fractions of wrong contact time that are still good enough; ``missed`` is ``None`` where nobody asks."""
+
+    false: float
+    missed: float | None = None
+
+    def excess(self, false: float, missed: float) -> float:
+        """The false fraction, and how much more than allowed is missed."""
+        return false + (0.0 if self.missed is None else max(0.0, missed - self.missed))
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """One choice of pieces for all bodies, and what it makes of the session."""
+
+    steps: tuple[int, ...]
+    pieces: int
+    false: float
+    missed: float
+    excess: float
+    false_frames: IntArray
+
+
+class Ladder:
+    """Pieces of one mesh, from its hull to many; ``reason`` is why it is not cut, ``""`` where it is."""
+
+    def __init__(self, mesh: TriangleMesh, deadline: Deadline) -> None:
+        self.mesh, self._deadline = mesh, deadline
+        self.reason = why_not_cut(mesh)
+        hull = hull_collider(mesh)
+        convex = not self.reason and volume_of(mesh) >= CONVEX * volume_of(hull)
+        self.reason = "it is convex" if convex else self.reason
+        self.method = HULL if self.reason else method_of("auto", mesh)
+        self.counts = (1, *{"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS))
+        self._made: dict[int, Sequence[TriangleMesh]] = {}
+
+    def cut(self, step: int) -> Cut:
+        """What gives the pieces of a step."""
+        return Cut(self.mesh, self.method, self.counts[step])
+
+    def how(self, step: int) -> str:
+        """How the pieces of a step are cut, in words."""
+        return METHODS[self.method if step else HULL].words
+
+    def keep_cut_steps(self, missing: Mapping[str, str]) -> None:
+        """Leave out the steps that were not cut in time; where none was, say why."""
+        cut = [step for step in range(1, len(self.counts)) if self.cut(step).key not in missing]
+        if len(self.counts) > 1 and not cut:
+            self.reason = missing[self.cut(1).key]
+        self.counts = (1, *(self.counts[step] for step in cut))
+
+    def above(self, step: int) -> list[int]:
+        """Steps to try next: the first one that is worth it, and the last."""
+        every = range(step + 1, len(self.counts))
+        filled = _filled(self.pieces(step))
+        worth = [higher for higher in every if _filled(self.pieces(higher)) <= WORTH * filled]
+        return sorted({*worth[:1], *every[-1:]})
+
+    def pieces(self, step: int) -> Sequence[TriangleMesh]:
+        """The pieces of a step. Raises ``TimeUpError`` where the time is up before they are cut."""
+        if step not in self._made:
+            watch = self._deadline.check if step else None
+            self._made[step] = convex_pieces(self.cut(step), watch)
+        return self._made[step]
+
+
+def _filled(pieces: Sequence[TriangleMesh]) -> float:
+    """The sum of the volumes of closed pieces."""
+    return sum(abs(volume_of(piece)) for piece in pieces)
+
+
+class ColliderSearch:
+    """Takes more pieces of the bodies of the pair with most false contact, then fewer where that is free.
+
+    ``rate`` are the settings of the engine's step. ``time_up``: whether the time ended the search.
+    """
+
+    def __init__(
+        self, assembly: Assembly, scoring: Scoring, rate: Mapping[str, float], limits: Limits, deadline: Deadline
+    ) -> None:
+        self.time_up, self._deadline, self._limits = False, deadline, limits
+        self._assembly, self._scoring, self._rate = assembly, scoring, dict(rate)
+        by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
+        ladders = {content_hash: Ladder(mesh, deadline) for content_hash, mesh in by_mesh.items()}
+        self.ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
+        self._tried: dict[tuple[int, ...], Tried] = {}
+        self.steps = dict.fromkeys(self.ladders, 0)
+
+    def _cut_ahead(self, false_frames: IntArray) -> None:
+        """Cut every step of the bodies with false contact, as many as can be cut in half of the time."""
+        columns = np.flatnonzero(false_frames).tolist()
+        names = {name for column in columns for name in self._assembly.bodies_of(column)}
+        ladders = {id(self.ladders[name]): self.ladders[name] for name in names}.values()
+        cuts = [ladder.cut(step) for ladder in ladders for step in range(1, len(ladder.counts))]
+        # The middle numbers of pieces first: they are the ones that are shipped most often.
+        cuts.sort(key=lambda cut: abs(cut.most - 12))
+        limit = max(0.0, self._deadline.left(CUTTING))
+        missing = cut_ahead(cuts, self._deadline.report, limit)
+        for ladder in ladders:
+            ladder.keep_cut_steps(missing)
+        self.time_up = any("within" in why for why in missing.values())
+
+    def run(self) -> None:
+        """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then."""
+        hulls = self._wrong(self.steps)
+        try:
+            if hulls.excess > self._limits.false:
+                self._cut_ahead(hulls.false_frames)
+                self._descend(self._climb())
+        except TimeUpError:
+            self.time_up = True
+
+    def pieces(self, steps: Mapping[str, int] | None = None) -> dict[str, Sequence[TriangleMesh]]:
+        """Pieces of each body, of the best choice or of another one."""
+        return {name: self.ladders[name].pieces(step) for name, step in (steps or self.steps).items()}
+
+    def front(self) -> list[Tried]:
+        """Of all that was tried, what no other choice beats with no more pieces; fewest pieces first."""
+        front: list[Tried] = []
+        for tried in sorted(self._tried.values(), key=lambda tried: (tried.pieces, tried.excess)):
+            if not front or tried.excess < front[-1].excess:
+                front.append(tried)
+        return front
+
+    def _climb(self) -> float:
+        tried = self._wrong(self.steps)
+        spent: set[int] = set()
+        while tried.excess > self._limits.false:
+            frames = tried.false_frames
+            order = np.argsort(-frames, kind="stable").tolist()
+            worst = next((column for column in order if column not in spent and frames[column]), None)
+            if worst is None:
+                break
+            choices = [(self._wrong(steps), steps) for steps in self._above(self.steps, worst)]
+            better = min(choices, key=lambda choice: (choice[0].excess, choice[0].pieces), default=None)
+            if better is None or better[0].false_frames[worst] >= frames[worst]:
+                spent.add(worst)
+                continue
+            tried, self.steps = better
+        return tried.excess
+
+    def _descend(self, excess: float) -> None:
+        """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
+        most = max(excess + SLACK, self._limits.false)
+        for name in sorted(self.steps, key=lambda body: -len(self.ladders[body].pieces(self.steps[body]))):
+            self.steps = {**self.steps, name: self._least(self.steps, name, most)}
+
+    def _least(self, steps: Mapping[str, int], name: str, most: float) -> int:
+        """The first step of a body with which little enough is wrong: more pieces make it less."""
+
+        def enough(step: int) -> bool:
+            return self._wrong({**steps, name: step}).excess <= most
+
+        return bisect_left(range(steps[name]), True, key=enough)
+
+    def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
+        """More pieces of one body of a pair, or of both: one alone may change nothing."""
+        higher = {name: self.ladders[name].above(steps[name]) for name in self._assembly.bodies_of(column)}
+        found = [{**steps, name: step} for name, more in higher.items() for step in more]
+        if all(higher.values()):
+            found.append({**steps, **{name: more[-1] for name, more in higher.items()}})
+        return found
+
+    def _wrong(self, steps: Mapping[str, int]) -> Tried:
+        """What a choice makes of the session; counted once."""
+        key = tuple(steps.values())
+        if key not in self._tried:
+            # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
+            if self._tried:
+                self._deadline.check()
+            pieces = self.pieces(steps)
+            bodies = tuple(replace(body, colliders=solids_of(pieces[body.name])) for body in self._assembly.bodies)
+            assembly = replace(self._assembly, bodies=bodies)
+            setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
+            detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
+            figures = self._scoring.figures(detection, setting, assembly)
+            false, missed = figures["false"] or 0.0, figures["not_reported"] or 0.0
+            self._tried[key] = Tried(
+                steps=key,
+                pieces=sum(map(len, pieces.values())),
+                false=false,
+                missed=missed,
+                excess=self._limits.excess(false, missed),
+                false_frames=self._scoring.false_frames(detection),
+            )
+        return self._tried[key]
+
+
+def as_row(tried: Tried) -> dict[str, Any]:
+    """One row of the front, as plain data."""
+    return {"pieces": tried.pieces, "false": tried.false, "missed": tried.missed}

@@ -1,0 +1,120 @@
+"""``replay fix``: the colliders to ship, measured on the motion of a session, as files that an engine takes."""
+
+from dataclasses import asdict
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from replay import words
+from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
+from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, reporting, scene, tau
+
+if TYPE_CHECKING:
+    from replay.api.collider_files import FixedColliders
+
+ENGINE_WORDS = "Write files for unity, unreal, godot or mujoco."
+OUT_WORDS = "Folder for the files.  [default: fix-ENGINE]"
+FALSE_WORDS = "Of the reported contact time at most so much may be false."
+MISSED_WORDS = "Of the contact time at most so much may be missed."
+LIMIT_WORDS = "Cut and search so long; then take the best pieces found by then."
+
+
+@click.command()
+@click.argument("session", type=SESSION_FILE, metavar="SESSION")
+@click.option("--engine", metavar="NAME", default="", help=ENGINE_WORDS)
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help=OUT_WORDS)
+@click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_WORDS)
+@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
+@click.option(
+    "--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_WORDS
+)  # fmt: skip
+@click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before.")
+@click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after.")
+@scene
+@tau
+@force
+@reporting
+def command(
+    session: Path, engine: str, out: Path | None, max_false: float, max_missed: float | None, people: People,
+    as_json: bool, **asked: Any,
+) -> int:  # fmt: skip
+    """Find the colliders to ship for SESSION: the fewest convex pieces a body that keep false contact low.
+
+    It cuts the bodies, replays the motion with many choices of pieces, and prints a report card. With --engine it
+    writes files that the engine takes, and the command that counts them again. Ctrl-C keeps the pieces that are cut:
+    the same command goes on from them. Exit code 1: a limit is not reached.
+
+    \b
+    replay fix session.mcap
+    replay fix session.mcap --engine unity
+    replay fix session.mcap --engine godot -o game/colliders --max-false 0.05
+    """
+    from replay.advice.collider_search import Limits
+    from replay.api.collider_files import fix_colliders
+    from replay.detection.compile_notice import compiling_announced
+
+    if out is not None and not engine:
+        raise click.UsageError("--out needs --engine, which says what to write: unity, unreal, godot or mujoco")
+    folder = out or (Path(f"fix-{engine}") if engine else None)
+    limits = Limits(false=max_false, missed=max_missed)
+    try:
+        with compiling_announced(people):
+            fixed = fix_colliders(
+                session, folder, engine=engine, limits=limits, progress=TerminalProgress(people), **asked
+            )
+    except KeyboardInterrupt:
+        people.say("the pieces that are cut are kept: the same command goes on from them")
+        raise
+    answer(as_json, fixed.as_json() | {"limits": asdict(limits)}, lambda: _screen(fixed, people))
+    if not as_json:
+        show(_sentences(fixed, str(session)))
+    return OK if fixed.reached else FAILURE
+
+
+def _screen(fixed: "FixedColliders", people: People) -> Any:
+    from replay.cli.terminal import terminal
+    from replay.outputs.fix_table import before_after_table, card_table, front_table
+
+    contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
+    tables = [card_table(fixed.bodies)]
+    if people.verbose:
+        tables.append(front_table(fixed.front))
+    tables.append(before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz))
+    return terminal(*tables)
+
+
+def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
+    """What was reached, what could not be cut, what to do in the engine, and how to count it again."""
+    from replay.base.constants import RECORDING
+    from replay.pipeline.headline import open_questions
+
+    lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
+    lines.append(f"False contact: {_share(fixed.after['false'])}; at most {_share(fixed.limits.false)} was asked for.")
+    if fixed.limits.missed is not None:
+        missed = _share(fixed.after["not_reported"])
+        lines.append(f"Missed contact: {missed}; at most {_share(fixed.limits.missed)} was asked for.")
+    lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in fixed.bodies if row["reason"]]
+    if fixed.time_up:
+        lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
+    elif not fixed.reached:
+        lines.append("No pieces that were tried keep to the limits.")
+    if fixed.folder is None:
+        return ["", *lines, "To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
+    again = f'replay run {quote(str(fixed.folder / "session.mcap"))} --detectors "{fixed.setting}"'
+    wrote = f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap."
+    return ["", *lines, wrote, *fixed.steps, *_axes(fixed), "Count it again:", f"  {again}"]
+
+
+def _share(fraction: float | None) -> str:
+    return words.share(fraction or 0.0)
+
+
+def _axes(fixed: "FixedColliders") -> list[str]:
+    """A sentence where the files suit a mesh that was imported as glTF, and no other."""
+    from sessions.meshes.mesh_axes import GLTF
+
+    if fixed.engine in ("Unity", "Unreal Engine") and fixed.axes == GLTF:
+        return [f"The poses are not in axes of {fixed.engine}: pieces fit a mesh imported there as glTF."]
+    return []

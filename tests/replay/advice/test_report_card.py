@@ -1,0 +1,57 @@
+"""Report cards of made solids are those of closed form."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, moved, revolved_mesh
+from trimesh.creation import icosphere
+
+from cdcore import TriangleMesh
+from replay.advice.report_card import distance_to, is_outside, reach, shape_figures
+from replay.cutting.convex_solids import volume_of
+
+
+def test_a_larger_box_in_place_of_a_box_has_its_closed_form():
+    small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((2.0, 1.0, 1.0))
+    card = shape_figures(small, [large])
+    assert (card["pieces"], card["triangles"], card["most_triangles"]) == (1, 12, 12)
+    assert card["beyond"] == pytest.approx(1.0, rel=1e-6) and card["missing"] == pytest.approx(0.0, abs=1e-6)
+    assert card["reach_mm"] == pytest.approx(500.0, rel=1e-6) and card["outside_mm"] == 0.0
+
+
+def test_half_a_box_in_place_of_a_box_misses_half():
+    whole, half = box_mesh((1.0, 1.0, 1.0)), moved(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
+    card = shape_figures(whole, [half])
+    assert card["missing"] == pytest.approx(0.5, rel=1e-6) and card["beyond"] == pytest.approx(0.0, abs=1e-6)
+    assert card["outside_mm"] == pytest.approx(500.0, rel=1e-6) and card["reach_mm"] == 0.0
+
+
+def test_crossed_bars_count_their_common_volume_once():
+    bars = [box_mesh((1.0, 0.1, 0.1)), box_mesh((0.1, 1.0, 0.1))]
+    hull = box_mesh((1.0, 1.0, 0.1))
+    card = shape_figures(hull, bars)
+    covered = 0.1 + 0.1 - 0.01
+    assert card["missing"] == pytest.approx(1.0 - covered, rel=1e-6) and card["beyond"] == pytest.approx(0, abs=1e-6)
+
+
+def test_reach_of_a_hull_into_a_cup_is_near_the_middle_of_its_mouth():
+    wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+    cup, plug = revolved_mesh(wall, 48), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0, 0.1)], 48)
+    assert reach(cup, [plug]) == pytest.approx(0.033, rel=0.03)
+
+
+def test_distances_and_sides_of_a_ball_are_those_of_the_ball():
+    ball = icosphere(subdivisions=4)
+    mesh = TriangleMesh(ball.vertices, ball.faces)
+    points = np.random.default_rng(0).normal(size=(50, 3))
+    points = points / np.linalg.norm(points, axis=1, keepdims=True) * np.linspace(0.2, 2.0, 50)[:, None]
+    radius = np.linalg.norm(points, axis=1)
+    assert np.allclose(distance_to(points, mesh), np.abs(radius - 1.0), atol=2e-3)
+    clear = np.abs(radius - 1.0) > 5e-3
+    assert (is_outside(points, mesh) == (radius > 1.0))[clear].all()
+
+
+def test_volumes_of_an_open_mesh_are_not_known():
+    open_box = TriangleMesh(box_mesh((1.0, 1.0, 1.0)).vertices, box_mesh((1.0, 1.0, 1.0)).faces[1:])
+    card = shape_figures(open_box, [box_mesh((1.0, 1.0, 1.0))])
+    assert card["beyond"] is None and card["missing"] is None
+    assert volume_of(box_mesh((1.0, 1.0, 1.0))) == pytest.approx(1.0)

@@ -1,0 +1,78 @@
+"""From two OBJ files and a CSV to colliders in the folder of an engine, in three commands."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from support.shapes import revolved_mesh
+
+from replay.cli.main import main
+from replay.cutting import piece_store
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+IMPORT = ["import", "csv", "own.csv", "--mapping", "own.toml", "--meshes", ".", "-o", "own.mcap"]
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """Two OBJ files, a CSV of a rod that stirs in a cup, and what its columns are, in an empty folder."""
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+    cup = revolved_mesh(WALL, 24)
+    axis = int(np.argmax(np.ptp(cup.vertices, axis=0)))
+    side = (axis + 1) % 3
+    for name, mesh in {"cup": cup, "rod": revolved_mesh(ROD, 8)}.items():
+        trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(tmp_path / f"{name}.obj")
+    rows = ["t,x,y,z,zero,one"]
+    for frame in range(60):
+        place = np.zeros(3)
+        place[axis], place[side] = 0.05, 0.031 if frame % 15 < 3 else 0.001 * (frame % 15)
+        rows.append(",".join(map(str, [0.011 * frame, *place.tolist(), 0, 1])))
+    (tmp_path / "own.csv").write_text("\n".join(rows), "utf-8")
+    turns = 'quaternion_xyzw = ["zero", "zero", "zero", "one"]'
+    bodies = {"cup": ["zero"] * 3, "rod": ["x", "y", "z"]}
+    mapping = ['convention = "openxr"', 'units = "m"', "[time]", 'column = "t"', 'unit = "s"']
+    for body, columns in bodies.items():
+        mapping += [f"[bodies.{body}]", f"position = {columns}", turns]
+    (tmp_path / "own.toml").write_text("\n".join(mapping), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
+    assert main(IMPORT) in (0, 3)
+    assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
+    assert "Fix Split cup into" in " ".join(capsys.readouterr().out.split())
+    assert main(["fix", "own.mcap", "--engine", "unity"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Report card of each collider" in said and "Wrote fix-unity for Unity" in said
+    told = json.loads((own / "fix-unity" / "colliders.json").read_text("utf-8"))
+    assert told["after"]["false"] <= 0.2 < told["before"]["false"]
+    assert {"ColliderPieces.cs", "README.txt", "cup.glb", "rod.glb", "session.mcap"} <= set(told["files"])
+    pieces = trimesh.load(own / "fix-unity" / "cup.glb", force="scene", process=False).geometry
+    assert len(pieces) == told["bodies"][0]["after"]["pieces"] > 1
+    assert all(len(piece.faces) <= 255 and piece.is_convex for piece in pieces.values())
+
+
+def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeypatch):
+    main(IMPORT)
+
+    def interrupted(*_args, **_named):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("replay.advice.collider_search.ColliderSearch._descend", interrupted)
+        assert main(["fix", "own.mcap", "--engine", "unity"]) == 130
+    assert "the same command goes on from them" in capsys.readouterr().err
+    assert not (own / "fix-unity").exists() and any((own / "cache").glob("cut-*"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--engine", "source"], "no engine 'source'; there are: unity"), (["-o", "x"], "--out needs --engine")],
+)
+def test_wrong_calls_say_what_to_give(own, words, said, capsys):
+    main(IMPORT)
+    assert main(["fix", "own.mcap", *words]) in (1, 2)
+    assert said in capsys.readouterr().err
