@@ -26,8 +26,6 @@ EVENT_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
-COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), built.LATE, "longest stage")
-
 
 def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION) -> Group:
     """What a terminal shows of a run unless it is asked for more; what to do next comes last.
@@ -70,7 +68,7 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
 def effect_parts(result: RunResult) -> list[Table | RenderableType]:
     """What effects found: a table where no detector was asked, else a line of those that are not contacts alone."""
     if not result.detections and result.effects:
-        table = built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped")
+        table = built.effect_table(result).narrow()
         return [table, Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
     found = [
         f"{kind} ({tallied(effect.events)})"
@@ -89,16 +87,16 @@ def run_tables(result: RunResult) -> Group:
         parts += [line(note, FAINT) for note in notes]
     for label in (rank.label for rank in result.ranking[:-1]):
         pairs = built.pair_table(result, label)
-        pairs = pairs.only(*(name for name in pairs.head if name not in ("seconds", "longest s")))
+        pairs = pairs.narrow()
         shown = pairs.first(PAIR_ROWS, "… and {} more")
         parts.append(replace(shown, title=f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
     if result.comparisons:
         parts.append(audit_table(result.document.audit))
     if result.detections:
-        parts.append(built.cost_table(result).only(*COST_HEAD))
+        parts.append(built.cost_table(result).narrow())
     if result.effects and result.detections:
-        parts.append(built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped"))
+        parts.append(built.effect_table(result).narrow())
     parts += [Text(), line(CAVEAT, FAINT)]
     if result.assembly.proxies:
         parts.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))

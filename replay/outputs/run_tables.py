@@ -256,7 +256,6 @@ def false_table(false: Table, label: str) -> Table:
     return Table.of(COLUMNS["false"], rows, f"{thing}s of {label}")
 
 
-QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
 LATE = f"over {BUDGET_MS:.1f} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
@@ -276,10 +275,10 @@ def cost_table(result: Summarised) -> Table:
 
 EFFECTS = (
     Column("effect", of="0", whole=True),
-    Column("because", of=lambda row: "; ".join(row[1].because)),
+    Column("because", wide=True, of=lambda row: "; ".join(row[1].because)),
     Column("found", of=lambda row: tallied(row[1].events) or _curves(int(row[1].counters.get(CURVES, 0)))),
-    Column("runs only in", of=lambda row: row[1].trigger or "always"),
-    Column("work", of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row[1].counters.items())),
+    Column("runs only in", wide=True, of=lambda row: row[1].trigger or "always"),
+    Column("work", wide=True, of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row[1].counters.items())),
     Column("ms", float, of=lambda row: 1e3 * row[1].seconds, show=".1f"),
     Column("% of the run", float, of=lambda row: 100 * row[1].fraction, show=".1f"),
     Column("% skipped", float, of=lambda row: 100 - 100 * row[1].frames_run / max(1, row[1].frames), show=".1f"),
