@@ -21,7 +21,7 @@ Times = Mapping[str, DetectorTimes]
 
 @dataclass(frozen=True)
 class Gates:
-    """What is not to be exceeded; ``None``: not asked for.
+    """Limits that are not to be exceeded; ``None``: not asked for.
 
     Parameters
     ----------
@@ -51,12 +51,14 @@ class Gates:
         ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
         """
         rows = (("--max-missed", self.max_missed, _missed), ("--max-false", self.max_false, _false))
-        failures = []
+        sentences = []
         for name, most, check in rows:
             if most is not None:
-                failures += [] if audit else [f"{name} cannot be checked: nothing was audited"]
-                failures += [words for label, figures in audit.items() for words in check(name, label, figures, most)]
-        return failures + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
+                sentences += [] if audit else [f"{name} cannot be checked: nothing was audited"]
+                sentences += [
+                    sentence for label, detector in audit.items() for sentence in check(name, label, detector, most)
+                ]
+        return sentences + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
 
 
 def _missed(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:

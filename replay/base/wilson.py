@@ -33,11 +33,11 @@ def wilson(count: float, of: float) -> tuple[float, float]:
     """
     if of <= 0:
         return 0.0, 1.0
-    share, spread = count / of, Z95 * Z95 / of
-    middle = share + spread / 2
-    half = Z95 * sqrt((share * (1 - share) + spread / 4) / of)
-    low, high = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
-    return (0.0 if count == 0 else max(0.0, low)), (1.0 if count == of else min(1.0, high))
+    fraction, spread = count / of, Z95 * Z95 / of
+    middle = fraction + spread / 2
+    half = Z95 * sqrt((fraction * (1 - fraction) + spread / 4) / of)
+    lower, upper = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
+    return (0.0 if count == 0 else max(0.0, lower)), (1.0 if count == of else min(1.0, upper))
 
 
 class Proportion(Record, frozen=True):
@@ -113,9 +113,9 @@ def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> fl
 
     if count in (0, of):
         return clusters
-    part, (squared, crossed, whole) = count / of, squares
-    spread = squared - 2 * part * crossed + part * part * whole
+    fraction, (squared, crossed, whole) = count / of, squares
+    spread = squared - 2 * fraction * crossed + fraction * fraction * whole
     wide = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
     # Clusters that are all alike have no spread: the number is then cut to all there are.
-    number = part * (1 - part) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / wide**2
+    number = fraction * (1 - fraction) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / wide**2
     return min(max(number, 1.0), of)

@@ -49,10 +49,10 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
 def _shown(found: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.base.tables import STRONG
     from replay.cli.terminal import line
-    from replay.studies.diff.diff_words import changes, diff_table, settings_words
+    from replay.studies.diff.diff_words import changes, diff_table, settings_lines
 
     yield line(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"), STRONG)
-    yield from map(line, settings_words(found))
+    yield from map(line, settings_lines(found))
     for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
         if labels:
             yield line(f"only in {side}: {', '.join(labels)}")

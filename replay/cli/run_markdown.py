@@ -1,4 +1,4 @@
-"""What ``run --format markdown`` prints: the answer for the page of a build, gates first, then who missed what."""
+"""The output of ``run --format markdown``: the answer for the page of a build, gates first, then who missed what."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ LEVEL = 3
 def run_markdown(result: RunResult, broken: Sequence[str]) -> str:
     """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
     size = f"{result.document.session.frames:,} frames, {len(result.assembly.bodies)} bodies"
-    answers = [f"**{words}**" for words in headlines(result)]
+    answers = [f"**{sentence}**" for sentence in headlines(result)]
     tables = [ranking_table(result)] if len(result.comparisons) > 1 else []
     name = result.session.scene.name or "Session"
     return markdown_page(name, broken, [*doubts(result), size, *answers], tables, price(result), reasons(result))
@@ -38,10 +38,10 @@ def markdown_page(
     below: Sequence[str] = (),
     reasons: Sequence[str] = (),
 ) -> str:
-    """Which gates failed, sentences, reasons in Markdown, the tables, and sentences below that are no table's note."""
+    """Return failed gates, sentences, reasons in Markdown, the tables, and sentences that are no table's note."""
     gates = "\n".join(f"- **gate failed:** {markdown_words(sentence)}" for sentence in broken)
-    parts = [f"## {markdown_words(head)}", gates, *map(markdown_words, above), "\n".join(reasons)]
-    parts += [markdown(table, LEVEL) for table in tables]
+    paragraphs = [f"## {markdown_words(head)}", gates, *map(markdown_words, above), "\n".join(reasons)]
+    paragraphs += [markdown(table, LEVEL) for table in tables]
     noted = {note for table in tables for note in table.notes}
-    parts += [markdown_words(words) for words in below if words not in noted]
-    return "\n\n".join([*filter(None, parts), f"*{CAVEAT}*"])
+    paragraphs += [markdown_words(sentence) for sentence in below if sentence not in noted]
+    return "\n\n".join([*filter(None, paragraphs), f"*{CAVEAT}*"])

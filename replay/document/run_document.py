@@ -54,7 +54,7 @@ class PairRecord(Record, frozen=True):
 
 
 class TradeoffRecord(Record, frozen=True, tag_field="schema", tag=TRADEOFF_SCHEMA):
-    """What every setting that was tried misses and takes, as ``replay.pipeline.run_result.Tradeoff``."""
+    """Every setting that was tried, with what it misses and takes, as ``replay.pipeline.run_result.Tradeoff``."""
 
     answer: str
     advice: tuple[str, ...]

@@ -144,7 +144,7 @@ class NoiseRecord(Record, frozen=True):
 
 
 class PlanRecord(Record, frozen=True):
-    """What the scene calls for: effects, pairs, bodies, topics and detectors, each with the reasons for it."""
+    """The needs of the scene: effects, pairs, bodies, topics and detectors, each with the reasons for it."""
 
     effects: dict[str, tuple[str, ...]]
     pairs: dict[str, tuple[str, ...]] | None

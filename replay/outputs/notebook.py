@@ -1,4 +1,4 @@
-"""What a notebook and a Python prompt show of a run: the ranking, the answer, charts, and where the picture is."""
+"""A run in a notebook and at a Python prompt: the ranking, the answer, charts, and where the picture is."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -49,8 +49,8 @@ def run_text(result: RunResult) -> str:
         lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []
     else:
         lines += [
-            f"{label}: {plural(len(found), 'contact')}"
-            for label, found in list(result.episodes.items())[:MOST_DETECTORS]
+            f"{label}: {plural(len(contacts), 'contact')}"
+            for label, contacts in list(result.episodes.items())[:MOST_DETECTORS]
         ]
     lines.append(_where(result))
     return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
@@ -58,14 +58,14 @@ def run_text(result: RunResult) -> str:
 
 def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
-    there = [name for name in FILES if result.out and (result.out / name).is_file()]
+    files = [name for name in FILES if result.out and (result.out / name).is_file()]
     return filled(
         "outputs/notebook.html", what=_what(result), where=_where(result),
         # Its note about a busy machine stands in the cost.
         ranking=replace(ranking_table(result), notes=()) if result.ranking else None, undecided=undecided(result),
         answer=result.answers[0] if result.answers else None, price=price(result),
         command_of=partial(_command, result=result),
-        links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in there],
+        links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
     )  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
     return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
 
 
-def _false_share(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
+def _false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
     false, unconfirmed = of
     if false is None:
         return NOT_APPLICABLE
@@ -101,12 +101,12 @@ COLUMNS = columns_of(
         "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
         "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
         "false_of": lambda rank: (rank.false, rank.unconfirmed),
-        "false_share": _false_share,
+        "false_share": _false_cell,
         "ms": _ms,
         "loss": words.loss_number,
         "quick_ms": _quick_ms,
-        "percent_or_dash": lambda share: NOT_APPLICABLE if share is None else words.share(share),
-        "percent": lambda share: "" if share is None else words.share(share),
+        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.share(fraction),
+        "percent": lambda fraction: "" if fraction is None else words.share(fraction),
         "stage": _stage,
         "cut_of": lambda row: row["lengths"].cut,
         "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
@@ -130,11 +130,13 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     notes = [OVER_CONTACTS] if intervals else []
     if busy := busy_words(result.document):
         notes.append(busy)
-    notes += timed_apart(result)
+    notes += timing_notes(result)
     made = Table.of(RANKING, ranks, title, notes)
     if intervals:
-        with_intervals = partial(_false_share, intervals=True)
-        columns = (replace(one, show=with_intervals) if one.name == FALSE_CONTACT else one for one in made.columns)
+        with_intervals = partial(_false_cell, intervals=True)
+        columns = (
+            replace(column, show=with_intervals) if column.name == FALSE_CONTACT else column for column in made.columns
+        )
         made = replace(made, columns=tuple(columns))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
@@ -145,7 +147,7 @@ def ranking_numbers(result: Summarised) -> Table:
     return Table.of((column.stored for column in RANKING), result.ranking)
 
 
-def timed_apart(result: Summarised) -> list[str]:
+def timing_notes(result: Summarised) -> list[str]:
     """A line that names the detectors of a ranking that were not timed frame by frame, where others were."""
     live = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
     at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
@@ -184,7 +186,7 @@ NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
 
 
 def pair_table(result: Summarised, label: str) -> Table:
-    """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
+    """Pairs that touched, or were said to, by what a detector made of them; the most missed first, as in the lanes.
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
@@ -261,7 +263,7 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 
 
 def cost_table(result: Summarised) -> Table:
-    """What each detector took; the mean is over all frames, quantiles and the share over budget over the samples."""
+    """The times of each detector; the mean is over all frames, quantiles and the share over budget over the samples."""
     rows, notes = [], list[str]()
     for label, detector in result.document.detectors.items():
         how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
@@ -290,21 +292,21 @@ def _curves(count: int) -> str:
 
 
 def effect_table(result: Summarised) -> Table:
-    """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
+    """Effects of the plan: what each found, why it ran, what it cost, how much of the session its trigger skipped."""
     return Table.of(EFFECTS, result.document.effects.items(), "Effects")
 
 
 def finding_table(
     findings: Sequence[Finding], title: str = "Findings", *, marks: Sequence[str] = ("", "", "")
 ) -> Table:
-    """What is wrong with a recording, in the order given; ``marks`` of a severity: note, warning, error.
+    """The findings about a recording, in the order given; ``marks`` of a severity: note, warning, error.
 
     What a code means and what to do stands below its first row only: with nine losses of tracking it would be most of
     the table.
     """
     first = {finding.code: finding for finding in reversed(findings)}
 
-    def said(finding: Finding) -> Cell:
+    def message(finding: Finding) -> Cell:
         below = f"{finding.meaning}; {finding.fix}" if finding is first[finding.code] else ""
         return Marked(finding.message, "", below)
 
@@ -312,7 +314,7 @@ def finding_table(
         Column("severity", of="severity", show=lambda level: Marked(level.name.lower(), marks[level]), whole=True),
         Column("code", whole=True),
         Column("body", whole=True),
-        Column("what", of=said),
+        Column("what", of=message),
         Column("seconds", of=lambda finding: span_words(finding.start, finding.end), whole=True),
         Column("count", int),
     )

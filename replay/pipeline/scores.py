@@ -104,8 +104,8 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
     """Count those contacts alone that hold in spite of tracker noise; ``None``: noise was not asked for."""
     if result.noise is None:
         return None
-    words = result.noise.words
-    holds = np.array([words[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
+    noise_labels = result.noise.words
+    holds = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
     firm = contacts.only(holds)
     firm_offsets = None if offsets is None else offsets.only(holds)
     return NoiseProofAudit(

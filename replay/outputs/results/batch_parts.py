@@ -26,7 +26,7 @@ FOLDER: Final = "batch.tables"
 LIST: Final = "parts.json"
 SCHEMA: Final = "vrlab-replay/parts/1"
 
-PART_RUNS: Final = 500
+SHARD_RUNS: Final = 500
 """Runs of a part: of a hundred thousand there are 200 files a table."""
 
 GROUP_ROWS: Final = 16_384
@@ -42,28 +42,28 @@ TableOf = Callable[[str, str], pa.Table]
 
 
 @dataclass(frozen=True)
-class Part:
+class Shard:
     """Some runs of a batch whose rows stand in one file a table; ``runs`` are name -> what the run was then."""
 
     stem: str
     runs: Mapping[str, Mark]
 
     def file(self, batch: Path, table: str) -> Path:
-        """Where its rows of a table are."""
+        """Return the file of its rows of a table."""
         return batch / FOLDER / table / f"{self.stem}.parquet"
 
 
-def read_parts(batch: Path) -> tuple[Part, ...]:
+def read_shards(batch: Path) -> tuple[Shard, ...]:
     """The parts of a batch; none where there is no list of them that can be read."""
     try:
         listed = read_json(batch / FOLDER / LIST)
         if listed["schema"] != SCHEMA:
             return ()
-        parts = [Part(str(one["stem"]), {name: _mark(mark) for name, mark in one["runs"].items()})
-                 for one in listed["parts"]]  # fmt: skip
+        shards = [Shard(str(entry["stem"]), {name: _mark(mark) for name, mark in entry["runs"].items()})
+                 for entry in listed["parts"]]  # fmt: skip
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ()
-    return tuple(parts) if all(STEM.fullmatch(part.stem) for part in parts) else ()
+    return tuple(shards) if all(STEM.fullmatch(shard.stem) for shard in shards) else ()
 
 
 def _mark(given: Any) -> Mark:
@@ -71,38 +71,38 @@ def _mark(given: Any) -> Mark:
     return str(request), int(size), int(changed)
 
 
-def write_parts(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], rows_of: TableOf) -> None:
+def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], rows_of: TableOf) -> None:
     """Write the tables of a batch anew where its runs are not those of before; ``rows_of`` makes the rows of a run.
 
     Raises ``OutputError``: they cannot be written.
     """
-    before = {part.stem for part in read_parts(batch)}
+    before = {shard.stem for shard in read_shards(batch)}
     names, tables = sorted(runs), tuple(tables)
-    shares = [names[start : start + PART_RUNS] for start in range(0, len(names), PART_RUNS)]
-    parts = [_part(number, {name: runs[name] for name in share}) for number, share in enumerate(shares)]
-    for part in parts:
-        if part.stem not in before:
+    chunks = [names[start : start + SHARD_RUNS] for start in range(0, len(names), SHARD_RUNS)]
+    shards = [_shard(number, {name: runs[name] for name in chunk}) for number, chunk in enumerate(chunks)]
+    for shard in shards:
+        if shard.stem not in before:
             for table in tables:
-                _write_part(part.file(batch, table), part, table, rows_of)
-    text = json.dumps({"schema": SCHEMA, "parts": [{"stem": part.stem, "runs": part.runs} for part in parts]})
+                _write_shard(shard.file(batch, table), shard, table, rows_of)
+    text = json.dumps({"schema": SCHEMA, "parts": [{"stem": shard.stem, "runs": shard.runs} for shard in shards]})
     with whole_file(batch / FOLDER / LIST, OutputError, parents=True) as file:
         file.write(text.encode())
-    kept = {part.stem for part in parts}
+    kept = {shard.stem for shard in shards}
     for table in tables:
-        for file_there in (batch / FOLDER / table).glob("part-*.parquet"):
-            if file_there.stem not in kept:
+        for written in (batch / FOLDER / table).glob("part-*.parquet"):
+            if written.stem not in kept:
                 with suppress(OSError):
-                    file_there.unlink()
+                    written.unlink()
 
 
-def _part(number: int, runs: dict[str, Mark]) -> Part:
+def _shard(number: int, runs: dict[str, Mark]) -> Shard:
     digest = hashlib.sha256(json.dumps(runs, sort_keys=True).encode()).hexdigest()
-    return Part(f"part-{number:05d}-{digest[:16]}", runs)
+    return Shard(f"part-{number:05d}-{digest[:16]}", runs)
 
 
-def _write_part(target: Path, part: Part, table: str, rows_of: TableOf) -> None:
+def _write_shard(target: Path, shard: Shard, table: str, rows_of: TableOf) -> None:
     """One file of a table, with the rows of a part in order of its runs."""
-    rows = pa.concat_tables([rows_of(table, name) for name in part.runs], promote_options="default")
+    rows = pa.concat_tables([rows_of(table, name) for name in shard.runs], promote_options="default")
     with whole_file(target, OutputError, parents=True) as file:
         pq.write_table(rows, file, compression="zstd", row_group_size=GROUP_ROWS)
 

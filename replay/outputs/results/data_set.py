@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 
 from replay.errors import RunFolderError
 from replay.metrics.row import MEASURED
-from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
+from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Shard, read_shards, summaries, write_shards
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import READ_TABLES, SUMMARY, table_file
@@ -40,30 +40,30 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
-    found = find_runs(require_folder(folder))
-    return {name: joined(found, name) for name in DATA_SET}
+    run_set = find_runs(require_folder(folder))
+    return {name: joined(run_set, name) for name in DATA_SET}
 
 
 @dataclass(frozen=True)
-class FoundRuns:
-    """The run folders at or below a folder, by path, and the parts of batches that hold the rows of some of them."""
+class RunSet:
+    """The run folders at or below a folder, by path, and the shards of batches that hold the rows of some of them."""
 
     top: Path
     runs: tuple[str, ...]
-    parts: tuple[tuple[str, Part, frozenset[str]], ...]  # path of the batch, part, and whose rows of it are true
+    shards: tuple[tuple[str, Shard, frozenset[str]], ...]  # path of the batch, shard, and whose rows of it are true
 
     def pieces(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-        """The rows of a table, those of some hundred runs at a time: by part, then of each run that is in none.
+        """The rows of a table, those of some hundred runs at a time: by shard, then of each run that is in none.
 
         ``columns`` are those wanted; ``None``: all.
         """
         file, copied = DATA_SET[name][0], set[str]()
-        for batch, part, true in self.parts:
+        for batch, shard, true in self.shards:
             try:
                 with _tight_memory():
-                    rows = _plain(part.file(self.top / batch, name), name, columns, part=True)
+                    rows = _plain(shard.file(self.top / batch, name), name, columns, shard=True)
             except RunFolderError:
-                continue  # a part is a copy: its rows are read from the run folders
+                continue  # a shard is a copy: its rows are read from the run folders
             paths = pc.binary_join_element_wise(batch, rows["run"], "/") if batch else rows["run"]
             rows = rows.set_column(rows.column_names.index("run"), "run", paths)
             listed = _paths(batch, true)
@@ -88,7 +88,7 @@ def _tight_memory() -> Iterator[None]:
         pa.set_memory_pool(before)
 
 
-def find_runs(top: Path) -> FoundRuns:
+def find_runs(top: Path) -> RunSet:
     """The run folders at or below a folder; those half written have hidden names and are left out.
 
     Raises ``RunFolderError``: there is none.
@@ -98,14 +98,14 @@ def find_runs(top: Path) -> FoundRuns:
     }
     if not marks:
         raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
-    parts = []
+    shards = []
     for batch in sorted(file.parent.parent for file, _ in summaries(top, LIST) if file.parent.name == FOLDER):
-        for part in read_parts(batch):
+        for shard in read_shards(batch):
             # Rows of a folder that is gone or was made anew are none of its.
-            true = {name for name, mark in part.runs.items() if _unchanged(marks.get(batch / name), mark)}
+            true = {name for name, mark in shard.runs.items() if _unchanged(marks.get(batch / name), mark)}
             if true:
-                parts.append((_path(top, batch), part, frozenset(true)))
-    return FoundRuns(top, tuple(_path(top, run) for run in sorted(marks)), tuple(parts))
+                shards.append((_path(top, batch), shard, frozenset(true)))
+    return RunSet(top, tuple(_path(top, run) for run in sorted(marks)), tuple(shards))
 
 
 def _unchanged(about: os.stat_result | None, mark: Mark) -> bool:
@@ -113,7 +113,7 @@ def _unchanged(about: os.stat_result | None, mark: Mark) -> bool:
 
 
 def _path(top: Path, folder: Path) -> str:
-    """Of a folder below another; ``""``: the same."""
+    """The path of a folder below another; ``""``: the same."""
     path = folder.relative_to(top).as_posix()
     return "" if path == "." else path
 
@@ -131,18 +131,18 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
     for name, request in requests.items():
         about = (batch / name / SUMMARY).stat()
         marks[name] = (request, about.st_size, about.st_mtime_ns)
-    write_parts(batch, marks, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
+    write_shards(batch, marks, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
 
 
-def joined(found: FoundRuns, name: str) -> pa.Table:
+def joined(run_set: RunSet, name: str) -> pa.Table:
     """One table of all runs; the columns that every run should have come first."""
     file, kinds, _ = DATA_SET[name]
-    parts = [_no_rows(kinds), *found.pieces(name)]
+    tables = [_no_rows(kinds), *run_set.pieces(name)]
     try:
-        return pa.concat_tables(parts, promote_options="default")
+        return pa.concat_tables(tables, promote_options="default")
     except UNREADABLE as error:
         raise RunFolderError(
-            f"the tables {file} below {found.top} are not of one kind; run their sessions again"
+            f"the tables {file} below {run_set.top} are not of one kind; run their sessions again"
         ) from error
 
 
@@ -160,7 +160,7 @@ def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
     return table.append_column("run", pa.array([run or "."] * len(table), TYPES[str]))
 
 
-def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, part: bool = False) -> pa.Table:
+def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, shard: bool = False) -> pa.Table:
     """A file with the rows of a table, with words in place of numbers of words, which differ from file to file.
 
     Only the file of a ``part`` says which run a row is of; ``columns``: read no others.
@@ -171,9 +171,9 @@ def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, part:
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
     _, kinds, needed = DATA_SET[name]
-    needed |= RUN.keys() if part else set()
+    needed |= RUN.keys() if shard else set()
     if columns is not None:
         needed &= frozenset(columns)
-    if not part and "run" in table.column_names:
+    if not shard and "run" in table.column_names:
         table = table.drop_columns("run")
     return checked_table(path, table, kinds, needed)

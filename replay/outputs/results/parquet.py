@@ -41,9 +41,9 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         # program in sixty (2026-11-22). `pq.read_table` would make columns of folders named like `student=S01` too.
         with path.open("rb") as file, pq.ParquetFile(file, pre_buffer=False) as table:
             _require_dense(table.metadata, file.seek(0, 2), path)
-            found = table.read(columns=columns, use_threads=False)
-            found.validate(full=True)
-            return found
+            rows = table.read(columns=columns, use_threads=False)
+            rows.validate(full=True)
+            return rows
     except UNREADABLE as error:
         raise RunFolderError.unreadable(path, error) from error
 

@@ -21,10 +21,10 @@ from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
 from replay.prepare.flags import POSE_DOUBT, flag_word
 
-VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
-OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
+VERDICT_NAMES: Final = [verdict.name for verdict in Verdict]
+OUTCOME_NAMES: Final = [outcome.name for outcome in Outcome]
 
-ROWS_PER_PART: Final = 200_000
+ROWS_PER_BATCH: Final = 200_000
 """Rows of the frame table that are made at a time: some 20 MB, for a session of any length."""
 
 STATED: Final = (Verdict.UNRESOLVED, Verdict.INVALID)
@@ -45,14 +45,14 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     """
     rows, columns = _happened(result)
     numbers = {
-        f"{kind}/{label}": _numbers(found[label], rows, columns)
+        f"{kind}/{label}": _numbers(faults[label], rows, columns)
         for label in result.comparisons
-        for kind, found in (("miss", result.misses), ("false", result.false))
+        for kind, faults in (("miss", result.misses), ("false", result.false))
     }
-    for start in range(0, max(1, len(rows)), ROWS_PER_PART):
-        part = slice(start, start + ROWS_PER_PART)
-        cut = {name: number[part] for name, number in numbers.items()}
-        yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
+    for start in range(0, max(1, len(rows)), ROWS_PER_BATCH):
+        batch = slice(start, start + ROWS_PER_BATCH)
+        cut = {name: number[batch] for name, number in numbers.items()}
+        yield pa.table(_frame_columns(result, rows[batch], columns[batch], cut))
 
 
 def timing_table(result: RunResult) -> pa.Table:
@@ -68,12 +68,16 @@ def timing_table(result: RunResult) -> pa.Table:
 
 def series_table(result: RunResult) -> pa.Table:
     """Every value of every series of the effects: ``effect series unit time value``."""
-    parts = [(kind, name, one) for kind, run in result.effects.items() for name, one in run.series.items()]
-    rows = np.repeat(np.arange(len(parts)), [len(one.times) for _, _, one in parts])
-    words = ([kind for kind, _, _ in parts], [name for _, name, _ in parts], [one.unit for _, _, one in parts])
-    columns: Columns = {name: _words(rows, one) for name, one in zip(("effect", "series", "unit"), words, strict=True)}
-    for name, some in {"time": "times", "value": "values"}.items():
-        columns[name] = pa.array(np.concatenate([np.zeros(0), *(getattr(one, some) for _, _, one in parts)]))
+    named = [(kind, name, series) for kind, run in result.effects.items() for name, series in run.series.items()]
+    every = [series for _, _, series in named]
+    rows = np.repeat(np.arange(len(every)), [len(series.times) for series in every])
+    columns: Columns = {
+        "effect": _dictionary(rows, [kind for kind, _, _ in named]),
+        "series": _dictionary(rows, [name for _, name, _ in named]),
+        "unit": _dictionary(rows, [series.unit for series in every]),
+        "time": pa.array(np.concatenate([np.zeros(0), *(series.times for series in every)])),
+        "value": pa.array(np.concatenate([np.zeros(0), *(series.values for series in every)])),
+    }
     return pa.table(columns)
 
 
@@ -93,19 +97,19 @@ def _measured(document: RunDocument, label: str) -> dict[str, Any]:
         None if samples is None else samples.p99,
         None if samples is None else samples.max,
     )
-    words = document.oracle, document.session.facts.get("vr_type")
-    return dict(zip(MEASURED, (*words, *(None if one is None else 1e3 * one for one in taken)), strict=True))
+    milliseconds = [None if time is None else 1e3 * time for time in taken]
+    return dict(zip(MEASURED, (document.oracle, document.session.facts.get("vr_type"), *milliseconds), strict=True))
 
 
 def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
     """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
     rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
-        verdicts = [found.verdict[start : start + VERDICT_FRAMES] for found in result.detections.values()]
-        marked = [counts_as_contact(part) | is_one_of(part, STATED) for part in verdicts]
+        verdicts = [detection.verdict[start : start + VERDICT_FRAMES] for detection in result.detections.values()]
+        marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED) for verdict in verdicts]
         if marked:
             flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-            marked += [((flag & POSE_DOUBT) > 0) & (part != Verdict.NO_POSE) for part in verdicts]
+            marked += [((flag & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(marked))
             rows.append(frame + start)
             columns.append(column)
@@ -115,8 +119,8 @@ def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
 def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
     ends = result.assembly.pairs[columns]
     flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
-    codes, place = np.unique(flag, return_inverse=True)
-    named = pa.array(place.reshape(-1).astype(np.int32), mask=flag == 0)
+    codes, index = np.unique(flag, return_inverse=True)
+    named = pa.array(index.reshape(-1).astype(np.int32), mask=flag == 0)
     return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))
 
 
@@ -126,15 +130,15 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         "frame": pa.array(rows),
         "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
         "time": pa.array(result.assembly.motion.times[rows]),
-        "body_a": _words(ends[:, 0], names),
-        "body_b": _words(ends[:, 1], names),
+        "body_a": _dictionary(ends[:, 0], names),
+        "body_b": _dictionary(ends[:, 1], names),
         "held": pa.array(result.assembly.held[columns] | within(result.holdings, columns, rows, rows)),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():
-        table[f"verdict/{label}"] = _words(detection.verdict[rows, columns], VERDICT_WORDS)
+        table[f"verdict/{label}"] = _dictionary(detection.verdict[rows, columns], VERDICT_NAMES)
     for label, comparison in result.comparisons.items():
-        table[f"outcome/{label}"] = _words(comparison.outcome[rows, columns], OUTCOME_WORDS)
+        table[f"outcome/{label}"] = _dictionary(comparison.outcome[rows, columns], OUTCOME_NAMES)
         for name in (f"miss/{label}", f"false/{label}"):
             table[name] = pa.array(numbers[name], mask=numbers[name] == 0)
     for label, detection in result.detections.items():
@@ -147,14 +151,14 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
     return table
 
 
-def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
-    return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(words, pa.string()))
+def _dictionary(values: NDArray[np.integer], names: list[str]) -> pa.DictionaryArray:
+    return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(names, pa.string()))
 
 
-def _numbers(found: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
+def _numbers(faults: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
     """Number of the miss or the false contact that each row belongs to, 0 outside."""
     number = np.zeros(len(rows), dtype=np.int64)
-    for one in found:
-        low, high = np.searchsorted(rows, [one.first, one.last + 1])
-        number[low:high][columns[low:high] == one.pair] = one.number
+    for fault in faults:
+        start, stop = np.searchsorted(rows, [fault.first, fault.last + 1])
+        number[start:stop][columns[start:stop] == fault.pair] = fault.number
     return number

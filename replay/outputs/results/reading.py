@@ -30,7 +30,10 @@ NUMBERED: Final = ("number", "episode", "truth")
 
 
 def read_json(path: Path) -> Any:
-    """What a JSON file holds; ``ValueError``: no JSON, a number that no run writes, ``OSError``: no readable file."""
+    """Return the content of a JSON file.
+
+    Raises ``ValueError``: no JSON, or a number that no run writes; ``OSError``: no readable file.
+    """
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file")
     try:
@@ -76,15 +79,15 @@ def checked_table(path: Path, table: pa.Table, kinds: Mapping[str, type], needed
         raise RunFolderError(f"{path} lacks the column {missing[0]!r}; {AGAIN}")
     if len(set(table.column_names)) < len(table.column_names):
         raise RunFolderError(f"{path} has two columns of one name; {AGAIN}")
-    for place, name in enumerate(table.column_names):
-        column = table.column(place)
+    for index, name in enumerate(table.column_names):
+        column = table.column(index)
         type_ = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
         allowed = (TYPES[kinds[name]], pa.null()) if name in kinds else tuple(TYPES.values())
         if type_ not in allowed:
             raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed[0]}; {AGAIN}")
         column = column.cast(allowed[0]) if name in kinds else column.cast(type_)
         _require_plain(path, name, column, needed)
-        table = table.set_column(place, name, column)
+        table = table.set_column(index, name, column)
     return table
 
 
@@ -119,12 +122,12 @@ def checked_contacts(path: Path, table: pa.Table, document: RunDocument) -> pa.T
     ordered = pc.all(pc.less_equal(table["first"], table["last"])).as_py()
     within = pc.max(table["last"]).as_py() < document.session.frames
     in_time = pc.all(pc.less_equal(table["start"], table["end"])).as_py()
-    there = all(
+    in_session = all(
         pc.all(pc.less(table[name], document.session.frames)).as_py() is not False
         for name in ("deepest", "widest")
         if name in table.column_names
     )
-    if not (ordered and within and in_time and there):
+    if not (ordered and within and in_time and in_session):
         raise RunFolderError(f"{path} has a row outside the frames of its run; {AGAIN}")
     numbers = table.group_by(["detector", "number"]).aggregate([])
     if len(numbers) < len(table):

@@ -124,7 +124,7 @@ def _write_document(folder: Path, document: RunDocument) -> None:
 
 
 def table_file(folder: Path, name: str) -> Path:
-    """Where a run folder has a table."""
+    """Return the file of a table in a run folder."""
     return folder / f"{name}.parquet"
 
 
@@ -192,7 +192,7 @@ class RunFolder:
 
     @property
     def answers(self) -> tuple[Answer, ...]:
-        """What is said first of each audited detector, in the order of the ranking."""
+        """The answer about each audited detector, in the order of the ranking."""
         return self.document.answers
 
     @cached_property
@@ -238,22 +238,22 @@ class RunFolder:
         mark, replaced = self.document.session.recording, self.document.session.facts.get(SCENE_FACT)
         if mark is None and given is None:
             raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
-        places = (self.path, self.path.parent, Path())
-        files = (file for place in places for file in sorted(place.glob("*.mcap")) if file.is_file())
+        folders = (self.path, self.path.parent, Path())
+        files = (file for folder in folders for file in sorted(folder.glob("*.mcap")) if file.is_file())
         alike = (file for file in files if mark is not None and file.stat().st_size == mark.bytes)
-        found = given or next((file for file in alike if recording_mark(file) == mark), None)
-        if found is None:
+        recording = given or next((file for file in alike if recording_mark(file) == mark), None)
+        if recording is None:
             raise RunFolderError(f"the recording that {self.path} replayed is not beside it; say where: --session FILE")
         if replaced and scene is None:
             raise RunFolderError(f"{self.path} replayed with the scene of {replaced}; give it with --scene FILE")
-        return found
+        return recording
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
         most = max((row["number"] for row in self.rows("misses")), default=0)
         if number is not None and number > most:
-            there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
-            raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+            numbered = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
+            raise RunFolderError(f"{self.path} has no miss {number}; {numbered}")
 
     def require_digest(self, recording: Path, digest: str) -> None:
         """Refuse a recording of another hash."""
@@ -302,7 +302,7 @@ def _other_version(schema: Any) -> str:
 
 
 def _give_back() -> None:
-    """What tables took is kept by Arrow and by the C library: 0.1 GiB of two hours of twelve bodies."""
+    """Return the memory of tables, which Arrow and the C library keep: 0.1 GiB of two hours of twelve bodies."""
     pa.default_memory_pool().release_unused()
     give_back_memory()
 
@@ -314,9 +314,9 @@ def _write_table(table: pa.Table, path: Path) -> None:
 def _write_frames(result: RunResult, path: Path) -> None:
     writer: pq.ParquetWriter | None = None
     try:
-        for part in parquet_tables.frame_table(result):
-            writer = writer or pq.ParquetWriter(path, part.schema, compression="zstd")
-            writer.write_table(part)
+        for batch in parquet_tables.frame_table(result):
+            writer = writer or pq.ParquetWriter(path, batch.schema, compression="zstd")
+            writer.write_table(batch)
     finally:
         if writer is not None:
             writer.close()

@@ -30,8 +30,8 @@ INDEX: Final = "index.html"
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
     """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
-    consents = {str(one.path): one.document.session.facts.get("consent", "not stated") for one in folders}
-    without = [f"{path} (consent: {words})" for path, words in consents.items() if words != SHARE]
+    consents = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
+    without = [f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHARE]
     if without:
         what = f"no consent to share is recorded: {', '.join(without)}"
         raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")
@@ -42,22 +42,22 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
 
     Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: the recording of a run is none.
     """
-    shown = [run for run in folders if run.has_picture]
-    for run in shown:
+    pictured_runs = [run for run in folders if run.has_picture]
+    for run in pictured_runs:
         _require_whole(run.picture)
-    viewer, why = _viewer() if shown else ({}, f"no run holds a picture ({PICTURE})")
-    pages = {"run" if len(folders) == 1 else f"run{k}": one for k, one in enumerate(folders, 1)}
+    viewer, why = _viewer() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
+    pages = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
     titles: dict[str, str] = {}
     with result_folder(out, SHARED, force=force) as folder:
         for name, content in viewer.items():
             (folder / name).write_bytes(content)
-        for name, one in pages.items():
+        for name, run in pages.items():
             page = INDEX if len(pages) == 1 else f"{name}.html"
-            titles[name] = _write_run(one, folder / page, name, pictured=bool(viewer) and one in shown)
+            titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
         if len(pages) > 1:
             (folder / INDEX).write_text(_list(pages, titles), encoding="utf-8", newline="\n")
-        told = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
-        write_summary(folder, SHARED, told)
+        mark = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
+        write_summary(folder, SHARED, mark)
     return why
 
 
@@ -99,8 +99,8 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
 def _moments(recording: Path, labels: Sequence[str]) -> bytes:
     from replay.outputs.rerun_log.web_viewer import moment_commands
 
-    found = {name: b64encode(one).decode() for name, one in moment_commands(recording, labels).items()}
-    return f"window.moments={json.dumps(found)};\n".encode()
+    commands = {name: b64encode(data).decode() for name, data in moment_commands(recording, labels).items()}
+    return f"window.moments={json.dumps(commands)};\n".encode()
 
 
 def shared_page(view: RunView, recording: str) -> str:
@@ -111,8 +111,8 @@ def shared_page(view: RunView, recording: str) -> str:
 
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     rows: list[Sequence[Any]] = []
-    for name, one in pages.items():
-        who = one.document.session.facts.get("pseudonym", "")
+    for name, run in pages.items():
+        who = run.document.session.facts.get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
     runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
     return filled("outputs/share/list.html", runs=runs)

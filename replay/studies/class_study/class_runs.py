@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from replay.errors import StudyError
-from replay.outputs.results.data_set import ADDED, DATA_SET, FoundRuns, find_runs, joined
+from replay.outputs.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
 from replay.outputs.results.parquet import TYPES
 from replay.outputs.results.run_folder import SUMMARY, read_run_folder
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
@@ -132,7 +132,7 @@ def read_students(path: Path) -> dict[str, str]:
     return named
 
 
-def _counted_rows(found: FoundRuns, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
+def _counted_rows(found: RunSet, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
     """The rows of a table that count, read some hundred runs at a time."""
     sessions = [next(iter(rows.values())) for rows in metrics.values()]
     keys = "run", "oracle", "vr_type"

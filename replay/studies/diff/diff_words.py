@@ -1,4 +1,4 @@
-"""What two runs differ in, in numbers and words."""
+"""The differences of two runs, in numbers and words."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
@@ -8,7 +8,7 @@ from replay.base.shown import plural
 from replay.base.tables import Table, columns_of
 
 if TYPE_CHECKING:
-    from replay.studies.diff.runs import DetectorDiff, Ranges, RunDiff, Shares, Shift
+    from replay.studies.diff.runs import DetectorDiff, Fractions, Ranges, RunDiff, Shift
 
 TRUTH: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the reference",
@@ -32,7 +32,7 @@ def changes(detector: "DetectorDiff") -> Iterator[str]:
         yield f"shifted {_where(shift.before)}: begins {_moved(shift.start)}, ends {_moved(shift.end)}"
 
 
-def settings_words(diff: "RunDiff") -> Iterator[str]:
+def settings_lines(diff: "RunDiff") -> Iterator[str]:
     """A line per setting that differs."""
     for name, pair in diff.settings.items():
         values = " -> ".join("not set" if value is None else str(value) for value in pair)
@@ -43,11 +43,11 @@ def _times(ratio: float | None) -> str:
     return "" if ratio is None else f"x {ratio:.2f}"
 
 
-def _change(shares: "Shares") -> str:
+def _change(fractions: "Fractions") -> str:
     """``2.6 -> 0.7 %``; of one that was not audited nothing."""
-    if set(shares) == {None}:
+    if set(fractions) == {None}:
         return ""
-    before, after = ("?" if share is None else words.percentage(100 * share) for share in shares)
+    before, after = ("?" if fraction is None else words.percentage(100 * fraction) for fraction in fractions)
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 

@@ -21,7 +21,7 @@ SETTINGS: Final = ("seed", "window", "oracle", "versions", "machine")
 
 Row = Mapping[str, Any]
 
-Shares = tuple[float | None, ...]
+Fractions = tuple[float | None, ...]
 Ranges = tuple[Range | None, ...]
 """In the first and in the second run."""
 
@@ -57,7 +57,7 @@ class DetectorDiff:
     p99_ratio: float | None
     same_verdicts: bool | None
     missed: Ranges
-    false_contact: Shares
+    false_contact: Fractions
 
     @property
     def changed(self) -> bool:
