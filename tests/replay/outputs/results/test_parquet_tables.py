@@ -54,7 +54,7 @@ def test_the_tables_of_a_run_read_as_they_did(name, tmp_path, snapshot, monkeypa
 def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
     result = steady("several")
     (whole,) = tables.frame_table(result)
-    monkeypatch.setattr(tables, "ROWS_PER_PART", 2)
+    monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
     parts = list(tables.frame_table(result))
     assert len(parts) == -(-whole.num_rows // 2)
     assert [row for part in parts for row in part.to_pylist()] == whole.to_pylist()
