@@ -36,7 +36,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 
 def _sampled(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Series:
-    """Where it flowed, at the frames before and after, and at the first and last."""
+    """Series of the frames in which it flowed, those beside them, and the first and last."""
     changing = flowing.copy()
     changing[:-1] |= flowing[1:]
     changing[1:] |= flowing[:-1]

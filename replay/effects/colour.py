@@ -38,7 +38,7 @@ OWN: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
 
 @dataclass(frozen=True)
 class Shade:
-    """What changes colour, by which quantity, from where to where."""
+    """A change of colour: its quantity, its range and both colours."""
 
     name: str
     species: tuple[str, ...]  # ions whose concentration decides; none: the pH does

@@ -1,4 +1,4 @@
-"""What a scene calls for: effects and all they need, pairs, bodies, topics and detectors. Nothing else runs.
+"""Plan of a scene: effects and all they need, pairs, bodies, topics and detectors. Nothing else runs.
 
 Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
 """
@@ -38,7 +38,7 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What a run has to do for a scene."""
+    """The work of a run for a scene."""
 
     steps: Mapping[str, Step]  # kind -> step, in running order: an effect comes after what it needs
     pairs: tuple[Pair, ...] | None  # pairs of body names to look at; ``None``: all with relative motion
@@ -144,7 +144,7 @@ def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Dec
 
 
 def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
-    """Where a table says of one thing what another one of its kind says otherwise."""
+    """Names keys in which two tables of one thing differ."""
     same = [table for table in before if spec.single and table[spec.single] == new.values[spec.single]]
     return [
         str(new.fail(f"{key} is {new[key]!r} and {table.table} says {table[key]!r}; one {spec.kind} has one"))
@@ -168,7 +168,7 @@ def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str,
 
 
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
-    """What the tables of an effect say in fields of a kind; those that hold several are laid out."""
+    """Values that the tables of an effect give to fields of a kind; lists are laid out."""
     keys = [key for key, field in spec.fields.items() if field.kind == kind]
     given = [declaration[key] for declaration in declared for key in keys if declaration[key]]
     return given if kind == "body" else [value for values in given for value in values]

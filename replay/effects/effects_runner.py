@@ -26,7 +26,7 @@ SKIPPED = "skipped"
 
 @dataclass(frozen=True, eq=False)
 class EffectRun:
-    """What one effect found and what it took."""
+    """Outcome and cost of one effect."""
 
     spec: EffectSpec
     because: Sequence[str]  # why it was in the plan

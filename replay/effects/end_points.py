@@ -37,7 +37,7 @@ STRONGEST, WEAKEST = -2.0, 16.0
 
 @dataclass(frozen=True)
 class _Crossing:
-    """Where an excess changes its sign: between two rows of a history, by a straight line."""
+    """A change of sign of an excess: between two rows of a history, by a straight line."""
 
     before: int
     after: int
@@ -45,7 +45,7 @@ class _Crossing:
     rising: bool
 
     def at(self, rows: FloatArray) -> FloatArray:
-        """What rows (n, ...) come to there."""
+        """Interpolates rows (n, ...) at the crossing."""
         return rows[self.before] + self.fraction * (rows[self.after] - rows[self.before])
 
 
@@ -178,7 +178,7 @@ def _names(
 
 
 def _of_electrons(matter: Matter, vessel: str) -> Crossings:
-    """Where the second of two reagents of an equation that runs to its end begins to be left over."""
+    """Yields the crossings at which the second reagent of an equation begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
         used = sorted(
             column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)

@@ -136,7 +136,7 @@ def _check(declared: Declaration, scene: Scene) -> None:
 
 
 def _check_solid(vessel: Vessel) -> None:
-    """What turns is a solid in the vessel over the flame."""
+    """Raises EffectError: the vessel over the flame holds no solid that can change its colour."""
     formula = vessel.contents("solid").get("formula")
     if not formula or not isinstance(formula, str):
         raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")

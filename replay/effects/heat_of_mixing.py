@@ -45,7 +45,7 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
 
 
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
-    """Where a solution reaches its freezing point: it gets no colder while ice is there."""
+    """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
     rows = np.flatnonzero(matter.amount(name, LATENT) < 0.0)[:1]
     events = []
@@ -72,7 +72,7 @@ def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectE
 
 
 def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
-    """Where a weaker sulfuric acid, or water, was poured into a strong one."""
+    """Events of a weaker sulfuric acid, or water, poured into a strong one."""
     streams = []
     acid = matter.ledger.warmth.solute
     if not acid:

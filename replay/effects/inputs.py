@@ -32,7 +32,7 @@ TOUCHING: Final = (Verdict.CONTACT, Verdict.CONTAINED)
 
 @dataclass(frozen=True, eq=False)
 class BodyPoses:
-    """Where one body's mesh is, in every frame.
+    """Pose of one body's mesh in every frame.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class BodyPoses:
 
 @dataclass(frozen=True, eq=False)
 class PairContact:
-    """What the detector said of one pair."""
+    """Contact of one pair by the detector."""
 
     pair: Pair  # names as asked for
     touching: BoolArray  # (T,) bool
@@ -100,7 +100,7 @@ class PairContact:
 
 @dataclass(frozen=True, eq=False)
 class EffectInputs:
-    """What the function of one effect gets; ``replay.effects.protocol`` describes it."""
+    """Arguments of the function of one effect; ``replay.effects.protocol`` describes them."""
 
     kind: str  # the effect; ``declared`` its checked declarations, empty where it runs only because another needs it
     declared: tuple[Declaration, ...]
@@ -141,7 +141,7 @@ class EffectInputs:
         self.counters[name] += by
 
     def shared(self, name: str, make: Callable[[], Any]) -> Any:
-        """What several effects are views of, such as the ledger of matter: made by the first that asks."""
+        """Returns an object that several effects share, such as the ledger of matter: made by the first that asks."""
         if name not in self.made:
             self.made[name] = make()
         return self.made[name]
@@ -152,7 +152,7 @@ class EffectInputs:
         return declaration if declaration is not None else SceneBody(name)
 
     def poses(self, name: str) -> BodyPoses:
-        """Where a body's mesh is in every frame.
+        """Pose of a body's mesh in every frame.
 
         Raises EffectError: no effect of the plan names it, or it has no mesh or no track.
         """
@@ -180,7 +180,7 @@ class EffectInputs:
         return self.outputs[kind]
 
     def hand_of(self, body: str) -> HandTrack | None:
-        """What the hand with this body pressed; ``None`` where nothing was recorded.
+        """Trigger, grip and buttons of the hand with this body; ``None``: nothing was recorded.
 
         A body goes with ``participant/side`` by its tags, else by its name: it holds the side, and where several
         participants have that side, the participant too.
@@ -198,7 +198,7 @@ class EffectInputs:
         return self.session.hands[mine[0]]
 
     def contact(self, pair: Pair) -> PairContact:
-        """What the detector said of a pair.
+        """Contact of a pair by the detector.
 
         Raises EffectError: the spec names no detector, or the pair is not the effect's.
         """

@@ -1,4 +1,4 @@
-"""What is in each vessel after all that was poured and run in: perfectly mixed, volumes added."""
+"""Contents of each vessel after all that was poured and run in: perfectly mixed, volumes added."""
 
 import numpy as np
 

@@ -40,7 +40,7 @@ class Movement:
 
 
 def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray) -> Series:
-    """Of millilitres (T,) those at the frames of some streams, and at the first and the last frame."""
+    """Millilitres at the frames of some streams, and at the first and the last frame."""
     rows = np.unique(np.concatenate([[0, len(times) - 1], *(stream.frames for stream in streams)]))
     return Series(times[rows], volume_ml[rows], "mL")
 
@@ -99,7 +99,7 @@ class _PlacedVessel:
             self.kept, self.most = self._kept(), self._most()
 
     def given(self, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What leaves by tilt or stopcock, what runs over, and what stays, each (T,), with what comes in."""
+        """Volumes that leave by tilt or stopcock, run over, and stay, each (T,), with what comes in."""
         first, brim = self.vessel.volume_ml, self.vessel.brim_ml
         came = np.cumsum(coming)
         if self.tap is not None:
@@ -132,7 +132,7 @@ class _PlacedVessel:
         return self.target
 
     def streams(self, names: list[str], leaving: FloatArray, over: FloatArray) -> Iterator[Stream]:
-        """What left it for each place, and what ran over its brim."""
+        """Yields the stream to each target, and the one over its brim."""
         into = dict(enumerate(names)) | {SPILLED: ""}
         openings = [
             (into[number], False, np.where(self.target == number, leaving, 0.0), self.point)
@@ -183,7 +183,7 @@ class _PlacedVessel:
         self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landed, start)
 
     def _velocity(self, rows: IntArray) -> FloatArray:
-        """Of the lip (n, 3), which the liquid leaves with; at rest where the path about the frame is not known."""
+        """Velocity of the lip (n, 3), which the liquid leaves with; 0 where the path about the frame is not known."""
         poses, times = self.poses, self.inputs.times
         near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
         lips = np.zeros((len(times), 3))
@@ -231,7 +231,7 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
 
 
 def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
-    """What is left of ``first`` (T, 2) by the tilt and brim of each frame, ``bounds``; a tilt takes ``most`` (T,)."""
+    """Volume (T, 2) left of ``first`` by the tilt and brim of each frame, ``bounds``; a tilt takes ``most`` (T,)."""
     rows = np.flatnonzero(bounds.min(axis=1) < first)
     left, lowered = first, []
     for (kept, brim), limit in zip(bounds[rows].tolist(), most[rows].tolist(), strict=True):

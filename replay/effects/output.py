@@ -1,4 +1,4 @@
-"""What an effect gives back: events, series, lanes, liquids; outputs are equal exactly when their digests are."""
+"""Output of an effect: events, series, lanes, liquids; outputs are equal exactly when their digests are."""
 
 import hashlib
 import json
@@ -104,7 +104,7 @@ class LaneSpan:
 
 @dataclass(frozen=True, eq=False)
 class Liquid:
-    """What stands in a vessel, drawn in the glass; a row wherever it changes.
+    """Liquid drawn in a vessel; a row wherever it changes.
 
     Parameters
     ----------

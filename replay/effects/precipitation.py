@@ -49,7 +49,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 
 def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> Iterator[EffectEvent]:
-    """Where it first falls out, with the greatest mass; or where the last of what was there at first dissolves."""
+    """Event of its onset with the greatest mass, or of the last that dissolves of what was there at first."""
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
     grown, fallen = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
     if len(grown):

@@ -1,4 +1,4 @@
-"""What an effect is: a spec that says all it will ask for, and a function that gets nothing else.
+"""Definition of an effect: a spec that says all it will ask for, and a function that gets nothing else.
 
 HOW TO WRITE AN EFFECT. One file ``replay/effects/<kind>.py`` (a hyphen becomes an underscore) that ends in a ``SPEC``,
 and a table of its kind in ``replay/effects/catalogue.toml``. ``replay/effects/contact.py`` is a whole example::

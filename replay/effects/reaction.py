@@ -1,4 +1,4 @@
-"""What is mixed reacts: by constants to equilibrium, by an equation to its end, at once or at a rate; a pH shows it."""
+"""Reactions of mixed liquids: by constants to equilibrium, by an equation to its end, at once or at a rate."""
 
 from typing import Final
 
@@ -167,7 +167,7 @@ def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vesse
 
 
 def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
-    """What left as a gas, wherever it went: an event from the first to the last of it, and its amount as a series."""
+    """Adds gas that left, wherever it went: an event from the first to the last of it, and its amount as a series."""
     times = inputs.times if matter.ledger.slow else matter.histories[vessel].times
     amounts = matter.states(vessel, times)[0]
     for column, index in matter.ledger.column.items():
@@ -211,7 +211,7 @@ def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
 
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
-    """What became of a pH that has no end point, at its last change."""
+    """Event of a pH that has no end point, at its last change."""
     if series is None or not len(series.times) or abs(series.values[-1] - series.values[0]) < LEAST_PH:
         return []
     times, ph = series.times, series.values
@@ -223,7 +223,7 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
 
 
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:
-    """Where it is told: at every change, and in every frame from its begin on where it is slow."""
+    """Times at which it is reported: at every change, and in every frame from its begin on where it is slow."""
     history = matter.histories[vessel]
     if reaction.declared["rate_per_s"] is None or reaction.process < 0:
         return history.times

@@ -16,7 +16,7 @@ def note_temperature(declared: Declaration, findings: Findings, name: str, celsi
 
 
 def boils(declared: Declaration) -> float:
-    """Where the temperature stays: as declared, else that of water where liquids are mixed."""
+    """Boiling point: as declared, else that of water where liquids are mixed."""
     if declared["boils_c"] is None:
         return np.inf if declared["of"] == "flame" else WATER_BOILS_C
     return declared["boils_c"]

@@ -39,7 +39,7 @@ class Cylinder:
 
     @property
     def brim_ml(self) -> float:
-        """What it holds upright."""
+        """Volume of the upright vessel."""
         return math.pi * self.radius**2 * self.height / ML
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
@@ -47,7 +47,7 @@ class Cylinder:
         return volume_kept(tilt_of(down), self.radius, self.height) / ML
 
     def exit(self, down: FloatArray) -> FloatArray:
-        """Where (n, 3) the stream leaves: the lip, or the lowest point of the rim where that is lower."""
+        """Points (n, 3) at which the stream leaves: the lip, or the lowest point of the rim where that is lower."""
         along = down * np.array([1.0, 0.0, 1.0])
         length = np.linalg.norm(along, axis=1, keepdims=True)
         lowest = self.opening + self.opening_radius * along / np.where(length > 0.0, length, 1.0)
@@ -95,7 +95,7 @@ class Vessel:
 
     @property
     def volume_ml(self) -> float:
-        """What stands in it at first; a liquid that is told has a volume."""
+        """Initial volume of its liquid; a declared liquid has a volume."""
         return self.amount("liquid", "volume_ml", None if self.contents("liquid") else 0.0)
 
     @property
@@ -145,7 +145,7 @@ class Vessel:
 
     @property
     def brim_ml(self) -> float:
-        """What it holds upright; infinite where the scene does not say, so that such a vessel never runs over."""
+        """Volume of the upright vessel; infinite where the scene does not say: it never runs over."""
         return self.shape.brim_ml if self._formed else math.inf
 
     @property
@@ -171,7 +171,7 @@ class Vessel:
         return np.array(value, dtype=np.float64)
 
     def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
-        """What stands in it up to its level, as a cylinder of the vessel's mean cross-section."""
+        """Its liquid up to its level, as a cylinder of the vessel's mean cross-section."""
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
         return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 

@@ -1,4 +1,4 @@
-"""What stands in the vessels of a scene at first; a formula or number that cannot be is refused."""
+"""Initial contents of the vessels of a scene; a formula or number that cannot be is refused."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ ROOM_C: Final = 25.0
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """What is in a vessel at first: millilitres, and formula -> mol dissolved and solid."""
+    """Initial contents of a vessel: millilitres, and formula -> mol dissolved and solid."""
 
     volume_ml: float
     amounts: Mapping[str, float]
@@ -55,7 +55,7 @@ def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
 
 
 def contents_of(vessel: Vessel) -> Contents:
-    """What the scene says is in a vessel at first.
+    """Initial contents of a vessel by the scene.
 
     A solution has as much water as pure water of its volume, unless the scene gives ``water_molar``: what is dissolved
     takes no room of its own, so that mol per litre and mol per kg of water are nearly the same number.

@@ -61,7 +61,7 @@ class Database:
 
 
 def phreeqc_folder() -> Path:
-    """Where the data bases of the library phreeqc lie. Raises EffectError: it is not installed."""
+    """Folder of the data bases of the library phreeqc. Raises EffectError: it is not installed."""
     where = importlib.util.find_spec("phreeqc")
     if where is None or not where.submodule_search_locations:
         raise EffectError(

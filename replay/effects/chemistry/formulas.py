@@ -44,7 +44,7 @@ class Equation:
 
     @property
     def formulas(self) -> tuple[str, ...]:
-        """Of both sides."""
+        """Formulas of both sides."""
         return (*self.reagents, *self.products)
 
     @property

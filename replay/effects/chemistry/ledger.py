@@ -340,7 +340,7 @@ class Ledger:
             self._note(index, frame, time)
 
     def _split(self, rows: FloatArray) -> list[FloatArray]:
-        """Of rows of the state: millilitres (n, 1), amounts, extents, and millilitres that came from each place."""
+        """Splits rows of the state: millilitres (n, 1), amounts, extents, and millilitres from each vessel."""
         return np.split(rows, self._cuts, axis=1)
 
     def _move(self, source: int, giving: FloatArray, taking: FloatArray, gone: FloatArray) -> None:

@@ -1,4 +1,4 @@
-"""Which species, solids and gases a scene's chemistry may make of its columns, with their enthalpies."""
+"""Species, solids and gases that a scene's chemistry may make of its columns, with their enthalpies."""
 
 import string
 from collections.abc import Iterable, Mapping, Sequence
@@ -44,7 +44,7 @@ class Phase:
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """What is at equilibrium, in the columns of a ledger.
+    """A chemical system at equilibrium, in the columns of a ledger.
 
     Parameters
     ----------

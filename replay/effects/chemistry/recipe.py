@@ -1,4 +1,4 @@
-"""What the tables of a scene say of its chemistry, in the columns of the ledger; what does not fit together is refused.
+"""Chemistry of a scene from its tables, in the columns of the ledger; tables that do not fit together are refused.
 
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
@@ -65,7 +65,7 @@ class Reaction:
 
 @dataclass(frozen=True, eq=False)
 class Recipe:
-    """What all tables make together."""
+    """Reactions, processes, contents and salts of all tables together."""
 
     reactions: tuple[Reaction, ...]
     processes: tuple[Process, ...]
@@ -248,7 +248,7 @@ def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], na
 
 
 def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
-    """What an equation changes beyond what is at equilibrium anyway; ``None``: PHREEQC or a solubility does all."""
+    """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
     rate, heat = table["rate_per_s"], table["heat_kj_mol"]
     salt = _dissolving(equation, phase, phases) if rate is not None else None
     changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
@@ -514,7 +514,7 @@ def _used(changes: Mapping[str, float]) -> set[str]:
 
 
 def _check_known(tables: Tables, recipe: Recipe) -> None:
-    """Where PHREEQC is asked, every dissolved formula has its place in it."""
+    """Raises PlanError: PHREEQC is asked and does not know a dissolved formula."""
     if recipe.solver is None:
         return
     tabled = (*tables.get("reaction", ()), *tables.get("colour", ()), *tables.get("precipitation", ()))

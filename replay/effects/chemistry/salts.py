@@ -45,7 +45,7 @@ class Salt:
 
     @property
     def changes(self) -> Mapping[str, float]:
-        """What one mol of it takes from the columns, below 0, and itself."""
+        """Changes of the columns by one mol of the solid: below 0 of its components, 1 of itself."""
         return {**{component: -float(many) for component, many in self.components.items()}, self.column: 1.0}
 
     def saturation(self, celsius: FloatArray) -> FloatArray:

@@ -36,7 +36,7 @@ TOLERANCE: Final = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """What there is of rows: ``species`` (n, s) and ``phases`` (n, p) in mol, ``ph`` and ``ionic`` (n,), mol/kg.
+    """Equilibria of rows: ``species`` (n, s) and ``phases`` (n, p) in mol, ``ph`` and ``ionic`` (n,), mol/kg.
 
     Of a row for which PHREEQC has no answer ``ph`` is NaN, and all is thought bare ions.
     """

@@ -1,4 +1,4 @@
-"""Which declared equations made nothing, and why."""
+"""Declared equations that made nothing, with the reason."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -94,7 +94,7 @@ def _undissolved(matter: Matter, reaction: Reaction) -> str:
 
 
 def _missing(matter: Matter, reaction: Reaction) -> str:
-    """Which reagents were never in one liquid with the rest; ``""``: none."""
+    """Names the reagents that were never in one liquid with the rest; ``""``: none."""
     fewest: list[str] | None = None
     for name, history in matter.histories.items():
         wet = history.volume_ml > 0.0

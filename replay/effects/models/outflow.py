@@ -32,13 +32,13 @@ def entry_times(
 
 
 def points_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
-    """Where (n, 3) it falls through a height (n,); ``start`` itself where it starts no higher and never rises to it."""
+    """Points (n, 3) at which it falls through a height (n,); ``start`` where it never gets so high."""
     time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
     return points(start, velocity, np.where(np.isfinite(time), time, 0.0))
 
 
 def points(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatArray:
-    """Where (n, 3) falling liquid is after some seconds (n,)."""
+    """Points (n, 3) of falling liquid after some seconds (n,)."""
     points_at_time = start + time[:, None] * velocity
     points_at_time[:, 1] -= 0.5 * GRAVITY * time * time
     return points_at_time
@@ -126,7 +126,7 @@ the hand. With 0.5 s one pour of twelve came out as two."""
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """What left one vessel for one place, a row in each frame in which some did.
+    """A flow from one vessel to one target, a row in each frame in which liquid left.
 
     ``source``, ``target``: vessels; target ``""``: it was spilled.
     ``over``: it ran over the brim.

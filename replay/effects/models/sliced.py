@@ -1,4 +1,4 @@
-"""What a tilted vessel keeps: by slices of its cavity's mesh, spout and neck included; a cylinder in closed form."""
+"""Volume that a tilted vessel keeps: by slices of its cavity's mesh with spout and neck; a cylinder in closed form."""
 
 import math
 from dataclasses import dataclass, field
@@ -114,7 +114,7 @@ class SlicedCavity:
 
     @property
     def brim_ml(self) -> float:
-        """What it holds when it is full."""
+        """Volume of the full vessel."""
         inwards = -self.normal[None]
         everything = volume_below(self.vertices, self.faces, inwards, (self.vertices @ inwards.T).min(axis=0))
         return float(everything[0]) * MICROLITRES

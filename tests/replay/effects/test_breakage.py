@@ -23,10 +23,10 @@ def world(heights, times=None, valid=None, aside=0.0, **limits):
     """The cube's underside at these heights over the top, its middle so far aside of it."""
     count = len(heights)
     stamps = np.round(np.arange(count) / RATE * 1e9 if times is None else times * 1e9).astype(np.int64)
-    place = np.zeros((count, 3))
-    place[:, 0], place[:, 1] = aside, FLOOR + 0.1 + np.asarray(heights)
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-    tracks = {"cup": Track(stamps, place, turn, valid), "top": Track(stamps, np.zeros((count, 3)), turn)}
+    point = np.zeros((count, 3))
+    point[:, 0], point[:, 1] = aside, FLOOR + 0.1 + np.asarray(heights)
+    rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    tracks = {"cup": Track(stamps, point, rotation, valid), "top": Track(stamps, np.zeros((count, 3)), rotation)}
     return Session.from_tracks(tracks, {"cup": cube(0.2), "top": cube()}, scene(**limits))
 
 

@@ -30,16 +30,16 @@ def test_two_burettes_have_each_its_own_volume():
     poses = {name: still(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
     bodies = [glass(name, fill, cavity=COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
     poses |= {"tap": turned(OPEN), "flask": still(len(OPEN))}
-    told = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
-    series = compute(world(poses, [*bodies, glass("flask"), SceneBody("tap")], *told)).effects["burette"].series
+    settings = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
+    series = compute(world(poses, [*bodies, glass("flask"), SceneBody("tap")], *settings)).effects["burette"].series
     for name, fill in (("burette", 50.0), ("other", 5.0)):
         assert series[f"{name}/delivered"].values + series[f"{name}/volume"].values == pytest.approx(fill)
 
 
-@pytest.mark.parametrize(("degrees", "share"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
-def test_a_tap_opens_with_its_angle_to_either_side(degrees, share):
-    part, whole = (run_in([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0))
-    assert part == pytest.approx(share * whole, rel=0.01)
+@pytest.mark.parametrize(("degrees", "fraction"), [(45.0, 0.5), (-45.0, 0.5), (135.0, 1.0)])
+def test_a_tap_opens_with_its_angle_to_either_side(degrees, fraction):
+    partial, whole = (run_in([0.0, *([x] * 50), 0.0])["burette"].events[0].values["volume_ml"] for x in (degrees, 90.0))
+    assert partial == pytest.approx(fraction * whole, rel=0.01)
 
 
 def test_a_lost_tap_or_flask_keeps_its_last_pose():
@@ -66,9 +66,9 @@ def test_it_solves_torricellis_equation_with_an_area_that_changes():
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=2, max_size=40), st.floats(0.0, 1e-4), st.floats(0.0, 2.0))
-def test_it_never_runs_back_nor_gives_more_than_there_is(area, available, head):
-    told = {**OUTFLOW, "available": available, "head": head}
-    volume = volume_run_out(np.arange(len(area)) * 1.0, np.array(area), **told)
+def test_a_burette_never_runs_back_or_dry_twice(area, available, head):
+    settings = {**OUTFLOW, "available": available, "head": head}
+    volume = volume_run_out(np.arange(len(area)) * 1.0, np.array(area), **settings)
     assert (np.diff(volume) >= 0.0).all() and volume[-1] <= min(available, 1e-4 * head * (1 + 1e-12))
 
 

@@ -20,9 +20,9 @@ def run(frames, *more, **limits):
     burn = SceneEffect("burn-exposure", {"between": ["hand", "pot"], "threshold_c": 65.0, "seconds": 0.5, **limits})
     heated = {"properties": {"heat_capacity_j_per_k": 2.0}}
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp"), SceneBody("pot", extra=heated)), effects=(burn, *more))
-    places = [3.0] * 20 + [0.9] * frames + [3.0] * 20
-    still = [0.0] * len(places)
-    return compute(cubes({"hand": places, "pot": still, "lamp": still}, scene=scene), detectors=()).effects
+    points = [3.0] * 20 + [0.9] * frames + [3.0] * 20
+    still = [0.0] * len(points)
+    return compute(cubes({"hand": points, "pot": still, "lamp": still}, scene=scene), detectors=()).effects
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def run(frames, *more, **limits):
     [(60, 70.0, ["exposed", "burn"]), (60, 65.0, ["exposed"]), (49, 70.0, ["exposed"])],
     ids=["burn", "not hot enough", "not long enough"],
 )
-def test_a_long_touch_of_a_hot_part_is_a_burn(frames, surface_c, names):
+def test_a_long_touch_of_hot_glass_is_a_burn(frames, surface_c, names):
     effect = run(frames, surface_c=surface_c)["burn-exposure"]
     assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
     last = effect.events[-1]

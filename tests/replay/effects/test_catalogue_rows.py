@@ -18,7 +18,7 @@ COUNTED = ("fraction", "discharge", "press", "release")
 
 
 def lacking(kind, row):
-    """What a row does not say, a line each."""
+    """Lines that name what a row does not say."""
     lines = [f"{key} is no key of a row" for key in sorted(set(row) - KEYS)]
     if not (row.get("about", "").endswith(".") and row["about"][0].isupper()):
         lines.append("about is no sentence")

@@ -1,4 +1,4 @@
-"""What `replay scene effects` prints is whole, fits a terminal, and can be copied."""
+"""The output of `replay scene effects` is whole, fits a terminal, and can be copied."""
 
 import tomllib
 

@@ -37,7 +37,7 @@ def test_concentrations_follow_what_is_poured():
     [({}, {"H2O": 0.1 * WATER_MOLAR}), ({"solute": "HCl", "molar": 1.0}, {"HCl": 0.1, "H2O": 0.1 * WATER_MOLAR}),
      ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
 )  # fmt: skip
-def test_water_is_counted_where_it_is_pure_or_told(liquid, amounts):
+def test_water_is_counted_where_pure_or_declared(liquid, amounts):
     assert contents_of(Vessel(glass("a", 100.0, **liquid))).amounts == pytest.approx(amounts)
 
 
@@ -87,20 +87,20 @@ def test_dissolved_and_remaining_solid_sum_to_the_whole():
     assert event.values["mass_g"] + event.values["left_g"] == pytest.approx(5.0, rel=1e-4)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.25])
-def test_a_decanted_liquid_leaves_its_solid(share):
+@pytest.mark.parametrize("fraction", [0.0, 0.25])
+def test_a_decanted_liquid_leaves_its_solid(fraction):
     bodies = (glass("a", 20.0, solute="AgNO3", molar=0.1), glass("b", 20.0, solute="NaCl", molar=0.1), glass("c"))
     poses = {
         "a": tilted([0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]),
         "b": tilted([*([0.0] * 5), 120.0, 120.0, 120.0, 0.0], (RADIUS, 0.1, 0.0)),
         "c": still(9, (RADIUS, 0.0, 0.0)),
     }  # fmt: skip
-    pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solid_fraction": share})
+    pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solid_fraction": fraction})
     # A step in which a glass can be emptied.
     session = world(poses, bodies, pour, ("mixing", {"in": ["b", "c"]}), SILVER, FALLS, step_ns=100_000_000)
     series = compute(session).effects["precipitation"].series
     stays, goes = (series[f"{name}/AgCl"].values[-1] for name in "bc")
-    assert goes == pytest.approx(share * 0.28664, rel=1e-3) and stays + goes == pytest.approx(0.28664, rel=1e-3)
+    assert goes == pytest.approx(fraction * 0.28664, rel=1e-3) and stays + goes == pytest.approx(0.28664, rel=1e-3)
 
 
 ZINC = "Zn + 2 HCl -> ZnCl2 + H2"
@@ -143,8 +143,8 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
 def test_gas_of_before_the_session_does_not_leave():
     soda = glass("b", 10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
-    told = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
-    effects = poured([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *told)
+    settings = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
+    effects = poured([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *settings)
     assert not effects["reaction"].output.named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
 
 

@@ -11,9 +11,9 @@ SCENE = Scene(
 NEAR, FAR = 0.9, 3.0
 
 
-def run(places, **more):
-    count = len(places)
-    return compute(cubes({"a": [0] * count, "b": places, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
+def run(points, **more):
+    count = len(points)
+    return compute(cubes({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
 
 
 def test_every_contact_ends_with_two_clear_frames():
@@ -29,6 +29,8 @@ def test_every_contact_ends_with_two_clear_frames():
 
 
 def test_the_answer_is_the_same_whoever_else_is_audited():
-    asked = ({"detectors": ()}, {"detectors": "exact"}, {"detectors": "discrete[rate_hz=25]", "oracle": "exact"})
-    answers = {run([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **one).effects["contact"].output.digest for one in asked}
+    requested = ({"detectors": ()}, {"detectors": "exact"}, {"detectors": "discrete[rate_hz=25]", "oracle": "exact"})
+    answers = {
+        run([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **touch).effects["contact"].output.digest for touch in requested
+    }
     assert len(answers) == 1

@@ -22,12 +22,12 @@ def test_every_item_of_a_plan_has_its_reason():
     falls = SceneEffect("breakage", {"between": ["tag:glass", "top"], "speed_m_s": 1.0})
     planned = plan(Scene(bodies=BODIES, effects=(falls,)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
-    told = plan_summary(planned)
-    assert told["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED]}
-    assert told["pairs"] == {"cup-top": ["contact"], "jar-top": ["contact"]}
-    assert told["detectors"] == {"exact": ["contact"]} and told["topics"] == {"/tf": ["contact", "breakage"]}
-    assert list(told["bodies"]) == ["cup", "top", "jar"]
-    assert "grasp" in told["not_run"] and json.loads(json.dumps(told)) == told
+    settings = plan_summary(planned)
+    assert settings["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED]}
+    assert settings["pairs"] == {"cup-top": ["contact"], "jar-top": ["contact"]}
+    assert settings["detectors"] == {"exact": ["contact"]} and settings["topics"] == {"/tf": ["contact", "breakage"]}
+    assert list(settings["bodies"]) == ["cup", "top", "jar"]
+    assert "grasp" in settings["not_run"] and json.loads(json.dumps(settings)) == settings
 
 
 def test_effects_that_need_each_other_are_refused(monkeypatch):
@@ -56,14 +56,14 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
     }  # fmt: skip
     with pytest.raises(PlanError) as caught:
         plan(parse_scene(bodies), "lab.toml")
-    said = [fault.removeprefix("lab.toml: [[body]] 1 ('cup') ") for fault in caught.value.faults]
-    assert all(sum(one.startswith(words) for one in said) == 1 for words in wrong) and len(said) == len(wrong)
+    message = [fault.removeprefix("lab.toml: [[body]] 1 ('cup') ") for fault in caught.value.faults]
+    assert all(sum(reason.startswith(text) for reason in message) == 1 for text in wrong) and len(message) == len(wrong)
     with pytest.raises(PlanError) as caught:
         plan(parse_scene(bodies + effects), "lab.toml")
-    said = caught.value.faults
-    assert len(said) == 8 and str(caught.value) == f"{said[0]}; and more: `replay scene check` lists every fault"
-    assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in said[0]
-    assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in said[1] and "'cap'" in said[2]
+    message = caught.value.faults
+    assert len(message) == 8 and str(caught.value) == f"{message[0]}; and more: `replay scene check` lists every fault"
+    assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in message[0]
+    assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in message[1] and "'cap'" in message[2]
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
@@ -75,13 +75,13 @@ def test_every_row_leads_to_a_spec_of_its_name(kind):
 
 
 @pytest.mark.parametrize(
-    ("entry", "words"),
+    ("entry", "text"),
     [
         ("replay.effects.nowhere:SPEC", r"effect 'x' \(replay.effects.nowhere:SPEC\) cannot be loaded: .*repair"),
         (EFFECTS["contact"], "calls itself 'contact' and its row 'x'"),
     ],
 )
-def test_a_row_that_cannot_be_loaded_is_refused(entry, words, monkeypatch):
+def test_a_row_that_cannot_be_loaded_is_refused(entry, text, monkeypatch):
     monkeypatch.setitem(EFFECTS, "x", entry)
-    with pytest.raises(EffectError, match=words):
+    with pytest.raises(EffectError, match=text):
         load_effect("x")

@@ -18,15 +18,15 @@ SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(FALLS,))
 
 
 def test_each_effect_has_its_fraction_of_the_time():
-    places = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
-    result = compute(cubes({"a": [0] * len(places), "b": places}, scene=SCENE), detectors=())
-    told = result.document.effects
-    assert list(told) == ["contact", "breakage"] and told["contact"].events == {"contact": 5}
-    assert told["breakage"].frames_run < told["breakage"].frames == len(places) and told["breakage"].trigger
-    assert told["contact"].digest == result.effects["contact"].output.digest
+    points = [3.0, 3.0, *(([0.9] * 4 + [3.0] * 20) * 5)]
+    result = compute(cubes({"a": [0] * len(points), "b": points}, scene=SCENE), detectors=())
+    records = result.document.effects
+    assert list(records) == ["contact", "breakage"] and records["contact"].events == {"contact": 5}
+    assert records["breakage"].frames_run < records["breakage"].frames == len(points) and records["breakage"].trigger
+    assert records["contact"].digest == result.effects["contact"].output.digest
     seconds = result.effects["contact"].seconds
-    for whole, share in ((2 * seconds, 0.5), (0.0, 0.0)):
-        assert effect_summary(result.effects, whole)["contact"]["fraction"] == pytest.approx(share)
+    for whole, fraction in ((2 * seconds, 0.5), (0.0, 0.0)):
+        assert effect_summary(result.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
     *lines, last = happened_words(result.effects, 3)
     times = [float(line.split(" s: ")[0]) for line in lines]
     every = sum(len(run.events) for run in result.effects.values())
@@ -34,22 +34,24 @@ def test_each_effect_has_its_fraction_of_the_time():
     assert len(happened_words(result.effects, every)) == every
 
 
-def told(kind, *events, **series):
+def run_of(kind, *events, **series):
     return EffectRun(EffectSpec(kind, "x", lambda i: None), (), EffectOutput(events, series), 0.1, {}, 3, 3)
 
 
-def test_the_weightiest_result_leads_and_without_one_the_last_event():
+def test_the_weightiest_result_leads_else_the_last_event():
     names = enumerate(("pour", "end-point", "colour-change"))
-    pour, end, turns = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
-    assert leading({}) is None and leading({"pour": told("pour", pour)}) is pour
-    assert leading({"pour": told("pour", pour), "a": told("a", turns)}) is turns
-    assert leading({"a": told("a", turns), "reaction": told("reaction", end), "pour": told("pour", pour)}) is end
+    pour, end, changes = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
+    assert leading({}) is None and leading({"pour": run_of("pour", pour)}) is pour
+    assert leading({"pour": run_of("pour", pour), "a": run_of("a", changes)}) is changes
+    assert (
+        leading({"a": run_of("a", changes), "reaction": run_of("reaction", end), "pour": run_of("pour", pour)}) is end
+    )
 
 
 def test_the_table_of_costs_names_every_effect_of_each_session():
     page = resources.files("replay.guide").joinpath("scenes-and-effects.md").read_text("utf-8")
     rows = re.findall(r"^\| `([\w-]+)` \| (.+ %) \| (.+?) \|$", page, flags=re.MULTILINE)
     assert {scene for scene, _, _ in rows} == set(SCENES)
-    for scene, shares, rest in rows:
-        ran = re.findall(r"([a-z-]+) [\d.]+ %", shares)
+    for scene, fractions, rest in rows:
+        ran = re.findall(r"([a-z-]+) [\d.]+ %", fractions)
         assert {*ran, *re.findall(r"`([a-z-]+)`", rest)} == set(EFFECTS), scene

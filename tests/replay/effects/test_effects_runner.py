@@ -20,7 +20,7 @@ from sessions.model.track import HandTrack
 
 
 def ran(*specs, **inputs):
-    steps = {one.kind: Step(one, (), (), inputs.get(one.kind, ()), ("declared",)) for one in specs}
+    steps = {spec.kind: Step(spec, (), (), inputs.get(spec.kind, ()), ("declared",)) for spec in specs}
     known = dict.fromkeys(("cup", "hand_left", "lost"), ("it is named",))
     poses = {"cup": along_x([0, 1, 2, 3]), "hand_left": along_x([5, 5, 6, 6])}
     scene = Scene(bodies=tuple(map(SceneBody, known)))
@@ -35,14 +35,14 @@ def spec(kind, compute, **more):
 
 
 def asking(ask, **more):
-    """What an effect gets that asks so, and its run."""
-    got = []
-    run = ran(spec("pour", lambda inputs: got.append(ask(inputs)) or EffectOutput(), **more))["pour"]
-    return got[0], run
+    """Inputs of an effect of such a spec, and its run."""
+    actual = []
+    run = ran(spec("pour", lambda inputs: actual.append(ask(inputs)) or EffectOutput(), **more))["pour"]
+    return actual[0], run
 
 
 @pytest.mark.parametrize(
-    ("ask", "words"),
+    ("ask", "text"),
     [
         (lambda inputs: inputs.poses("flask"), "which no declared effect names"),
         (lambda inputs: inputs.mesh("flask"), "which no declared effect names"),
@@ -56,8 +56,8 @@ def asking(ask, **more):
         ),
     ],
 )
-def test_an_effect_gets_only_inputs_of_its_spec(ask, words):
-    with pytest.raises(EffectError, match=words):
+def test_an_effect_gets_only_inputs_of_its_spec(ask, text):
+    with pytest.raises(EffectError, match=text):
         asking(ask)
 
 
@@ -68,10 +68,10 @@ def test_a_hand_is_chosen_by_tags_and_name():
 
 
 def test_an_effect_gets_only_outputs_of_its_inputs():
-    seen = {}
-    one, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
-    ran(one, two, spec("x", lambda inputs: seen.update(inputs.outputs) or EffectOutput()), x=("two",))
-    assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
+    observed = {}
+    effect_run, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
+    ran(effect_run, two, spec("x", lambda inputs: observed.update(inputs.outputs) or EffectOutput()), x=("two",))
+    assert {kind: output.data for kind, output in observed.items()} == {"two": 2}
 
 
 def test_skipped_frames_are_counted_and_displayed():
@@ -113,11 +113,11 @@ def test_recorded_numbers_of_another_time_are_left_out():
     assert series.unit == "1/min" and series.values.tolist() == [70.0 + k for k in range(10)]
     assert np.allclose(series.times, 0.1 * np.arange(10) + 3e-9) and run.because == ("it was recorded",)
     assert 0.0 <= run.seconds < 9.0
-    part = compute(session, detectors=(), start=0.2, end=0.49)
-    assert part.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
+    rows = compute(session, detectors=(), start=0.2, end=0.49)
+    assert rows.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
     assert compute(bare, detectors=()).effects == {}
 
 
 def test_a_point_of_a_body_follows_its_pose():
-    place, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
-    assert place[3] == pytest.approx([3.1, 0.2, 0.3])
+    point, _ = asking(lambda inputs: inputs.poses("cup").point([0.1, 0.2, 0.3]))
+    assert point[3] == pytest.approx([3.1, 0.2, 0.3])

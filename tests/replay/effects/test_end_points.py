@@ -1,4 +1,4 @@
-"""Which mixtures have an end point, and between what."""
+"""End points of mixtures, and the reagents that are equivalent there."""
 
 import tomllib
 from pathlib import Path
@@ -46,11 +46,11 @@ def poured(a, b, equation):
 
 def vessel(row, name):
     """Arguments of a glass that holds what a row of the table says."""
-    held = row.get(name, {})
-    liquid = {"volume_ml": held.get("ml", 0.0), **({"solutes": held["solutes"]} if "solutes" in held else {})}
-    if "solid" in held:
-        grams = held["moles"] * molar_mass(held["solid"])
-        liquid["properties"] = {"solid": {"formula": held["solid"], "mass_g": grams}}
+    content = row.get(name, {})
+    liquid = {"volume_ml": content.get("ml", 0.0), **({"solutes": content["solutes"]} if "solutes" in content else {})}
+    if "solid" in content:
+        grams = content["moles"] * molar_mass(content["solid"])
+        liquid["properties"] = {"solid": {"formula": content["solid"], "mass_g": grams}}
     return liquid
 
 

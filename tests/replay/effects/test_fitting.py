@@ -12,23 +12,23 @@ UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011,
 def test_a_parabola_is_recovered_from_uneven_stamps(coefficients, zero):
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
-    places = (a + b * u + c * u * u)[:, None]
-    fit = fitted(UNEVEN + zero, places)
+    points = (a + b * u + c * u * u)[:, None]
+    fit = fitted(UNEVEN + zero, points)
     assert fit.misfit < 1e-9 and fit.position(fit.at)[0] == pytest.approx(a, abs=1e-7)
     assert fit.velocity(fit.at - 0.01)[0] == pytest.approx(b - 0.02 * c, abs=1e-4)
-    found = velocities(UNEVEN, places, np.zeros(12, dtype=np.int64), np.arange(12))
-    assert np.allclose(found[:, 0], b + 2.0 * c * u, atol=1e-6)
+    fitted_values = velocities(UNEVEN, points, np.zeros(12, dtype=np.int64), np.arange(12))
+    assert np.allclose(fitted_values[:, 0], b + 2.0 * c * u, atol=1e-6)
 
 
 def test_no_velocity_is_fitted_across_a_gap():
     runs = np.array([0] * 4 + [1] * 8)
-    found = velocities(UNEVEN, np.where(runs == 0, 0.0, 5.0)[:, None], runs, np.arange(12))
-    assert np.isnan(found[:4]).all() and np.allclose(found[4:], 0.0)
+    fitted_values = velocities(UNEVEN, np.where(runs == 0, 0.0, 5.0)[:, None], runs, np.arange(12))
+    assert np.isnan(fitted_values[:4]).all() and np.allclose(fitted_values[4:], 0.0)
     runs = np.array([0] * 10 + [1] * 12 + [-1])
     samples = [before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
     assert samples == [[*range(1, 10)], [*range(10, 16)], [], []]
 
 
-def test_after_a_loss_a_stretch_drifts_at_first():
+def test_after_a_loss_the_fit_drifts_at_first():
     linked = np.array([False, True, True, False, True, True])
     assert settled_runs(np.arange(6) * SETTLE_S, linked | True, linked).tolist() == [1, 1, 1, -1, 2, 2]

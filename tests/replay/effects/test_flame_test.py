@@ -12,9 +12,9 @@ TEST = {
 AWAY, DIP, FLAME = (1.0, 1.0, 0.0), (0.5, 0.005, 0.0), (0.0, 0.11, 0.0)
 
 
-def run(places, valid=None):
+def run(points, valid=None):
     """The wire's tip is at these places, 50 ms each."""
-    wire = np.asarray(places, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
+    wire = np.asarray(points, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
     count = len(wire)
     poses = {"wire": (wire, still(count)[1]), "lamp": still(count), "b": still(count, (0.5, 0.0, 0.0))}
     bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
@@ -39,24 +39,24 @@ LOST[15:20] = False
 
 
 @pytest.mark.parametrize(
-    ("places", "valid", "visits"),
+    ("points", "valid", "visits"),
     [(visit(19), None, [("NaCl", "", 0.95)]), (visit(30, AWAY), None, [("", "", 1.5)]), (visit(1), None, []),
      (visit(30), LOST, [("NaCl", "yellow", 1.5)])],
     ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
 )  # fmt: skip
-def test_a_lasting_visit_shows_the_salt_on_the_wire(places, valid, visits):
-    found = [event.values for event in run(places, valid).output.named("flame")]
-    assert [(one["salt"], one["seen"], pytest.approx(one["seconds"])) for one in found] == visits
+def test_a_lasting_visit_shows_the_salt_on_the_wire(points, valid, visits):
+    events = [event.values for event in run(points, valid).output.named("flame")]
+    assert [(visit["salt"], visit["seen"], pytest.approx(visit["seconds"])) for visit in events] == visits
 
 
 LEVEL = 20e-6 / (np.pi * 0.02**2)
 
 
 @pytest.mark.parametrize(
-    ("place", "inside"),
+    ("point", "inside"),
     [((0.0099, 0.1, 0.0), True), ((0.0101, 0.1, 0.0), False), ((0.0, 0.149, 0.0), True), ((0.0, 0.151, 0.0), False),
      ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False),
      ((0.5, LEVEL + 1e-4, 0.0), False), ((0.5, LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
-def test_the_flame_is_a_cone_on_its_foot(place, inside):
-    assert bool(run([AWAY] * 3 + [place] * 5 + [AWAY] * 3).events) == inside
+def test_the_flame_is_a_cone_on_its_foot(point, inside):
+    assert bool(run([AWAY] * 3 + [point] * 5 + [AWAY] * 3).events) == inside

@@ -38,7 +38,7 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
 
 
 @pytest.mark.parametrize(
-    ("hand", "cup", "trigger", "more", "wanted"),
+    ("hand", "cup", "trigger", "more", "expected"),
     [
         (HAND, HAND + 0.5, WAVERING, {}, TAKEN),
         (HAND, HAND + 0.5, 0.59 * PRESSED, {}, []),
@@ -56,11 +56,11 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
          "touched before and after", "of two the one that rides",
          "lost for a moment", "the recording does not end it", "no buttons recorded"],
 )  # fmt: skip
-def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, wanted):
+def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, expected):
     effect = run(hand, cup, trigger, **more)
-    assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == wanted
+    assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == expected
     for event in effect.output.named("grasp"):
-        assert event.end == (None if len(wanted) == 1 else pytest.approx(1.6))
+        assert event.end == (None if len(expected) == 1 else pytest.approx(1.6))
         assert event.values["moved_m"] == pytest.approx(0.5, abs=0.01) and not event.values["touching"]
         assert event.values["held_s"] == pytest.approx((event.end or 2.0) - event.time, abs=0.03)
         assert effect.output.lanes["hand-left"][0].word == event.bodies[1]

@@ -12,13 +12,13 @@ NEAR, LEAVE = 0.2, 0.05
 CUBES = (cube(), cube())
 
 
-def run(places, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more):
+def run(points, rotation=(0.0, 0.0, 0.0, 1.0), height=0.0, meshes=CUBES, **more):
     """Two unit cubes; the visitor's distance to the hazard is ``place - 1``."""
     settings = {"of": ["hand"], "hazard": "lamp", "distance": NEAR, "leave_by": LEAVE, **more}
     scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp")), effects=(SceneEffect("hazard-proximity", settings),))
-    poses = {"hand": along_x(places, rotation), "lamp": along_x([0.0] * len(places))}
+    poses = {"hand": along_x(points, rotation), "lamp": along_x([0.0] * len(points))}
     poses["hand"][0][:, 1] = height
-    stamps = np.arange(len(places)) * 10_000_000
+    stamps = np.arange(len(points)) * 10_000_000
     result = compute(Session.from_arrays(stamps, poses, dict(zip(poses, meshes, strict=True)), scene))
     assert not result.detections and len(result.assembly.pairs) == 0
     return result.effects["hazard-proximity"]
@@ -42,10 +42,10 @@ BOARD = MeshData(np.asarray(cube(0.8).vertices) * [1.0, 0.02, 1.0], cube(0.8).fa
 @pytest.mark.parametrize(
     ("more", "metres"),
     [
-        ({"places": [1.3] * 2, "rotation": (0.0, np.sin(np.pi / 8), 0.0, np.cos(np.pi / 8))}, 0.8 - np.sqrt(0.5)),
-        ({"places": [0.0] * 2, "above": 3.0}, 0.0),
+        ({"points": [1.3] * 2, "rotation": (0.0, np.sin(np.pi / 8), 0.0, np.cos(np.pi / 8))}, 0.8 - np.sqrt(0.5)),
+        ({"points": [0.0] * 2, "above": 3.0}, 0.0),
         # A board of 0.8 m lies 5 mm over a lamp of 80 mm: its corners are 0.5 m away.
-        ({"places": [0.0] * 2, "height": 0.053, "meshes": (BOARD, cube(0.08))}, 0.005),
+        ({"points": [0.0] * 2, "height": 0.053, "meshes": (BOARD, cube(0.08))}, 0.005),
     ],
     ids=["turned", "in a flame above the mesh", "board"],
 )

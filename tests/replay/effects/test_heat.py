@@ -15,9 +15,9 @@ FLAME = {
 
 
 def run(xs, height=0.2, **more):
-    places = np.zeros((len(xs), 3))
-    places[:, 0], places[:, 1] = xs, height
-    poses = {"lamp": still(len(xs)), "dish": (places, still(len(xs))[1])}
+    points = np.zeros((len(xs), 3))
+    points[:, 0], points[:, 1] = xs, height
+    poses = {"lamp": still(len(xs)), "dish": (points, still(len(xs))[1])}
     dish = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": 60.0}})
     session = world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
     return compute(session).effects["heat"]
@@ -32,11 +32,11 @@ def test_over_the_flame_it_warms_and_beside_it_it_cools():
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
     assert event.name == "heated" and (event.time, event.end) == pytest.approx((0.5, 10.5))
     assert event.values["to_c"] == pytest.approx(peak, rel=1e-9) and event.text.endswith(" in 10.0 s")
-    told = run_.series["dish/temperature"]
-    assert told.values.max() == pytest.approx(peak, rel=1e-9) and told.values[0] == 20.0
-    assert told.times[:3].tolist() == pytest.approx([0.0, 0.4, 0.5])
-    after = 20.0 + (peak - 20.0) * np.exp(-(told.times[-1] - 10.5) * 0.4 / 60.0)
-    assert told.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
+    celsius = run_.series["dish/temperature"]
+    assert celsius.values.max() == pytest.approx(peak, rel=1e-9) and celsius.values[0] == 20.0
+    assert celsius.times[:3].tolist() == pytest.approx([0.0, 0.4, 0.5])
+    after = 20.0 + (peak - 20.0) * np.exp(-(celsius.times[-1] - 10.5) * 0.4 / 60.0)
+    assert celsius.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_over_the_flame_it_warms_and_beside_it_it_cools():
         {"xs": [0.0] * 20, "height": 0.36},
     ],
 )
-def test_beside_below_or_for_one_frame_it_is_not_heated(where):
+def test_beside_or_below_the_flame_nothing_is_heated(where):
     run_ = run(**where)
     assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
 
@@ -70,10 +70,12 @@ def test_acid_into_water_gives_off_the_heat_of_the_formula():
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * WATER_MOLAR
     given = 4.184 * 17860.0 * h2so4 * (water / (water + 1.798 * h2so4) - 4.1 / (4.1 + 1.798 * 18.0))
-    told = effects["heat"].series["b/temperature"].values
-    assert told[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)
+    celsius = effects["heat"].series["b/temperature"].values
+    assert celsius[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)
     (event,) = effects["heat"].events
-    assert event.name == "warmest" and event.values["to_c"] == told[-1] and event.values["from_c"] == told[0] == 20.0
+    assert (
+        event.name == "warmest" and event.values["to_c"] == celsius[-1] and event.values["from_c"] == celsius[0] == 20.0
+    )
     assert effects["heat"].frames_run == 3
 
 
@@ -92,7 +94,7 @@ def test_a_boiling_liquid_gets_no_hotter():
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
 
 
-TURNS = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}
+COLOUR_CHANGE = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}
 SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_g": 5.0}}
 
 
@@ -103,7 +105,7 @@ def salted(more, properties=SALT):
 
 
 def test_a_heated_solid_changes_colour_once():
-    heat = compute(salted(TURNS)).effects["heat"]
+    heat = compute(salted(COLOUR_CHANGE)).effects["heat"]
     (event,) = heat.output.named("turned")
     # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.
     seconds = -60.0 / 0.4 * np.log(1.0 - 3.0 * 0.4 / 160.0)
@@ -112,5 +114,5 @@ def test_a_heated_solid_changes_colour_once():
     drawn = heat.output.liquids["dish"]
     assert drawn.rgba.tolist() == [list(COLOURS["blue"]), list(COLOURS["white"])] and drawn.times[1] == event.time
     assert drawn.level[0] > drawn.floor
-    cool = compute(salted({**TURNS, "turns_c": 90.0})).effects["heat"]
+    cool = compute(salted({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
     assert not cool.output.named("turned") and len(cool.output.liquids["dish"].times) == 1

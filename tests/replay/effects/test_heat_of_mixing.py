@@ -25,13 +25,13 @@ def vessel(name, volume, solute, molar, **properties):
 def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     """20 mL of one are poured into 20 mL of the other, all of it."""
     bodies = (vessel("a", 20.0, *row["first"]), vessel("b", 20.0, *row["second"]))
-    told = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *told)
+    settings = (MIX, ("reaction", {"equation": row["equation"]}), ("heat", HEAT))
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *settings)
     moved = effects["pour"].events[0].values["volume_ml"]
     series = effects["heat"].series["b/temperature"]
     assert (series.times[0], series.values[0]) == (0.0, 20.0)
     kelvin = series.values[-1] - 20.0
-    (event,) = [one for one in effects["heat"].output.named("warmest") if one.bodies == ("b",)]
+    (event,) = [candidate for candidate in effects["heat"].output.named("warmest") if candidate.bodies == ("b",)]
     assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
     per_mol = kelvin * PER_ML * (20.0 + moved) / (row["first"][1] * moved * 1e-3) / 1e3
     assert per_mol == pytest.approx(row["kj_mol"], rel=0.01)
@@ -43,12 +43,14 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
         vessel("a", 20.0, "HCl", 0.5, temperature_c=10.0),
         vessel("b", 20.0, "NaOH", 1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
     )
-    told = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *told)
+    celsius = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *celsius)
     moved = effects["pour"].events[0].values["volume_ml"]
-    told = effects["heat"].series["b/temperature"].values
+    celsius = effects["heat"].series["b/temperature"].values
     energy = PER_ML * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
-    assert told[0] == 30.0 and told[-1] == pytest.approx(20.0 + energy / (PER_ML * (20.0 + moved) + 30.0), rel=1e-5)
+    assert celsius[0] == 30.0 and celsius[-1] == pytest.approx(
+        20.0 + energy / (PER_ML * (20.0 + moved) + 30.0), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("hz", [9, 30, 90, 250, pytest.param(1000, marks=pytest.mark.slow)])
@@ -57,9 +59,11 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
     poses = {"a": tilted(degrees), "b": still(count)}
     bodies = (vessel("a", 20.0, "HCl", 0.5), vessel("b", 20.0, "NaOH", 1.0))
-    told = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
+    tables = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
     heat = ("heat", {**HEAT, "loss_w_per_k": 5.0})
-    series = compute(world(poses, bodies, *told, heat, step_ns=round(1e9 / hz))).effects["heat"].series["b/temperature"]
+    series = (
+        compute(world(poses, bodies, *tables, heat, step_ns=round(1e9 / hz))).effects["heat"].series["b/temperature"]
+    )
     excess = series.values - 20.0
     at = np.searchsorted(series.times, 1.0)
     end = np.searchsorted(series.times, 1.0 + seconds - 0.15)
@@ -81,9 +85,9 @@ def test_a_chain_of_pours_loses_no_energy(order, hz):
         "c": still(len(times), (0.02, 0.0, 0.0)),
     }  # fmt: skip
     bodies = [vessel("a", 60.0, "", 0.0, temperature_c=80.0), vessel("b", 70.0, "", 0.0), vessel("c", 0.0, "", 0.0)]
-    told = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), ("heat", HEAT))
+    settings = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), ("heat", HEAT))
     bodies = bodies if order[0] == "a" else bodies[::-1]
-    effects = compute(world(poses, bodies, *told, step_ns=round(1e9 / hz))).effects
+    effects = compute(world(poses, bodies, *settings, step_ns=round(1e9 / hz))).effects
     volumes = {name: effects["pour"].series[f"{name}/volume"].values[-1] for name in "abc"}
     celsius = {name: effects["heat"].series[f"{name}/temperature"].values[-1] for name in "abc"}
     assert volumes["c"] > 5.0 and celsius["c"] > 21.0 and effects["pour"].series["spilled/volume"].values[-1] == 0.0

@@ -21,8 +21,8 @@ BY_PH = {
 def titrated(solutes, titrant, indicator, *effects, hz=90):
     """Effects of a titrant that runs into 2 mL of a solution with an indicator."""
     flask, burette = glass("flask", 2.0, solutes=solutes), glass("burette", 50.0, solutes=titrant, cavity=COLUMN)
-    shown = ("colour", {"in": "flask", "indicator": indicator})
-    return run_in(OPEN, MIX, *effects, shown, base=burette, acid=flask, step_ns=10**9 // hz)
+    display = ("colour", {"in": "flask", "indicator": indicator})
+    return run_in(OPEN, MIX, *effects, display, base=burette, acid=flask, step_ns=10**9 // hz)
 
 
 def test_ten_indicators_have_a_name():
@@ -30,7 +30,7 @@ def test_ten_indicators_have_a_name():
 
 
 @pytest.mark.parametrize("name", BY_PH)
-def test_an_indicator_of_the_ph_turns_within_its_range(name):
+def test_a_ph_indicator_changes_within_its_range(name):
     """In a phosphate solution, whose pH rises through all ranges."""
     neutral = ("reaction", {"equation": "H3PO4 + 3 NaOH -> Na3PO4 + 3 H2O"})
     effects = titrated({"H3PO4": 0.05}, {"NaOH": 0.2}, name, neutral)
@@ -56,7 +56,7 @@ CERIUM = ("reaction", {"equation": "Fe^2+ + Ce^4+ -> Fe^3+ + Ce^3+"})
         ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"Ce(SO4)2": 0.1, "H2SO4": 1.0}, CERIUM, "red to blue", 1.0),
     ],
 )  # fmt: skip
-def test_an_indicator_of_an_ion_turns_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
+def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
     effects = titrated(solutes, titrant, name, reaction)
     (event,) = effects["colour"].events
     assert event.text == f"{name} in flask turns from {change}"

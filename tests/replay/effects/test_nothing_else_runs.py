@@ -35,7 +35,7 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
         assert set(planned.effects) == {effect.kind for effect in scene.effects} | needed, kinds
         assert set(planned.not_run) == set(KINDS) - set(planned.effects)
         for kind, step in planned.steps.items():
-            assert all(planned.effects.index(one) < planned.effects.index(kind) for one in step.inputs)
+            assert all(planned.effects.index(item) < planned.effects.index(kind) for item in step.inputs)
         asking = {kind for kind in planned.effects if load_effect(kind).detector}
         assert set(planned.detectors) == {load_effect(kind).detector for kind in asking}
         assert bool(planned.pairs) == planned.detection == bool(asking), kinds
@@ -110,25 +110,25 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_touches_only_what_its_effects_require(name, tmp_path):
     loaded = proofs.modules_after(SPIES.format(folder=str(tmp_path), name=name))
-    told = json.loads((tmp_path / "told.json").read_text())
-    kinds, others = set(told["plan"]["effects"]), set(KINDS) - set(told["plan"]["effects"])
-    assert kinds == set(told["effects"]) == set(told["entered"]) and set(told["plan"]["not_run"]) == others
+    report = json.loads((tmp_path / "told.json").read_text())
+    kinds, others = set(report["plan"]["effects"]), set(KINDS) - set(report["plan"]["effects"])
+    assert kinds == set(report["effects"]) == set(report["entered"]) and set(report["plan"]["not_run"]) == others
     assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
-    asks = bool(told["plan"]["detection"])
+    asks = bool(report["plan"]["detection"])
     assert bool({"numba", "fcl", "replay.effects.contact"} & loaded) == asks
     chemistry = {f"replay.effects.chemistry.{module}" for module in ("ledger", "mixture", "solver")}
     assert bool(chemistry & loaded) == ("mixing" in kinds)
     assert "phreeqc" not in loaded or "mixing" in kinds
     # An audit reads hands too: it tells contacts of a hand with what it holds apart.
-    assert any(topic.startswith("/hands") for topic in told["topics"]) == ("grasp" in kinds or asks)
-    assert {topic for topic in told["topics"] if not topic.startswith("/hands")} <= LOGGED
-    assert set(told["examined"]) == set(told["plan"]["bodies"])
-    bodies = {path.split("/")[2] for path in told["drawn"] if path.startswith("/world/") and path.endswith("/mesh")}
-    assert asks or bodies == set(told["plan"]["bodies"])
-    assert {path.split("/")[2] for path in told["drawn"] if path.startswith("/effects/")} <= kinds | {"curve"}
-    assert asks or not any(path.startswith(("/detectors", "/lanes", "/counters")) for path in told["drawn"])
-    assert {one for one in told["sources"] if one.startswith("effect/")} <= {f"effect/{kind}" for kind in kinds}
-    assert set(told["series"]) <= kinds and (asks or not any("/" in column for column in told["frames"]))
+    assert any(topic.startswith("/hands") for topic in report["topics"]) == ("grasp" in kinds or asks)
+    assert {topic for topic in report["topics"] if not topic.startswith("/hands")} <= LOGGED
+    assert set(report["examined"]) == set(report["plan"]["bodies"])
+    bodies = {path.split("/")[2] for path in report["drawn"] if path.startswith("/world/") and path.endswith("/mesh")}
+    assert asks or bodies == set(report["plan"]["bodies"])
+    assert {path.split("/")[2] for path in report["drawn"] if path.startswith("/effects/")} <= kinds | {"curve"}
+    assert asks or not any(path.startswith(("/detectors", "/lanes", "/counters")) for path in report["drawn"])
+    assert {item for item in report["sources"] if item.startswith("effect/")} <= {f"effect/{kind}" for kind in kinds}
+    assert set(report["series"]) <= kinds and (asks or not any("/" in column for column in report["frames"]))
 
 
 LOGGED = {"/events", "/intervals", "/contacts/live"}
@@ -148,7 +148,7 @@ SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": Field("bodies",
 """
 
 
-def test_an_effect_from_outside_is_one_file_and_one_row(tmp_path, monkeypatch):
+def test_an_outside_effect_is_a_file_and_a_row(tmp_path, monkeypatch):
     import sys
 
     (tmp_path / "glow_effect.py").write_text(OUTSIDE, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is printed of an experiment depends neither on the order of its tables and bodies nor on their names."""
+"""The output of an experiment depends neither on the order of its tables and bodies nor on their names."""
 
 import re
 
@@ -58,8 +58,8 @@ def pours():
 
 def chain():
     """Acid goes from glass to glass to glass over zinc that dissolves slowly, all at one time."""
-    low = (0.0, -0.2, 0.0)
-    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": still(COUNT, low)}
+    lower = (0.0, -0.2, 0.0)
+    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": still(COUNT, lower)}
     poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
     bodies = (holding("a", 50.0, HCl=1.0), holding("b", 40.0, {"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
               holding("c", 5.0, NaOH=1.0))  # fmt: skip
@@ -73,9 +73,9 @@ def chain():
 def called(value, names):
     """Settings with other names of bodies."""
     if isinstance(value, list):
-        return [called(one, names) for one in value]
+        return [called(item, names) for item in value]
     if isinstance(value, dict):
-        return {key: called(one, names) for key, one in value.items()}
+        return {key: called(item, names) for key, item in value.items()}
     return names.get(value, value) if isinstance(value, str) else value
 
 
@@ -84,8 +84,8 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
     poses, bodies, tables = make()
     names = names or {}
     poses = {names.get(name, name): poses[name] for name in order(list(poses))}
-    bodies = [SceneBody(names.get(one.id, one.id), extra=one.extra) for one in order(list(bodies))]
-    tables = [(kind, called(told, names)) for kind, told in order(list(tables))]
+    bodies = [SceneBody(names.get(item.id, item.id), extra=item.extra) for item in order(list(bodies))]
+    tables = [(kind, called(settings, names)) for kind, settings in order(list(tables))]
     result = compute(world(poses, bodies, *tables), detectors=())
     figures = {
         kind: {key: getattr(record, key) for key in ("about", "because", "events", "frames", "frames_run", "sources")}
@@ -112,5 +112,5 @@ def test_order_of_tables_and_names_change_no_output(make, snapshot):
     old = sorted(make()[0])
     names = {name: f"z{len(old) - k}" for k, name in enumerate(old)}
     back = {new: name for name, new in names.items()}
-    again, *others = printed(make, names=names, back=lambda text: re.sub(r"z\d", lambda one: back[one.group()], text))
+    again, *others = printed(make, names=names, back=lambda text: re.sub(r"z\d", lambda item: back[item.group()], text))
     assert sorted(again) == sorted(lines) and others == [figures, rows]

@@ -1,4 +1,4 @@
-"""What was planted in the nine experiments, tracker noise on, is found again, once and no other."""
+"""Events planted in the nine experiments, with tracker noise, are reported once and no others."""
 
 import tomllib
 from functools import cache
@@ -19,7 +19,7 @@ SEEDS = (0, 1)
 
 BY_EYE = {"abs": 1.0, "rel": 0.02}
 """Within 1 mL or 2 %, whichever is less strict: what the eye reads off a beaker."""
-FOUND = tomllib.loads(Path(__file__).with_name("planted.toml").read_text("utf-8"))["found"]
+EXPECTED = tomllib.loads(Path(__file__).with_name("planted.toml").read_text("utf-8"))["found"]
 
 
 @cache
@@ -33,22 +33,22 @@ def planted(truth, kind):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize(("name", "row"), [(name, row) for row in FOUND for name in row["experiments"]])
+@pytest.mark.parametrize(("name", "row"), [(name, row) for row in EXPECTED for name in row["experiments"]])
 def test_every_planted_event_is_reported_once(name, row, seed):
     result, truth = replayed(name, seed)
-    found, facts = result.effects[row["effect"]].output.named(row["event"]), planted(truth, row["fact"])
+    reported, facts = result.effects[row["effect"]].output.named(row["event"]), planted(truth, row["fact"])
     if row["effect"] == "grasp":
         declared = plan(result.session.scene).steps["grasp"].declared
-        asked = {frozenset(pair) for one in declared for pair in one["between"]}
-        facts = [one for one in facts if frozenset(one.bodies) in asked]
-    assert len(found) == len(facts) > 0
-    for got, true in zip(found, facts, strict=True):
-        assert not true.bodies or set(got.bodies) & set(true.bodies)
-        assert "begin" not in row or got.time == pytest.approx(true.start, abs=row["begin"])
-        assert "end" not in row or got.end == pytest.approx(true.end, abs=row["end"])
+        requested = {frozenset(pair) for item in declared for pair in item["between"]}
+        facts = [item for item in facts if frozenset(item.bodies) in requested]
+    assert len(reported) == len(facts) > 0
+    for actual, true in zip(reported, facts, strict=True):
+        assert not true.bodies or set(actual.bodies) & set(true.bodies)
+        assert "begin" not in row or actual.time == pytest.approx(true.start, abs=row["begin"])
+        assert "end" not in row or actual.end == pytest.approx(true.end, abs=row["end"])
         for key, near in row.get("values", {}).items():
-            wanted = true.values[near["planted"]]
-            assert got.values[key] == pytest.approx(wanted, near.get("rel"), near.get("abs"))
+            expected = true.values[near["planted"]]
+            assert actual.values[key] == pytest.approx(expected, near.get("rel"), near.get("abs"))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -56,26 +56,26 @@ def test_every_planted_event_is_reported_once(name, row, seed):
 def test_every_planted_pour_is_reported_with_its_volume(name, seed):
     result, truth = replayed(name, seed)
     run, facts = result.effects["pour"], planted(truth, "pour")
-    found = run.output.named("pour")
-    large = [event for event in found if event.values["volume_ml"] > 0.5]
+    reported = run.output.named("pour")
+    large = [event for event in reported if event.values["volume_ml"] > 0.5]
     assert [event.bodies for event in large] == [(f.values["source"], f.values["target"]) for f in facts]
-    assert sum(event.values["volume_ml"] for event in found if event not in large) < 0.5
+    assert sum(event.values["volume_ml"] for event in reported if event not in large) < 0.5
     for event, fact in zip(large, facts, strict=True):
         assert event.time == pytest.approx(fact.start, abs=0.05)
         assert event.values["volume_ml"] == pytest.approx(fact.values["volume_ml"], **BY_EYE)
         left = run.series[f"{fact.values['source']}/volume"]
         assert left.values[left.times <= fact.end + 1.0][-1] == pytest.approx(fact.values["left_ml"], **BY_EYE)
     ends = [series.values[-1] for series in run.series.values()]  # what is in the vessels, and what was spilled
-    assert sum(ends) == pytest.approx(sum(one.volume_ml for one in run.output.data.vessels.values()), rel=1e-9)
+    assert sum(ends) == pytest.approx(sum(item.volume_ml for item in run.output.data.vessels.values()), rel=1e-9)
     assert 0 < run.frames_run < 0.06 * run.frames
 
 
-def test_the_indicator_turns_at_the_end_point():
+def test_the_indicator_changes_at_the_end_point():
     result, truth = replayed("titration")
-    (turn,), (fact,) = result.effects["colour"].output.named("colour-change"), planted(truth, "end_point")
+    (change,), (fact,) = result.effects["colour"].output.named("colour-change"), planted(truth, "end_point")
     volume = result.effects["burette"].series["burette/delivered"]
-    seen = float(volume.values[volume.times <= turn.time][-1])
-    assert seen == pytest.approx(fact.values["volume_ml"], abs=0.05) and turn.end is not None
+    observed = float(volume.values[volume.times <= change.time][-1])
+    assert observed == pytest.approx(fact.values["volume_ml"], abs=0.05) and change.end is not None
 
 
 def test_all_marble_dissolves_in_acid_that_is_in_excess():

@@ -1,4 +1,4 @@
-"""What a tilted glass pours, and what of it is spilt."""
+"""Liquid that a tilted glass pours, and that it spills."""
 
 import math
 
@@ -20,15 +20,15 @@ def all_of(run):
     """Millilitres at the end, everywhere."""
     data = run.output.data
     ends = [run.series[f"{name}/volume"].values[-1] for name in data.vessels]
-    return math.fsum([*ends, *(one.total_ml for one in data.streams if not one.target)])
+    return math.fsum([*ends, *(event.total_ml for event in data.streams if not event.target)])
 
 
 def moves(run):
     """Frame, source, target and millilitres of each step of each stream, in order."""
     return sorted(
-        (frame, one.source, one.target, volume)
-        for one in run.output.data.streams
-        for frame, volume in zip(one.frames.tolist(), one.volume_ml.tolist(), strict=True)
+        (frame, event.source, event.target, volume)
+        for event in run.output.data.streams
+        for frame, volume in zip(event.frames.tolist(), event.volume_ml.tolist(), strict=True)
     )
 
 
@@ -63,7 +63,7 @@ def test_volumes_are_conserved_and_none_is_negative_whatever_is_done(degrees, fi
 @pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
 def test_a_pour_enters_the_opening_below_the_lip(beside, target):
     moved = moves(poured([0.0, 0.0, 60.0, 60.0, 60.0], place=(beside, 0.0, 0.0))["pour"])
-    assert {one[2] for one in moved} == {target}
+    assert {event[2] for event in moved} == {target}
 
 
 GLITCH = np.array([0.0, 0.0, 120.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""What cannot be is refused before the run in words that say what to give: one scene of every kind, one slip a row."""
+"""Impossible scenes are refused before the run with what to give: one scene of every kind, one slip a row."""
 
 import re
 import tomllib

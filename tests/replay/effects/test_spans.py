@@ -24,7 +24,7 @@ def test_two_frames_open_and_two_close_a_span(text):
 
 
 @given(st.text(alphabet="C.-", max_size=60))
-def test_spans_are_apart_and_contain_their_opening_frames(text):
+def test_spans_do_not_touch_and_contain_their_opening_frames(text):
     flag, known = flags(text)
     assert [any(a <= k < b for a, b in spans_of(flag)) for k in range(len(flag))] == flag.tolist()
     spans = steadied(flag, known, 2)

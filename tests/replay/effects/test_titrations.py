@@ -22,14 +22,14 @@ def titrated(flask, burette, equations=("H+ + OH- -> H2O",), hz=90):
 
 
 def ph_of(solutes):
-    """Of one solution, by PHREEQC's minteq.v4 as it is."""
+    """The pH of one solution, by PHREEQC's minteq.v4 as it is."""
     return answer(solutes, {}, 1.0)["pH"]
 
 
 def check(flask, burette, ends, hz):
     effects = titrated(flask, burette, hz=hz)
-    found = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
-    assert found == pytest.approx(ends, abs=0.01)
+    events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    assert events == pytest.approx(ends, abs=0.01)
     ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
     # The same amounts, mixed at once, have the same pH.
     added = volume.values[-1] - 10.0
@@ -49,17 +49,17 @@ def test_end_points_and_ph_are_right_at_every_rate(row):
         check(**row, hz=hz)
 
 
-def told(effects):
+def settings(effects):
     return [event.text for event in effects["reaction"].output.named("end-point")]
 
 
 def test_a_mixture_names_the_strong_acid_first():
     tables = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
     mixture = {"HCl": 0.05, "CH3COOH": 0.05}
-    texts = told(titrated(mixture, {"NaOH": 0.1}, tables))
+    texts = settings(titrated(mixture, {"NaOH": 0.1}, tables))
     assert [text.partition(" are ")[0] for text in texts] == ["HCl and NaOH", "CH3COOH + HCl and NaOH"]
     assert "after 5.00 mL (end point 1 of 2)" in texts[0] and "after 10.00 mL (end point 2 of 2); overshot" in texts[1]
-    assert told(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
+    assert settings(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
 
 
 @pytest.mark.parametrize("hz", [30, 90, 250])
@@ -67,15 +67,15 @@ def test_carbonate_has_two_end_points_at_every_rate(hz):
     """With CO2 as a gas, which the base once let go before each carbonate had its proton."""
     gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
-    found = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
-    assert found == pytest.approx([5.0, 10.0], abs=0.01)
+    events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    assert events == pytest.approx([5.0, 10.0], abs=0.01)
     drawn = titration_curves(effects)["flask"][2]
     assert drawn == pytest.approx([5.0, 10.0], abs=0.01)
     assert titration_curves({"reaction": effects["reaction"]}) == {} == titration_curves({"mixing": effects["mixing"]})
 
 
 @pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])
-def test_an_oxidation_in_ions_has_one_end_point(row):
+def test_an_oxidation_in_ions_has_a_single_end_point(row):
     (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.named("end-point")
     assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
     assert event.text.startswith(f"{row['names']} are equivalent in flask")

@@ -12,10 +12,10 @@ from sessions.model.scene import SceneBody
 
 def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
     cavity = dict(glass("a").extra["cavity"])
-    told = SceneBody("a", instrument="beaker_50", extra={"cavity": cavity})
-    assert Vessel(told).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
+    declared = SceneBody("a", instrument="beaker_50", extra={"cavity": cavity})
+    assert Vessel(declared).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
     del cavity["radius"]
-    assert Vessel(told).brim_ml == pytest.approx(make_instrument("beaker_50").cavity.to_brim.volume * 1e6, rel=1e-9)
+    assert Vessel(declared).brim_ml == pytest.approx(make_instrument("beaker_50").cavity.to_brim.volume * 1e6, rel=1e-9)
     assert Vessel(SceneBody("a", extra={"cavity": cavity})).brim_ml == math.inf
 
 
@@ -43,8 +43,8 @@ def test_a_point_inside_lies_between_floor_and_mouth():
     vessel = Vessel(glass("a", cavity={"floor": 0.1, "opening": [0.3, 0.5, -0.4], "opening_radius": 0.2}))
     within = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.16, 0.3, -0.26]])
     without = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.15, 0.3, -0.25]])
-    turned = np.tile([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], (5, 1, 1))
-    seen = np.arange(5) != 2
-    poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), turned, seen, seen)
-    assert inside(within @ turned[0].T + 7.0, poses, vessel).tolist() == seen.tolist()
-    assert not inside(without @ turned[0].T + 7.0, poses, vessel).any()
+    rotated = np.tile([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], (5, 1, 1))
+    observed = np.arange(5) != 2
+    poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), rotated, observed, observed)
+    assert inside(within @ rotated[0].T + 7.0, poses, vessel).tolist() == observed.tolist()
+    assert not inside(without @ rotated[0].T + 7.0, poses, vessel).any()

@@ -1,4 +1,4 @@
-"""What imports PHREEQC and what does not, and what a scene says where the extra is not installed."""
+"""Imports of PHREEQC, and the sentence of a scene where the extra is not installed."""
 
 import pytest
 from support import effect_proofs as proofs
@@ -38,7 +38,7 @@ def test_a_scene_with_an_equilibrium_imports_phreeqc():
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_without_the_extra_a_scene_gets_one_sentence(name, monkeypatch):
+def test_without_the_extra_a_scene_gets_a_sentence(name, monkeypatch):
     scene = synthetic_session(name)[0].scene
     monkeypatch.setattr(database.importlib.util, "find_spec", lambda _: None)
     database.database_of.cache_clear()

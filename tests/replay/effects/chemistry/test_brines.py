@@ -31,12 +31,12 @@ def dissolved_by_table(formula, other, molal):
     """mol/kg of a salt that dissolve beside another electrolyte, as the ledger computes it."""
     salt = salt_of(formula, solubility_of(formula))
     names = dict.fromkeys(("H+", "H2O", *salt.components, *dissolved_components(other)))
-    column = {name: place for place, name in enumerate(names)}
+    column = {name: index for index, name in enumerate(names)}
     amounts = np.zeros((1, len(column)))
     amounts[0, column["H2O"]] = WATER_MOL
-    for parts, many in ((salt.components, 20.0), (dissolved_components(other), molal)):
-        for part, count in parts.items():
-            amounts[0, column[part]] += count * many
+    for components, many in ((salt.components, 20.0), (dissolved_components(other), molal)):
+        for component, count in components.items():
+            amounts[0, column[component]] += count * many
     return 20.0 - float(settled_solid(salt, column, amounts, np.array([25.0]))[0])
 
 

@@ -34,18 +34,18 @@ def comments(section):
 
 
 @pytest.mark.parametrize(
-    ("equation", "ours", "heat", "source", "reaction"), EQUATIONS, ids=[row[0] for row in EQUATIONS]
+    ("equation", "value", "heat", "source", "reaction"), EQUATIONS, ids=[row[0] for row in EQUATIONS]
 )
-def test_an_equilibrium_constant_is_that_of_its_source(equation, ours, heat, source, reaction):
+def test_an_equilibrium_constant_is_that_of_its_source(equation, value, heat, source, reaction):
     assert source in (*FILES, "unverified") and reaction
     if source not in FILES:
         return
-    assert log_k(source, reaction) == pytest.approx(ours, abs=0.06)
-    theirs = kilojoule(source, reaction)
+    assert log_k(source, reaction) == pytest.approx(value, abs=0.06)
+    reference = kilojoule(source, reaction)
     ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
     # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
-    if heat is not None and source not in WRONG_SIGN and abs(theirs - ammonium) > 1.0 and abs(theirs) > 1.0:
-        assert heat == pytest.approx(theirs, abs=1.0)
+    if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
+        assert heat == pytest.approx(reference, abs=1.0)
 
 
 def test_most_equilibrium_constants_have_a_source_at_hand():
@@ -61,8 +61,8 @@ def test_most_equilibrium_constants_have_a_source_at_hand():
     ],
 )
 def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
-    ours = next(row[1] for row in EQUATIONS if row[0] == equation)
-    assert ours == pytest.approx(log_k("llnl", reaction), abs=0.7)
+    value = next(row[1] for row in EQUATIONS if row[0] == equation)
+    assert value == pytest.approx(log_k("llnl", reaction), abs=0.7)
 
 
 @pytest.mark.parametrize("column", enthalpy.ENTHALPY)
@@ -70,29 +70,29 @@ def test_an_enthalpy_of_formation_is_that_of_its_source(column):
     value, note = enthalpy.ENTHALPY[column], comments("enthalpy")[column]
     phase = column.endswith(("(s)", "(g)"))
     formula = column[:-3] if phase else column
-    theirs = FORMATION.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
+    reference = FORMATION.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
     if note == "element":
         assert value == 0.0
     elif note == "Alberta":
         assert value == pytest.approx(BOOKLET[column], abs=0.5)
     elif note == "unverified":
-        assert not theirs
+        assert not reference
     else:
         source, _, other = note.partition(" has ")
-        nearest = min(theirs[source], key=lambda one: abs(one - value))
+        nearest = min(reference[source], key=lambda entry: abs(entry - value))
         assert nearest == pytest.approx(float(other) if other else value, abs=0.1 if other else 1.5)
         assert not other or abs(float(other) - value) < 8.0
 
 
 @pytest.mark.parametrize("row", REACTIONS, ids=lambda row: row[3])
 def test_a_free_energy_agrees_with_a_data_base(row):
-    source, elements, reaction, ours = row
+    source, elements, reaction, value = row
     terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
     kilojoule_mol = sum(
-        float(many) * enthalpy.FREE_ENERGY[name] for many, name in (term.split(" ") for term in ours.split(" + "))
+        float(many) * enthalpy.FREE_ENERGY[name] for many, name in (term.split(" ") for term in value.split(" + "))
     )
     ten = 1e-3 * GAS_CONSTANT * 298.15 * math.log(10.0)
-    electrons, protons = (sum(many for many, name in terms if name == wanted) for wanted in ("e-", "H+"))
+    electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
     pe = max(-9.0, min(18.0, (kilojoule_mol / ten - 7.0 * protons) / electrons)) if electrons else 4.0
     assert -ten * quotient(source, elements.split(), terms, pe=pe) == pytest.approx(kilojoule_mol, abs=5.0)
 
@@ -124,9 +124,11 @@ def test_a_solubility_is_that_of_pitzers_equations(formula, phases, element, cel
     assert not library.RunString(text)
     molal = library.GetSelectedOutput()[f"{element}(mol/kgw)"][-1] / atoms(formula)[element]
     table = SOLUBILITY[formula]
-    below, above = (pick(one for one in table if sign * one >= sign * celsius) for pick, sign in ((max, -1), (min, 1)))
-    share = 0.0 if above == below else (celsius - below) / (above - below)
-    grams = table[below] + share * (table[above] - table[below])
+    below, above = (
+        pick(entry for entry in table if sign * entry >= sign * celsius) for pick, sign in ((max, -1), (min, 1))
+    )
+    fraction = 0.0 if above == below else (celsius - below) / (above - below)
+    grams = table[below] + fraction * (table[above] - table[below])
     assert molal * molar_mass(formula) / 10.0 == pytest.approx(grams, rel=0.04)
 
 

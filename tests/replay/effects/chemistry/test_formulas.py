@@ -47,7 +47,7 @@ def test_what_is_no_formula_is_refused(formula):
      ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
      ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"[Ag(NH3)2]+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"})],
 )  # fmt: skip
-def test_of_several_readings_the_one_that_balances_is_taken(text, reagents, phases):
+def test_of_several_readings_the_balanced_is_taken(text, reagents, phases):
     equation = equation_of(text, known)
     assert equation.reagents == reagents and equation.phases == phases
 
@@ -62,7 +62,7 @@ def test_two_balanced_readings_are_refused_with_a_remedy():
     [("Cu2+", "Cu^2+"), ("SO42-", "SO4^2-"), ("NH4+", "NH4+"), ("IO3-", "IO3-"), ("Fe3+", "Fe^3+"), ("MnO4-", "MnO4-"),
      ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-")],
 )  # fmt: skip
-def test_an_ion_alone_is_read_as_the_known_one(written, read):
+def test_an_ion_alone_is_read_as_known(written, read):
     assert ion_of(written, known) == read
 
 
@@ -75,7 +75,7 @@ def test_what_no_ions_make_stays_whole(formula):
 
 
 @pytest.mark.parametrize(
-    ("formula", "parts"),
+    ("formula", "components"),
     [("CuSO4.5H2O", {"Cu^2+": 1, "SO4^2-": 1, "H2O": 5}), ("NaOH", {"Na+": 1, "H+": -1, "H2O": 1}),
      ("NH4NO3", {"NH3": 1, "NO3-": 1, "H+": 1}), ("KHC8H4O4", {"K+": 1, "C8H4O4^2-": 1, "H+": 1}),
      ("(NH4)2Fe(SO4)2.6H2O", {"Fe^2+": 1, "NH3": 2, "SO4^2-": 2, "H+": 2, "H2O": 6}),
@@ -83,8 +83,8 @@ def test_what_no_ions_make_stays_whole(formula):
      ("Na2B4O7.10H2O", {"Na+": 2, "H3BO3": 4, "H+": -2, "H2O": 5}), ("Na2S2O3", {"Na+": 2, "S2O3^2-": 1}),
      ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1})],
 )  # fmt: skip
-def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, parts):
-    assert components_of(formula) == parts
+def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, components):
+    assert components_of(formula) == components
 
 
 def test_only_unbalanced_atoms_are_named_with_their_counts():

@@ -33,12 +33,12 @@ def poured_on(a, b, equation, steps=20, **heat):
     contents = contents_of_scene(scene, "scene.toml")
     book = recipe_of(tables, contents).ledger(0.0, Warmth(PER_ML, {}, {}, 0.0, 80.0, room=20.0, **heat))
     book.begin(0.0)
-    place, celsius = book.at["b"], []
+    index, celsius = book.at["b"], []
     for step in range(1, steps + 1):
         volume = np.array([[contents["a"].volume_ml / steps]])
         book.flow(np.array([step]), np.array([0.1 * step]), [("a", "b")], volume, np.zeros(1, dtype=bool))
-        celsius.append(float(book.celsius(place, book.state[place : place + 1])[0]))
-    joule = book.amounts[place, book.column[HEAT]] + book.amounts[place, book.column[LATENT]]
+        celsius.append(float(book.celsius(index, book.state[index : index + 1])[0]))
+    joule = book.amounts[index, book.column[HEAT]] + book.amounts[index, book.column[LATENT]]
     return float(joule), min(celsius), max(celsius)
 
 

@@ -77,26 +77,26 @@ def a_world(seed, warm):
     fills, columns = [], {"Zn(s)", "Zn^2+", "H2(g)", "H2O", "CO3^2-"}
     for _ in names:
         litres = rng.choice([1e-6, 0.05, 2.0]) * rng.uniform(0.1, 1.0)
-        there = Counter()
+        present = Counter()
         for salt in rng.choice(SALTS, 2, replace=False):
             molar = 10.0 ** rng.uniform(-6.0, 0.0)
-            for part, many in dissolved_components(str(salt)).items():
-                there[part] += many * molar * litres
-        there[WATER] += 500.0 * litres * WATER_MOL_ML
-        columns |= set(there)
+            for component, many in dissolved_components(str(salt)).items():
+                present[component] += many * molar * litres
+        present[WATER] += 500.0 * litres * WATER_MOL_ML
+        columns |= set(present)
         for salt in salts:
-            there[f"{salt}(s)"] = float(rng.choice([0.0, 1e-3, 1.0]))
-        there["Zn(s)"] = float(rng.choice([0.0, 1e-3])) if processes else 0.0
-        fills.append((litres * 500.0, there))
-    columns |= {part for formula in (*solids, *salts) for part in dissolved_components(formula)}
+            present[f"{salt}(s)"] = float(rng.choice([0.0, 1e-3, 1.0]))
+        present["Zn(s)"] = float(rng.choice([0.0, 1e-3])) if processes else 0.0
+        fills.append((litres * 500.0, present))
+    columns |= {component for formula in (*solids, *salts) for component in dissolved_components(formula)}
     solver = solver_of(sorted(columns), solids, gases)
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
     warmth = Warmth(4.18, glasses, starts, 0.0, 80.0, room=20.0) if warm else UNFOLLOWED
     crystals = [salt_of(salt, SOLUBILITY[salt]) for salt in salts]
     book = Ledger(names, sorted(columns), processes, solver, crystals, float(rng.choice([0.0, 0.3, 1.0])), warmth)
-    for name, (volume, there) in zip(names, fills, strict=True):
-        book.fill(name, volume, there)
+    for name, (volume, present) in zip(names, fills, strict=True):
+        book.fill(name, volume, present)
     book.begin(0.0)
     yield book
     frame = 0
@@ -104,16 +104,16 @@ def a_world(seed, warm):
         frame += int(rng.integers(1, 200))
         source, target = rng.choice(len(names)), rng.choice(len(names) + 1)
         pair = (names[source], [*names, ""][target])
-        there = float(book.volume_ml[book.at[names[source]]]) * float(rng.choice([0.0, 1e-9, 0.3, 1.0]))
-        if source == target or there <= 0.0:
+        present = float(book.volume_ml[book.at[names[source]]]) * float(rng.choice([0.0, 1e-9, 0.3, 1.0]))
+        if source == target or present <= 0.0:
             book.advance(book.at[names[source]], frame, frame * 0.01)
         elif rng.random() < 0.5:
-            step(book, frame, frame * 0.01, [(*pair, there)])
+            step(book, frame, frame * 0.01, [(*pair, present)])
         else:
             count = int(rng.integers(1, 50))
             frames = frame + np.arange(count)
-            parts = rng.dirichlet(np.ones(count)) * there
-            book.flow(frames, frames * 0.01, [pair], parts[:, None], np.zeros(1, dtype=bool))
+            components = rng.dirichlet(np.ones(count)) * present
+            book.flow(frames, frames * 0.01, [pair], components[:, None], np.zeros(1, dtype=bool))
             frame += count
         yield book
 
@@ -129,9 +129,9 @@ def energy(book):
 def check(seed, warm):
     first, given = None, 0.0
     for book in a_world(seed, warm):
-        parts = makeup(book.columns)
-        now = book.amounts @ parts
-        sums, scale = now.sum(axis=0), (np.abs(book.amounts) @ np.abs(parts)).sum(axis=0)
+        components = makeup(book.columns)
+        now = book.amounts @ components
+        sums, scale = now.sum(axis=0), (np.abs(book.amounts) @ np.abs(components)).sum(axis=0)
         volume = book.volume_ml.sum()
         if first is None:
             first, start = (sums, volume), energy(book).sum() if warm else 0.0
@@ -163,24 +163,30 @@ def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
 
 def test_an_equation_leaves_protons_of_weaker_acids():
     """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of two protons it holds 1.62."""
-    parts = dissolved_components("NaH2PO4")
-    book = Ledger(["a"], [*parts], [ZINC], solver_of([*parts, *ZINC.changes]))
-    book.fill("a", 10.0, {"Zn(s)": 1.0, **parts})
-    held = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
-    assert book.pending(book.amounts[0])[0] == pytest.approx((2.0 - held) / 2.0, rel=1e-3)
+    components = dissolved_components("NaH2PO4")
+    book = Ledger(["a"], [*components], [ZINC], solver_of([*components, *ZINC.changes]))
+    book.fill("a", 10.0, {"Zn(s)": 1.0, **components})
+    volume_before = 1.0 + 1.0 / (1.0 + 10.0 ** (7.0 - 7.198))
+    assert book.pending(book.amounts[0])[0] == pytest.approx((2.0 - volume_before) / 2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("seconds", [0.01, 1.0, 7.0])
 def test_two_slow_reactions_last_as_long_as_time_does(seconds):
-    parts = dissolved_components("HCl")
-    book = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], None)
-    book.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 10.0 * amount for part, amount in parts.items()}})
+    components = dissolved_components("HCl")
+    book = Ledger(["a"], [*components], [ZINC, MAGNESIUM], None)
+    book.fill(
+        "a",
+        10.0,
+        {"Zn(s)": 1.0, "Mg(s)": 1.0, **{component: 10.0 * amount for component, amount in components.items()}},
+    )
     book.advance(0, 1, seconds)
     left = [book.amounts[0, book.column[metal]] for metal in ("Zn(s)", "Mg(s)")]
     assert left == pytest.approx(np.exp([-0.3 * seconds, -0.9 * seconds]), rel=1e-9)
     # Of too little acid each gets by its rate, and what is left falls by the sum of both.
-    scarce = Ledger(["a"], [*parts], [ZINC, MAGNESIUM], None)
-    scarce.fill("a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{part: 0.1 * amount for part, amount in parts.items()}})
+    scarce = Ledger(["a"], [*components], [ZINC, MAGNESIUM], None)
+    scarce.fill(
+        "a", 10.0, {"Zn(s)": 1.0, "Mg(s)": 1.0, **{component: 0.1 * amount for component, amount in components.items()}}
+    )
     scarce.advance(0, 1, seconds)
     assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
 
@@ -200,7 +206,7 @@ def test_a_vessel_in_a_chain_gives_its_former_contents():
     assert book.amounts[:3, book.column["Cl-"]] == pytest.approx([0.7, 0.1, 0.2])
 
 
-def test_a_flow_without_reaction_has_one_row_per_frame():
+def test_a_flow_without_reaction_has_a_row_per_frame():
     book, frames = plain([ZINC]), np.arange(1, 101)
     book.flow(frames, frames * 0.01, [("a", "b")], np.full((100, 1), 0.1), np.zeros(1, dtype=bool))
     assert len(book.history("b").times) == 101

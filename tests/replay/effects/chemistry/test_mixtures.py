@@ -57,31 +57,31 @@ def mixed(row):
             book.flow(*moment, [(name, "b")], np.array([[volume]]), np.zeros(1, dtype=bool))
     book.end(600, 60.0)
     amounts = book.amounts[book.at["b"]]
-    found = {name.removesuffix("(s)").removesuffix("(g)"): amounts[place] for name, place in book.column.items()
+    result = {name.removesuffix("(s)").removesuffix("(g)"): amounts[index] for name, index in book.column.items()
              if name.endswith(("(s)", "(g)"))}  # fmt: skip
     if len(book.processes):
-        found["extent"] = book.extents[book.at["b"], 0]
+        result["extent"] = book.extents[book.at["b"], 0]
     if recipe.solver is not None:
         mixture = recipe.solver.mixture
         standing = amounts[None, book.phases] * ~book.gas
         totals = (amounts - standing @ book.formation)[:, book.components]
         solved = recipe.solver.equilibrium(totals, amounts[None, book.water], np.array([25.0]), ~book.gas)
-        found["pH"] = solved.ph[0]
-        for wanted in row["expected"]:
-            place = None if wanted in (*found, "extent") else mixture.row_of(ion_of(wanted))
-            if place is not None:
-                found[wanted] = solved.species[0, place]
+        result["pH"] = solved.ph[0]
+        for expected in row["expected"]:
+            index = None if expected in (*result, "extent") else mixture.row_of(ion_of(expected))
+            if index is not None:
+                result[expected] = solved.species[0, index]
         dissolved = solved.species[0] @ mixture.powers + solved.phases[0] @ mixture.uses
         assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
-    return found
+    return result
 
 
 @pytest.mark.parametrize("row", MIXTURES, ids=lambda row: row["name"])
 def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
-    found = mixed(row)
-    for name, wanted in row["expected"].items():
+    result = mixed(row)
+    for name, expected in row["expected"].items():
         kind = "pH" if name == "pH" else "complex" if "^" in name or name in ("NH3", "Ag(NH3)2+") else "solid"
-        assert found.get(name, 0.0) == pytest.approx(wanted, **WITHIN[kind]), (name, found)
+        assert result.get(name, 0.0) == pytest.approx(expected, **WITHIN[kind]), (name, result)
 
 
 def test_every_family_has_its_rows():

@@ -14,13 +14,13 @@ def solid(formula, moles, celsius=20.0, **others):
     """Mol that stay solid of so many in a kilogram of water."""
     salt = salt_of(formula, solubility_of(formula))
     names = [PROTON, WATER, *salt.components, *others]
-    column = {name: place for place, name in enumerate(dict.fromkeys(names))}
+    column = {name: index for index, name in enumerate(dict.fromkeys(names))}
     amounts = np.zeros((1, len(column)))
     amounts[0, column[WATER]] = KILOGRAM
-    for part, many in salt.components.items():
-        amounts[0, column[part]] += many * moles
-    for part, amount in others.items():
-        amounts[0, column[part]] += amount
+    for component, many in salt.components.items():
+        amounts[0, column[component]] += many * moles
+    for component, amount in others.items():
+        amounts[0, column[component]] += amount
     return float(settled_solid(salt, column, amounts, np.array([celsius]))[0])
 
 
@@ -39,7 +39,7 @@ def test_nitre_crystallises_when_it_cools():
 
 
 def test_a_common_ion_salts_out():
-    """Of two ions the product is that of the saturated solution: s (s + 2) = 6.14^2."""
+    """The product of two ions is that of the saturated solution: s (s + 2) = 6.14^2."""
     more = {"Cl-": 2.0, "Na+": 0.0}
     root = -1.0 + np.sqrt(1.0 + (359.0 / 58.44) ** 2)
     assert solid("NaCl", 10.0, 20.0, **more) == pytest.approx(10.0 - root, rel=1e-3)

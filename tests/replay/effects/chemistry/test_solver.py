@@ -15,14 +15,14 @@ def made(rows, solids=()):
     """A solver, and totals (n, parts) of solutions of formulas, mol/kg."""
     data = database_of()
     phases = [Phase(f"{solid}(s)", dissolved_components(solid), data.phases[name]) for solid, name in solids]
-    columns = {part for row in rows for formula in row for part in dissolved_components(formula)}
+    columns = {component for row in rows for formula in row for component in dissolved_components(formula)}
     mixture = mixture_of(data, sorted(columns), phases)
     totals = np.zeros((len(rows), len(mixture.components)))
     for number, row in enumerate(rows):
         for formula, molal in row.items():
-            for part, many in dissolved_components(formula).items():
-                if part in mixture.components:
-                    totals[number, mixture.components.index(part)] += many * molal
+            for component, many in dissolved_components(formula).items():
+                if component in mixture.components:
+                    totals[number, mixture.components.index(component)] += many * molal
     return Solver(mixture), totals
 
 
@@ -38,9 +38,9 @@ def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
     rows = [{formula: 10.0 ** rng.uniform(-4, -1) for formula in formulas} for _ in range(40)]
     solver, totals = made(rows, solids)
     whole = solve(solver, totals)
-    asked = solver.queries
+    queries = solver.queries
     again = solve(solver, totals[::-1])
-    assert solver.queries == asked >= 40
+    assert solver.queries == queries >= 40
     assert again.species[::-1].tobytes() == whole.species.tobytes()
     forgetful, _ = made(rows, solids)
     forgetful.remember = False
@@ -54,8 +54,8 @@ def test_memory_changes_no_answer_and_asks_each_composition_once(solids):
 def test_species_sum_to_totals_and_charges_to_zero():
     rows = [{"FeCl3": 0.05, "NaOH": 0.1, "NH3": 0.2, "H2SO4": 0.01, "CuSO4": 0.02, "AgNO3": 1e-9}]
     solver, totals = made(rows)
-    found = solve(solver, totals)
-    assert found.species @ solver.mixture.powers == pytest.approx(totals, rel=1e-8, abs=1e-10)
+    answer = solve(solver, totals)
+    assert answer.species @ solver.mixture.powers == pytest.approx(totals, rel=1e-8, abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_species_sum_to_totals_and_charges_to_zero():
 )
 def test_oxidation_states_do_not_react_with_each_other(row, reduced):
     solver, totals = made([row, {reduced: 0.01}])
-    found = solve(solver, totals)
-    dissolved = found.species[0] @ solver.mixture.powers
+    answer = solve(solver, totals)
+    dissolved = answer.species[0] @ solver.mixture.powers
     assert dissolved[solver.mixture.components.index(reduced)] == 0.0
     assert dissolved == pytest.approx(totals[0], rel=1e-8, abs=1e-12)
 
@@ -76,13 +76,13 @@ def test_a_charged_composition_keeps_its_charge():
 
 def test_an_unanswered_row_leaves_the_others_answered():
     solver, totals = made([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
-    found = solve(solver, totals)
-    assert np.isnan(found.ph).tolist() == [False, True, False] and solver.unanswered == 1
-    assert found.ph[0] == pytest.approx(2.04, abs=0.02)
+    answer = solve(solver, totals)
+    assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered == 1
+    assert answer.ph[0] == pytest.approx(2.04, abs=0.02)
 
 
 def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
-    """Of pure water pKw is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
+    """The pKw of pure water is 13.995 at 25 and 13.02 at 60 degC (IAPWS R11-07)."""
     solver, totals = made([{"NaCl": 1e-9}])
     assert 2.0 * solve(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
     assert 2.0 * solve(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)

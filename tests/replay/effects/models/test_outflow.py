@@ -35,7 +35,7 @@ AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
         ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"), ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
     ],
 )  # fmt: skip
-def test_it_falls_into_the_opening_below_that_looks_up(start, velocity, discs, name):
+def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name):
     assert disc_entered(np.array(start), np.array(velocity), discs) == name
 
 
@@ -47,5 +47,5 @@ def stream(times, volumes, source="a", target="b"):
 
 
 def test_only_a_long_pause_splits_a_flow():
-    parts = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
-    assert [one.times.tolist() for one in parts] == [[0.0, 0.6], [1.4]]
+    segments = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
+    assert [stream.times.tolist() for stream in segments] == [[0.0, 0.6], [1.4]]

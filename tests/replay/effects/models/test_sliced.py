@@ -1,4 +1,4 @@
-"""What vessels keep, beside slices of the same meshes by another library."""
+"""Volumes that vessels keep, beside slices of the same meshes by another library."""
 
 import math
 
