@@ -26,8 +26,8 @@ from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_te
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
 from replay.pipeline.answer import SESSION
-from replay.pipeline.diagnosis import figures_words, pieces_may_help
-from replay.pipeline.ranking import Rank, lost_words
+from replay.pipeline.diagnosis import faults_text, pieces_may_help
+from replay.pipeline.ranking import Rank, lost_text
 from replay.pipeline.run_result import RunResult
 from replay.tradeoffs.scoring import wrong_counts
 from replay.words import duration, frame_time
@@ -239,7 +239,7 @@ class _Measuring:
         missed, late = (
             (round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])) for name in ("missed", "late")
         )
-        wrong = figures_words(lost_words(missed, late, counts["contacts"]), counts["false"] or 0.0)
+        wrong = faults_text(lost_text(missed, late, counts["contacts"]), counts["false"] or 0.0)
         before = self._rank.mean
         more = "" if before is None else f", {frame_time(abs(measured.seconds - before))} "
         more += "" if before is None else ("more" if measured.seconds >= before else "less")

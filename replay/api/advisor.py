@@ -79,7 +79,7 @@ def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[st
     return {
         "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
         "pages": list(choice.pages), "consequence": choice.consequence, "contacts": counts.contacts,
-        "undecided": counts.undecided + counts.undecided_in_part, **wrong_in(result, label),
+        "undecided": counts.undecided + counts.partly_undecided, **wrong_in(result, label),
         "ms": 1e3 * seconds.per_frame_mean, "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,
     }  # fmt: skip
 

@@ -29,7 +29,7 @@ from replay.prepare.assembly import Assembly
 CAUSE_BUDGET: Final = SampleBudget(per_miss=16, total=4000, at_once=1024)
 """Some seconds of work for each detector; misses beyond one frame each are *not examined*."""
 
-REPORTED: Final = {FaultKind.FOUND_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
+REPORTED: Final = {FaultKind.REPORTED_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
 """When an engine reported the rest of a contact that it missed in part."""
 
 
@@ -159,7 +159,7 @@ def first_failed(
     if failed("shapes_meet"):
         return Cause.COLLIDER_SHAPE
     if failed("looked"):
-        return Cause.BETWEEN_LOOKS
+        return Cause.BETWEEN_SAMPLES
     for cause in timing:
         if cause is not None:
             return cause

@@ -16,12 +16,12 @@ REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
 
 
-def never_found(frames: IntArray) -> BoolArray:
+def missed_whole(frames: IntArray) -> BoolArray:
     """(..., C) which contacts are never reported, and missed in a frame, of their ``frames`` (..., C, outcomes)."""
     return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] == 0)
 
 
-def found_in_part(frames: IntArray) -> BoolArray:
+def missed_partly(frames: IntArray) -> BoolArray:
     """(..., C) which contacts are reported in some frames and missed in others."""
     return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] > 0)
 
@@ -30,7 +30,7 @@ def found_in_part(frames: IntArray) -> BoolArray:
 class ContactCounts:
     """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
 
-    Those of a hand with what it holds are not among them: ``held_counts`` has them.
+    Those of a hand with what it holds are not among them: ``grasped_counts`` has them.
 
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
@@ -53,9 +53,9 @@ class ContactCounts:
         return len(self.pairs)
 
     @property
-    def in_part(self) -> int:
+    def late_or_cut_short(self) -> int:
         """Contacts reported in some frames and missed in others."""
-        return int(found_in_part(self.frames).sum())
+        return int(missed_partly(self.frames).sum())
 
     @property
     def missed(self) -> int:
@@ -65,7 +65,7 @@ class ContactCounts:
     @property
     def missed_numbers(self) -> list[int]:
         """Numbers, from 1, of the contacts that were never found."""
-        return self.numbers[never_found(self.frames)].tolist()
+        return self.numbers[missed_whole(self.frames)].tolist()
 
     @property
     def undecided(self) -> int:
@@ -73,7 +73,7 @@ class ContactCounts:
         return self._left_out(decided=False)
 
     @property
-    def undecided_in_part(self) -> int:
+    def partly_undecided(self) -> int:
         """Contacts of which some frames were left out and others decided; they count in their other class too."""
         return self._left_out(decided=True)
 
@@ -109,7 +109,7 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     return everything.only(frames[:, Outcome.HELD] == 0)
 
 
-def held_counts(
+def grasped_counts(
     comparison: Comparison, verdicts: tuple[ByteArray, ByteArray], contacts: Sequence[Episode], pairs: Sequence[int]
 ) -> dict[str, int]:
     """What a detector says while a hand holds the body, which is not counted.

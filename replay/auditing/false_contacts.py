@@ -16,7 +16,7 @@ from replay.auditing.contact_counts import REPORTED
 from replay.auditing.delay import at_frame
 from replay.auditing.episodes import column_runs
 from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
-from replay.auditing.misses import found_around
+from replay.auditing.misses import reported_around
 from replay.auditing.outcome import Comparison, Outcome
 from replay.auditing.sample_budget import spread_frames
 from replay.detection.recorded import RecordedDetector
@@ -125,7 +125,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
         inner = (last - first) // 4
         frames = spread_frames(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
         report = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1]
-        before, after = found_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
+        before, after = reported_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
         fault = Fault(
             number=number,
             detector=comparison.subject,
@@ -148,7 +148,7 @@ def _false_kind(*, before: bool, after: bool) -> FaultKind:
         return FaultKind.JOINS_TWO
     if before:
         return FaultKind.ENDS_LATE
-    return FaultKind.STARTS_EARLY if after else FaultKind.NOTHING_THERE
+    return FaultKind.STARTS_EARLY if after else FaultKind.NO_CONTACT
 
 
 def _side_is_known(oracle: Detection, pair: int) -> bool:

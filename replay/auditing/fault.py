@@ -24,11 +24,11 @@ class FaultCategory(StrEnum):
 class FaultKind(StrEnum):
     """The position of a fault within the contact or the report that it belongs to."""
 
-    NEVER_FOUND = "never found"
-    FOUND_LATE = "found late"
+    NEVER_REPORTED = "never found"
+    REPORTED_LATE = "found late"
     LOST_EARLY = "lost early"
     INTERRUPTED = "interrupted"
-    NOTHING_THERE = "nothing there"
+    NO_CONTACT = "nothing there"
     STARTS_EARLY = "starts early"
     ENDS_LATE = "ends late"
     JOINS_TWO = "joins two contacts"
@@ -44,7 +44,7 @@ class FaultKind(StrEnum):
         return FaultCategory.MISS if self.is_miss else FaultCategory.FALSE_CONTACT
 
 
-MISS_KINDS: Final = (FaultKind.NEVER_FOUND, FaultKind.FOUND_LATE, FaultKind.LOST_EARLY, FaultKind.INTERRUPTED)
+MISS_KINDS: Final = (FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE, FaultKind.LOST_EARLY, FaultKind.INTERRUPTED)
 """Kinds of missed contact."""
 
 
@@ -55,7 +55,7 @@ class Cause(StrEnum):
     """Contact by less than tau: too small to decide, and no miss."""
     BETWEEN_FRAMES = "between frames"
     """No instant shows it; only an oracle of intervals does."""
-    BETWEEN_LOOKS = "between samples"
+    BETWEEN_SAMPLES = "between samples"
     """The detector did not examine that frame."""
     BETWEEN_STEPS = "between physics steps"
     """No step of the engine falls into what its reports miss."""

@@ -11,7 +11,7 @@ from cdcore import Detection, Detector, Motion, Verdict, join
 from cdcore.detectors import TABLE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import HeldLooks, detect_live, is_one_of, stream_live
-from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, found_in_part, never_found
+from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, missed_partly, missed_whole
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
@@ -28,8 +28,8 @@ PHASES: Final = 16
 OFFSET_SETTING: Final = "sampling_offset_s"
 """Setting of every detector of a rate: where its sampling starts. A value that is asked for stays."""
 
-STRETCHES: Final = 16
-STRETCH_FRAMES: Final = 128
+TIMED_SEGMENTS: Final = 16
+SEGMENT_FRAMES: Final = 128
 """Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
 
 STEPS: Final = 24
@@ -41,49 +41,56 @@ class EveryFrame:
     """What the detector makes of the oracle's contacts when it samples at every frame: a run without its rate."""
 
     contacts_missed: int
-    contacts_in_part: int
+    late_or_cut_short: int
     missed: Proportion  # share of the pair-frames in contact that it does not report
-    invented: Proportion  # share of the pair-frames that it reports which are no contact
+    false_contact: Proportion  # share of the pair-frames that it reports which are no contact
     seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
 
 
-Shares = Mapping[str, Proportion]
-"""``contacts_missed``, ``contacts_in_part``, ``missed`` and ``invented``: counts over all offsets, and their shares."""
+Proportions = Mapping[str, Proportion]
+"""Counts over all offsets: ``contacts_missed``, ``contacts_in_part``, ``missed`` and ``false_contact``."""
 
 
 @dataclass(frozen=True, eq=False)
 class OffsetCounts:
     """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
 
-    ``frames``: (offsets, C, outcomes) frames of each contact by ``Outcome``; ``invented``: share of the pair-frames
-    that it reports which are no contact; ``false_contacts``: (offsets,) stretches of reported contact in which the
-    oracle sees none; ``false_fractions``: (offsets,) what ``invented`` is at each offset alone; ``seconds``: (offsets,)
-    by which sampling starts later; ``every_frame``: the same detector without its rate, of all contacts.
+    Parameters
+    ----------
+    frames : (offsets, C, outcomes) frames of each contact by ``Outcome``.
+    false_contact : proportion of the reported pair-frames that are no contact.
+    false_contacts : (offsets,) segments of reported contact in which the oracle has none.
+    false_fractions : (offsets,) ``false_contact`` at each offset alone.
+    seconds : (offsets,) by which sampling starts later.
+    every_frame : the same detector without its rate, of all contacts.
     """
 
     frames: IntArray
-    invented: Proportion
+    false_contact: Proportion
     false_contacts: IntArray
     false_fractions: FloatArray
     seconds: FloatArray
     every_frame: EveryFrame | None = None
 
     def only(self, kept: BoolArray) -> "OffsetCounts":
-        """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
+        """Of the contacts for which ``kept`` (C,) is true; what is false_contact belongs to none and stays."""
         return replace(self, frames=self.frames[:, kept])
 
     @cached_property
     def faults(self) -> dict[str, BoolArray]:
         """Name -> (offsets, C) at which offsets which contacts have that fault."""
-        return {"contacts_missed": never_found(self.frames), "contacts_in_part": found_in_part(self.frames)}
+        return {"contacts_missed": missed_whole(self.frames), "contacts_in_part": missed_partly(self.frames)}
 
-    def shares(self) -> Shares:
+    def proportions(self) -> Proportions:
         """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
         offsets, contacts, _ = self.frames.shape
         whole = np.full(contacts, offsets)
-        missed, found = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        shares = {name: proportion_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
-        return {**shares, "missed": proportion_of_clusters(missed, missed + found), "invented": self.invented}
+        missed, both = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
+        proportions = {name: proportion_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
+        return proportions | {
+            "missed": proportion_of_clusters(missed, missed + both),
+            "false_contact": self.false_contact,
+        }
 
     @cached_property
     def typical_offset(self) -> float:
@@ -133,29 +140,29 @@ def over_phases(
     """
     detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
     every = detect_all(detector, assembly)
-    seconds = _look_seconds(detector, assembly.motion) if live else None
+    seconds = _sample_seconds(detector, assembly.motion) if live else None
     advance(STEPS - PHASES)
     at_offsets = offset_counts(spec.settings["rate_hz"], every, reference, advance)
     comparison = reference.compare(every)
     always = count_contacts(comparison, reference.contacts)
     every_frame = EveryFrame(
         contacts_missed=always.missed,
-        contacts_in_part=always.in_part,
+        late_or_cut_short=always.late_or_cut_short,
         missed=always.proportion(Outcome.MISSED),
-        invented=count_reports(comparison).proportion(Outcome.INVENTED),
+        false_contact=count_reports(comparison).proportion(Outcome.INVENTED),
         seconds=seconds,
     )
     return replace(at_offsets, every_frame=every_frame)
 
 
-def _look_seconds(detector: Detector, motion: Motion) -> float:
+def _sample_seconds(detector: Detector, motion: Motion) -> float:
     """Seconds that a live look takes in the mean, over stretches that are spread evenly over a motion."""
     # What compiles on the first live look is no time of a look.
     detect_live(detector, motion.take(warm_frames(len(motion))))
-    starts = np.arange(0, len(motion), max(STRETCH_FRAMES, -(-len(motion) // STRETCHES)))
-    stretches = [motion.frames(start, min(start + STRETCH_FRAMES, len(motion))) for start in starts.tolist()]
-    looks = join(stream_live(detector, stretches))
-    return sum(float(np.sum(stage)) for stage in looks.seconds.values()) / len(looks.times)
+    starts = np.arange(0, len(motion), max(SEGMENT_FRAMES, -(-len(motion) // TIMED_SEGMENTS)))
+    segments = [motion.frames(start, min(start + SEGMENT_FRAMES, len(motion))) for start in starts.tolist()]
+    detection = join(stream_live(detector, segments))
+    return sum(float(np.sum(stage)) for stage in detection.seconds.values()) / len(detection.times)
 
 
 def sampling_offsets(rate_hz: float) -> FloatArray:
@@ -166,33 +173,35 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
     """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
-    reported, said, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
-    stretches, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
+    reported, positives, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
     offsets = sampling_offsets(rate_hz)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(offsets.tolist()):
         samples = HeldLooks(len(every.pairs), rate_hz, later)
-        looks = samples.looks(every.times)
-        believed, _ = samples.hold(every.verdict[looks], posed[looks], looks, posed)
+        sampled = samples.looks(every.times)
+        believed, _ = samples.hold(every.verdict[sampled], posed[sampled], sampled, posed)
         comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome
-        invented = is_one_of(outcome, (Outcome.INVENTED,))
+        false_frames = is_one_of(outcome, (Outcome.INVENTED,))
         true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.INVENTED))
         reported |= is_one_of(outcome, REPORTED)
         # As of one run: what is within tolerance is neither true nor false.
-        said += true_or_false
-        false += invented
-        stretches[number] = np.count_nonzero(invented[0]) + np.count_nonzero(invented[1:] & ~invented[:-1])
-        fractions[number] = int(np.count_nonzero(invented)) / max(1, int(np.count_nonzero(true_or_false)))
+        positives += true_or_false
+        false += false_frames
+        begins = false_frames[1:] & ~false_frames[:-1]
+        segments[number] = np.count_nonzero(false_frames[0]) + np.count_nonzero(begins)
+        fractions[number] = int(np.count_nonzero(false_frames)) / max(1, int(np.count_nonzero(true_or_false)))
         advance(1)
     runs = column_runs((reported > 0).T).tolist()
-    parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
-    false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
+    reports = [(slice(first, last + 1), pair) for pair, first, last in runs]
+    false_sums = [int(false[report].sum(dtype=np.int64)) for report in reports]
+    positive_sums = [int(positives[report].sum(dtype=np.int64)) for report in reports]
     return OffsetCounts(
         frames=frames,
-        invented=proportion_of_clusters(false_sums, said_sums),
-        false_contacts=stretches,
+        false_contact=proportion_of_clusters(false_sums, positive_sums),
+        false_contacts=segments,
         false_fractions=fractions,
         seconds=offsets,
     )

@@ -18,7 +18,7 @@ class EpisodeMatch:
 
     # truth, found: their numbers, from 1 in order of time
     truth: int
-    found: int
+    reported: int
     overlap: int  # frames in common
     onset_error: float  # seconds by which the subject's begins late (negative: early)
     duration_error: float  # seconds by which the subject's is longer (negative: shorter)
@@ -30,27 +30,27 @@ class EpisodeMatches:
 
     matched: tuple[EpisodeMatch, ...] = ()  # one to one, in order of the oracle's contacts
     missed: tuple[int, ...] = ()  # contacts of the oracle that the subject never found
-    invented: tuple[int, ...] = ()  # contacts of the subject that overlap none of the oracle's
+    false_contacts: tuple[int, ...] = ()  # contacts of the subject that overlap none of the oracle's
     split: tuple[int, ...] = ()  # contacts of the oracle that the subject reports as several
     merged: tuple[int, ...] = ()  # contacts of the subject that join several of the oracle's
     absorbed: tuple[int, ...] = ()  # contacts of the oracle that overlap only a merged one matched with another
     pieces: tuple[int, ...] = ()  # contacts of the subject that are further pieces of a split one
     # excused_truth, excused_found: unmatched and no error: undecided, within tolerance, or between frames
     excused_truth: tuple[int, ...] = ()
-    excused_found: tuple[int, ...] = ()
+    excused_reports: tuple[int, ...] = ()
     # held_truth, held_found: of a hand with what it holds, all the time; matched with nothing
-    held_truth: tuple[int, ...] = ()
-    held_found: tuple[int, ...] = ()
+    grasped_truth: tuple[int, ...] = ()
+    grasped_reports: tuple[int, ...] = ()
 
     def status(self) -> dict[int, str]:
-        """Number of a subject's contact -> ``matched``, ``piece``, ``invented``, ``excused`` or ``held``."""
-        statuses = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
-        statuses |= dict.fromkeys(self.excused_found, "excused") | dict.fromkeys(self.held_found, "held")
-        return statuses | {match.found: "matched" for match in self.matched}
+        """Number of a subject's contact -> ``matched``, ``piece``, ``false_contacts``, ``excused`` or ``grasped``."""
+        statuses = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.false_contacts, "invented")
+        statuses |= dict.fromkeys(self.excused_reports, "excused") | dict.fromkeys(self.grasped_reports, "held")
+        return statuses | {match.reported: "matched" for match in self.matched}
 
 
 def match_episodes(
-    comparison: Comparison, truth: Sequence[Episode], found: Sequence[Episode], counts: ContactCounts, reach: int = 0
+    comparison: Comparison, truth: Sequence[Episode], reported: Sequence[Episode], counts: ContactCounts, reach: int = 0
 ) -> EpisodeMatches:  # fmt: skip
     """Match the contacts of a subject with those of the oracle.
 
@@ -61,35 +61,40 @@ def match_episodes(
     counts : what became of the oracle's contacts.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
-    held, held_found = (_held(comparison, some) for some in (truth, found))
-    overlaps, chosen = _matched(truth, found, reach, held)
-    of_truth, of_found = Counter(episode.truth for episode in overlaps), Counter(episode.found for episode in overlaps)
-    taken, used = {episode.truth for episode in chosen}, {episode.found for episode in chosen}
-    extra = [(number, episode) for number, episode in enumerate(found, 1) if number not in of_found.keys() | held_found]
+    grasped, grasped_reports = (_grasped(comparison, some) for some in (truth, reported))
+    overlaps, chosen = _matched(truth, reported, reach, grasped)
+    of_truth, of_reported = (
+        Counter(episode.truth for episode in overlaps),
+        Counter(episode.reported for episode in overlaps),
+    )
+    taken, used = {overlap.truth for overlap in chosen}, {overlap.reported for overlap in chosen}
+    explained = of_reported.keys() | grasped_reports
+    extra = [(number, episode) for number, episode in enumerate(reported, 1) if number not in explained]
     missed = counts.missed_numbers
     outcome = comparison.outcome
-    invented = [
+    false_contacts = [
         number
         for number, episode in extra
         if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.INVENTED).any()
     ]
     return EpisodeMatches(
         matched=tuple(chosen), missed=tuple(missed),
-        invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
-        merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
-        absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
-        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - held)),
-        excused_found=tuple(sorted({number for number, _ in extra} - set(invented))),
-        held_truth=tuple(sorted(held)), held_found=tuple(sorted(held_found)),
+        false_contacts=tuple(false_contacts),
+        split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
+        merged=tuple(sorted(number for number, count in of_reported.items() if count > 1)),
+        absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_reported) - used)),
+        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - grasped)),
+        excused_reports=tuple(sorted({number for number, _ in extra} - set(false_contacts))),
+        grasped_truth=tuple(sorted(grasped)), grasped_reports=tuple(sorted(grasped_reports)),
     )  # fmt: skip
 
 
 def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
     """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
-    return [(overlap.truth, overlap.found) for overlap in _matched(episode, other, 0, set())[1]]
+    return [(overlap.truth, overlap.reported) for overlap in _matched(episode, other, 0, set())[1]]
 
 
-def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
+def _grasped(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     """Numbers of the contacts that are held in every frame."""
     outcome = comparison.outcome
     outcomes = (
@@ -99,17 +104,18 @@ def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
 
 
 def _matched(
-    truth: Sequence[Episode], found: Sequence[Episode], reach: int, held: set[int]
+    truth: Sequence[Episode], reported: Sequence[Episode], reach: int, grasped: set[int]
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
-    """All overlaps but those of ``held`` contacts of the first list, and the best assignment in that list's order."""
-    overlaps = [episode for episode in _overlaps(truth, found, reach) if episode.truth not in held]
+    """All overlaps but those of ``grasped`` contacts of the first list, and the best assignment in its order."""
+    overlaps = [episode for episode in _overlaps(truth, reported, reach) if episode.truth not in grasped]
     return overlaps, sorted(_best(overlaps), key=lambda episode: episode.truth)
 
 
-def _overlaps(truth: Sequence[Episode], found: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
+def _overlaps(truth: Sequence[Episode], reported: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
     """Overlaps, pair by pair in order of time."""
     left, right = (
-        sorted(enumerate(episodes, 1), key=lambda entry: (entry[1].pair, entry[1].first)) for episodes in (truth, found)
+        sorted(enumerate(episodes, 1), key=lambda entry: (entry[1].pair, entry[1].first))
+        for episodes in (truth, reported)
     )
     i = j = 0
     while i < len(left) and j < len(right):
@@ -134,9 +140,9 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     run = 0
     for k, episode in enumerate(overlaps):
         previous = overlaps[k - 1] if k else None
-        if previous is None or not _share(episode, previous):
+        if previous is None or not _overlap_one_episode(episode, previous):
             run = k
-        elif k >= 2 and not _share(episode, overlaps[k - 2]):
+        elif k >= 2 and not _overlap_one_episode(episode, overlaps[k - 2]):
             run = k - 1
         before.append(run)
         most.append(max(most[k], episode.overlap + most[run]))
@@ -150,5 +156,5 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     return chosen
 
 
-def _share(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
-    return episode.truth == other.truth or episode.found == other.found
+def _overlap_one_episode(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
+    return episode.truth == other.truth or episode.reported == other.reported

@@ -35,7 +35,7 @@ def missed_faults(
     for number, (pair, first, last) in enumerate(runs.tolist(), start=1):
         position = np.searchsorted(begins, pair * len(outcome) + first, side="right", sorter=order) - 1
         index = int(order[position])
-        before, after = found_around(outcome[:, pair], contacts[index].first, contacts[index].last, first, last)
+        before, after = reported_around(outcome[:, pair], contacts[index].first, contacts[index].last, first, last)
         faults.append(
             Fault(
                 number=number,
@@ -54,7 +54,7 @@ def missed_faults(
     return tuple(faults)
 
 
-def found_around(outcome: ByteArray, begin: int, end: int, first: int, last: int) -> tuple[bool, bool]:
+def reported_around(outcome: ByteArray, begin: int, end: int, first: int, last: int) -> tuple[bool, bool]:
     """Return whether both detections have contact before and after some frames, within frames ``begin`` to ``end``.
 
     ``outcome`` (T,) is that of the pair; all frames are included.
@@ -69,4 +69,4 @@ def _miss_kind(*, before: bool, after: bool) -> FaultKind:
         return FaultKind.INTERRUPTED
     if before:
         return FaultKind.LOST_EARLY
-    return FaultKind.FOUND_LATE if after else FaultKind.NEVER_FOUND
+    return FaultKind.REPORTED_LATE if after else FaultKind.NEVER_REPORTED

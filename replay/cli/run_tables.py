@@ -15,7 +15,7 @@ from replay.document.audit import DetectorAudit
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.words import tallied
-from replay.pipeline.answer import RUN, SESSION, busy_words
+from replay.pipeline.answer import RUN, SESSION, busy_text
 from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
 from replay.pipeline.run_result import RunResult
 
@@ -60,7 +60,7 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
         yield Paragraph(f"  {name:<6}", words)
         if command:
             yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
-    busy = busy_words(result.document)  # the ranking says it
+    busy = busy_text(result.document)  # the ranking says it
     for number, words in enumerate(words for words in price(result) if words != busy):
         yield Paragraph("        " if number else "  Cost  ", words)
 

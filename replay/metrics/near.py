@@ -33,7 +33,7 @@ class NearMiss:
     end: float
 
 
-def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
+def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
     """Stretches in which the surfaces of a pair were within ``CLOSE_M``, touching or not, in order of time.
 
     ``pairs``: columns of ``assembly.pairs`` to look at.

@@ -14,7 +14,7 @@ from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.outcome import Episode, Outcome
 from replay.base.tables import columns_of, types_of
 from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
-from replay.metrics.near import NearMiss, close_stretches, without_contact
+from replay.metrics.near import NearMiss, close_intervals, without_contact
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
 from sessions.mcap_format.metadata import NOT_STATED
@@ -92,14 +92,14 @@ def _grasping(result: RunResult) -> _Grasping:
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
     queried = result.session.scene.effects is None or "grasp" in result.effects
     taken = grasps(assembly, result.session) if queried else None
-    loose = [
+    not_grasped = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())
         if not assembly.held[pair] and a not in fixed and b not in fixed
     ]
     close = tuple(
         episode
-        for episode in close_stretches(assembly, np.array(loose, dtype=np.int64))
+        for episode in close_intervals(assembly, np.array(not_grasped, dtype=np.int64))
         if not intended(
             Episode(episode.pair, 0, 0, episode.start, episode.end), assembly.pairs, fixed, hands, taken or ()
         )
@@ -182,7 +182,7 @@ def recall(result: RunResult, label: str) -> float | None:
 
 def contact_frames(result: RunResult) -> int | None:
     """Pair-frames that the oracle calls contact, without those of a hand with what it holds; ``None``: no oracle."""
-    return sum(contact.frames for contact in result.loose) if result.oracle else None
+    return sum(contact.frames for contact in result.not_grasped) if result.oracle else None
 
 
 def settings_digest(result: RunResult, label: str) -> str:

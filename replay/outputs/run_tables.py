@@ -24,7 +24,7 @@ from replay.outputs.words import (
     span_words,
     tallied,
 )  # fmt: skip
-from replay.pipeline.answer import busy_words
+from replay.pipeline.answer import busy_text
 from replay.pipeline.ranking import Range, all_unconfirmed
 from replay.pipeline.run_result import Summarised
 from sessions import Finding
@@ -94,7 +94,7 @@ COLUMNS = columns_of(
         "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
         "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
         "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
-        "mean_late": lambda rank: _mean_count(rank.in_part, rank.contacts),
+        "mean_late": lambda rank: _mean_count(rank.late_or_cut_short, rank.contacts),
         "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
         "mean_milliseconds": lambda rank: _milliseconds(rank.mean),
         "p99_milliseconds": lambda rank: _milliseconds(rank.p99),
@@ -128,7 +128,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
     notes = [OVER_CONTACTS] if intervals else []
-    if busy := busy_words(result.document):
+    if busy := busy_text(result.document):
         notes.append(busy)
     notes += timing_notes(result)
     made = Table.of(RANKING, ranks, title, notes)
@@ -245,7 +245,7 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
 def miss_table(misses: Table, label: str) -> Table:
     """The misses of a detector, those that were never found first."""
-    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != FaultKind.NEVER_FOUND)
+    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != FaultKind.NEVER_REPORTED)
     noisy = any(row["noise"] for row in rows)
     columns = COLUMNS["misses"]
     return Table.of(columns if noisy else columns[:-1], rows, f"missed by {label}")
@@ -270,7 +270,7 @@ def cost_table(result: Summarised) -> Table:
         if label in result.document.audit and not detector.online:
             notes.append(f"{label} cannot run frame by frame")
         rows.append({"detector": label, "how": how, "seconds": detector.seconds})
-    if busy := busy_words(result.document):
+    if busy := busy_text(result.document):
         notes.append(busy)
     return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
 

@@ -33,7 +33,7 @@ def cost(document: RunDocument) -> str:
     return f"{text}.{how}"
 
 
-def busy_words(document: RunDocument) -> str:
+def busy_text(document: RunDocument) -> str:
     """That other programs took the processor while detectors were timed; ``""``: they did not."""
     fractions = [detector.seconds.processor_fraction for detector in document.detectors.values()]
     return busy_sentence(max((1.0 - fraction for fraction in fractions if fraction is not None), default=0.0))

@@ -21,9 +21,9 @@ from replay.document.answer import Answer, Fix, KeyMoment
 from replay.document.audit import DetectorAudit
 from replay.document.run_document import RunDocument
 from replay.pipeline.answer import RUN, SESSION
-from replay.pipeline.ranking import Rank, count_range, fault_words, lost_words
+from replay.pipeline.ranking import Rank, count_range, fault_text, lost_text
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.sentences import detector_words, sentence_of
+from replay.pipeline.sentences import detector_label, sentence_of
 from replay.prepare.frame_times import frame_rate
 from replay.words import frame_time, rate, share
 
@@ -54,11 +54,11 @@ def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool)
     who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
     whose = "its" if code else "their"
     if not worst:
-        return f"{who}: {fault_words(rank, whose=whose)}.{more}"
+        return f"{who}: {fault_text(rank, whose=whose)}.{more}"
     if not rank.loss:
         return f"No detector missed a contact or reported a false one.{more}"
     verb = "is" if code or rank.setting == RECORDED else "are"
-    return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
+    return f"{who} {verb} worst: {fault_text(rank, largest=True, whose=whose)}.{more}"
 
 
 def _undecided(audit: DetectorAudit, label: str) -> str:
@@ -87,7 +87,7 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
         cause = _main_cause(false)
         alike = [fault for fault in false if fault.cause == cause]
         return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
-    never = [miss for miss in misses if miss.kind is FaultKind.NEVER_FOUND] or list(misses)
+    never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
     cause = _main_cause(never)
     return longest_curve_first(miss for miss in never if miss.cause == cause)[0]
 
@@ -120,7 +120,7 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
         command = f"replay tradeoff {SESSION} --engine unity"
         return Fix("Other settings of the engine: not measured. To measure them:", False, command)
     cause = fault.cause
-    if cause in (Cause.BETWEEN_LOOKS, Cause.LAST_ANSWER):
+    if cause in (Cause.BETWEEN_SAMPLES, Cause.LAST_ANSWER):
         every_frame = _at_every_frame(result, rank, spec)
         if every_frame is not None:
             return every_frame
@@ -218,7 +218,7 @@ COLLIDER_CAUSES: Final = frozenset((Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLO
 DECIDED_BY_TRIANGLES: Final = frozenset((
     Cause.BOUNDING_VOLUMES, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.CONTACT_OFFSET, Cause.LAST_ANSWER,
     Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
-    Cause.BETWEEN_LOOKS,
+    Cause.BETWEEN_SAMPLES,
 ))  # fmt: skip
 """Causes that testing every triangle of every frame removes."""
 
@@ -231,11 +231,11 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | 
     if every is None:
         settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
         return _unmeasured(f"{text}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
-    if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.invented) >= rank.loss:
+    if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
         return None
-    missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
+    missed, late = (every.contacts_missed,) * 2, (every.late_or_cut_short,) * 2
     took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
-    counts_text = figures_words(lost_words(missed, late, rank.contacts), fraction_of(every.invented))
+    counts_text = faults_text(lost_text(missed, late, rank.contacts), fraction_of(every.false_contact))
     return Fix(f"{text}: {counts_text}{took} (measured on this session).", True)
 
 
@@ -253,17 +253,17 @@ def _measured(text: str, label: str, document: RunDocument) -> Fix:
         return Fix(f"{text} ({label}), the reference here: {took} (measured on this session).", True)
     missed = count_range(audit.counts_over_offsets.contacts_missed)
     late = count_range(audit.counts_over_offsets.late_or_cut_short)
-    counts_text = figures_words(lost_words(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
+    counts_text = faults_text(lost_text(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
     return Fix(f"{text} ({label}): {counts_text}; {took} (measured on this session).", True)
 
 
-def figures_words(lost: str, false: float) -> str:
+def faults_text(lost: str, false: float) -> str:
     """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
     return f"{lost or 'none missed or late'}, {share(false)} false"
 
 
 def _setting_label(spec: DetectorSpec) -> str:
     """What a detector is, with the most pieces that it may cut a mesh into."""
-    text = detector_words(spec.name, spec.settings)
+    text = detector_label(spec.name, spec.settings)
     most = "up to " if spec.settings.get("shape") == "compound" else ""
     return most + text.replace("convex pieces", "convex pieces a mesh")

@@ -265,7 +265,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     return replace(
         result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
         phases=detected.offsets, counts=counts, reference=reference,
-        holdings=reference.holdings, loose=reference.contacts,
+        holdings=reference.holdings, not_grasped=reference.contacts,
     )  # fmt: skip
 
 

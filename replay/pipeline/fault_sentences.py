@@ -28,9 +28,9 @@ UNEXPLAINED: Final = "nothing known about it explains this"
 def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
     clause = _outcome(miss, label, by, contact)
-    if miss.cause == Cause.BETWEEN_LOOKS and by.sampled is not None and by.rate_hz:
+    if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled is not None and by.rate_hz:
         return _between_samples(miss, label, by, contact)
-    if miss.cause == Cause.BETWEEN_LOOKS:
+    if miss.cause == Cause.BETWEEN_SAMPLES:
         return f"{clause}: by its own account it took no sample {_extent(miss)}."
     if miss.cause in (Cause.LATE, Cause.EARLY):
         return f"{clause}: {_late_miss(miss, by)}."
@@ -47,9 +47,9 @@ def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """What a detector made of a contact, as far as its answers right before and after a miss say it."""
     pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
     long = duration_text(miss.frames, miss.end - miss.start)
-    if miss.kind == FaultKind.NEVER_FOUND:
+    if miss.kind == FaultKind.NEVER_REPORTED:
         return f"{label} never reported the contact of {pair} {when}"
-    if miss.kind == FaultKind.FOUND_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
+    if miss.kind == FaultKind.REPORTED_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
         return f"{label} reported the contact of {pair} {when} {long} late"
     if miss.kind == FaultKind.LOST_EARLY and miss.last == contact.last and _reports(by, miss.pair, miss.first - 1):
         return f"{label} stopped reporting the contact of {pair} {when} {long} too early"
@@ -76,7 +76,7 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
     pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
-    if miss.kind == FaultKind.NEVER_FOUND and whole:
+    if miss.kind == FaultKind.NEVER_REPORTED and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
     if clause.endswith(" late") and miss.end - miss.start <= step:
@@ -89,7 +89,7 @@ def _late_miss(miss: Fault, by: Audited) -> str:
     delay = by.delay(miss.pair)
     if delay and (delay > 0) == (miss.cause == Cause.LATE):
         return _delayed(by, miss.pair, delay)
-    if miss.kind == FaultKind.FOUND_LATE:
+    if miss.kind == FaultKind.REPORTED_LATE:
         return "its report of this contact begins late"
     return "its report of this contact ends early"
 

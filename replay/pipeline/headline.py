@@ -7,7 +7,7 @@ from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.base.shown import plural
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.document.run_document import RunDocument
-from replay.pipeline.answer import TIMES_ARE, busy_words, cost
+from replay.pipeline.answer import TIMES_ARE, busy_text, cost
 from replay.pipeline.ranking import all_unconfirmed
 from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding, Severity
@@ -170,4 +170,4 @@ def price(result: Summarised) -> list[str]:
     text = cost(result.document)
     if not text:
         return []
-    return [line for line in (text, TIMES_ARE, busy_words(result.document)) if line]
+    return [line for line in (text, TIMES_ARE, busy_text(result.document)) if line]

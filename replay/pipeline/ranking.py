@@ -12,7 +12,7 @@ from replay.base.wilson import Proportion, proportion
 from replay.detection.recorded import RECORDED
 from replay.document.audit import CountRange, DetectorAudit
 from replay.document.run_document import RunDocument
-from replay.pipeline.sentences import detector_words
+from replay.pipeline.sentences import detector_label
 
 Range = tuple[int, int]
 """Smallest and largest count over the sampling offsets; equal where a detector has no rate."""
@@ -32,14 +32,14 @@ class Rank:
     mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
     p99: float | None  # seconds in which 99 of 100 of its samples were decided; ``None``: not timed one by one
     missed: Proportion | None = None  # of the contacts, never found
-    in_part: Proportion | None = None  # of the contacts, found late or cut short
+    late_or_cut_short: Proportion | None = None  # of the contacts, found late or cut short
     time_missed: Proportion | None = None  # of the pair-frames in contact, those that it does not report
     missed_counts: Range | None = None  # contacts never found
     late_counts: Range | None = None  # contacts found late or cut short
     false: Proportion | None = None  # of the pair-frames it reports as contact, those that are none
     unconfirmed: bool = False  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int = 0  # contacts that it left undecided
-    held: tuple[int, int] = (0, 0)  # while a hand holds the body, so not counted: false pair-frames, contacts missed
+    grasped: tuple[int, int] = (0, 0)  # while a hand holds the body, so not counted: false pair-frames, contacts missed
     phases: int = 1  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
 
     @property
@@ -55,7 +55,7 @@ class Rank:
     @property
     def lost(self) -> bool:
         """Whether any contact is missed, late or cut short."""
-        return fraction_of(self.missed) + fraction_of(self.in_part) > 0.0
+        return fraction_of(self.missed) + fraction_of(self.late_or_cut_short) > 0.0
 
     @property
     def leads_false(self) -> bool:
@@ -75,7 +75,7 @@ def ranking(document: RunDocument) -> tuple[Rank, ...]:
     so does a run folder that is read.
     """
     ranks = [_rank(document, label) for label in document.audit]
-    ranks.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.in_part)))
+    ranks.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.late_or_cut_short)))
     return (*ranks, _without_faults(document, document.oracle, ranks[0].contacts)) if ranks else ()
 
 
@@ -85,7 +85,7 @@ def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
     measured = detector.name != RECORDED
     return Rank(
         label=label,
-        what=detector_words(detector.name, detector.settings),
+        what=detector_label(detector.name, detector.settings),
         setting=detector.spec,
         contacts=contacts,
         mean=detector.seconds.per_frame_mean if measured else None,
@@ -100,13 +100,13 @@ def _rank(document: RunDocument, label: str) -> Rank:
         _without_faults(document, label, contacts),
         missed=means.contacts_missed if means else proportion(audit.contacts_missed, contacts),
         time_missed=means.time_missed if means else audit.time_missed,
-        in_part=means.late_or_cut_short if means else proportion(audit.late_or_cut_short, contacts),
+        late_or_cut_short=means.late_or_cut_short if means else proportion(audit.late_or_cut_short, contacts),
         missed_counts=count_range(audit.counts_over_offsets.contacts_missed),
         late_counts=count_range(audit.counts_over_offsets.late_or_cut_short),
         false=audit.false_contact_mean,
         unconfirmed=all_unconfirmed(audit),
         undecided=audit.contacts_undecided,
-        held=(audit.while_grasped.false_contact, audit.while_grasped.contacts_missed),
+        grasped=(audit.while_grasped.false_contact, audit.while_grasped.contacts_missed),
         phases=PHASES if means else 1,
     )
 
@@ -121,7 +121,7 @@ def all_unconfirmed(audit: DetectorAudit) -> bool:
     return audit.unconfirmed > 0 and audit.unconfirmed == audit.pair_frames.false_contact
 
 
-def false_words(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
+def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
     """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
@@ -133,7 +133,7 @@ def false_words(proportion_false: Proportion | None, unconfirmed: bool, whose: s
     return f"{words.share(false)} of {whose} contact time is {what}"
 
 
-def lost_words(missed: Range, late: Range, contacts: int) -> str:
+def lost_text(missed: Range, late: Range, contacts: int) -> str:
     """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
     clauses = []
     things = plural(contacts, "contact")
@@ -146,17 +146,17 @@ def lost_words(missed: Range, late: Range, contacts: int) -> str:
     return ", ".join(clauses)
 
 
-def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
+def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
     """What is wrong with a detector, its larger fault first; follows its label, fit for a title.
 
     ``largest``: that fault alone; ``whose`` the contact time is, that is false.
     """
-    lost_contacts = lost_words(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
+    lost_contacts = lost_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
     undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
     words = [
         (2.0, undecided),
         (rank.contact_loss, lost_contacts),
-        (fraction_of(rank.false), false_words(rank.false, rank.unconfirmed, whose)),
+        (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, whose)),
     ]
     texts = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
     if texts:

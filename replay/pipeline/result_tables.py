@@ -103,7 +103,7 @@ def _episodes(result: RunResult) -> Table:
         for number in result.counts[label].missed_numbers:
             never.setdefault((result.oracle, number), []).append(label)
     status = {label: matches.status() for label, matches in result.matches.items()}
-    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
+    match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
 
     def more(label: str, number: int, contact: Episode) -> dict[str, Any]:
         return {

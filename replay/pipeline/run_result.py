@@ -114,7 +114,7 @@ class RunResult:
     reference: Reference | None = None  # the oracle's contacts, and what is within tolerance of them
     counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
-    loose: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
+    not_grasped: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``

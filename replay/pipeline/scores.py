@@ -13,7 +13,7 @@ import numpy as np
 from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from cdcore.protocol.reasons import NO_REASON
-from replay.auditing.contact_counts import ContactCounts, count_reports, held_counts
+from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
 from replay.auditing.fault import MISS_KINDS
 from replay.auditing.look_phases import OffsetCounts, spread
 from replay.auditing.matching import EpisodeMatches
@@ -59,9 +59,9 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         between_frames=_between_frames(result, label),
         unconfirmed=_unconfirmed(result, label),
         contacts=contacts.contacts,
-        contacts_cut=sum(contact.cuts > 0 for contact in result.loose),
+        contacts_cut=sum(contact.cuts > 0 for contact in result.not_grasped),
         contacts_missed=contacts.missed,
-        late_or_cut_short=contacts.in_part,
+        late_or_cut_short=contacts.late_or_cut_short,
         contacts_undecided=contacts.undecided,
         contact_frames_undecided=contacts.frames_undecided,
         while_grasped=_while_grasped(result, label, sorted({contact.pair for contact in result.holdings})),
@@ -120,7 +120,10 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
 def _counts_over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) -> OffsetRanges:
     """Return smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same."""
     if offsets is None:
-        ranges = {"contacts_missed": spread([contacts.missed]), "contacts_in_part": spread([contacts.in_part])}
+        ranges = {
+            "contacts_missed": spread([contacts.missed]),
+            "contacts_in_part": spread([contacts.late_or_cut_short]),
+        }
     else:
         ranges = offsets.spreads()
     return OffsetRanges(
@@ -133,20 +136,20 @@ def _means_over_offsets(offsets: OffsetCounts | None) -> OffsetProportions | Non
     """Return the proportions over all sampling offsets; ``None``: no other offset was tried."""
     if offsets is None:
         return None
-    proportions = offsets.shares()
+    proportions = offsets.proportions()
     return OffsetProportions(
         contacts_missed=proportions["contacts_missed"],
         late_or_cut_short=proportions["contacts_in_part"],
         time_missed=proportions["missed"],
-        false_contact=proportions["invented"],
+        false_contact=proportions["false_contact"],
     )
 
 
 def contact_matching(result: RunResult, label: str) -> ContactMatching:
     """Return how the contacts of a detector match those of the reference, without those of a hand and what it holds."""
     matches = result.matches[label]
-    reference_contacts = len(result.episodes[result.oracle]) - len(matches.held_truth)
-    reported_contacts = len(result.episodes[label]) - len(matches.held_found)
+    reference_contacts = len(result.episodes[result.oracle]) - len(matches.grasped_truth)
+    reported_contacts = len(result.episodes[label]) - len(matches.grasped_reports)
     return matching_of(matches, reference_contacts, reported_contacts)
 
 
@@ -160,13 +163,13 @@ def matching_of(matches: EpisodeMatches, reference_contacts: int, reported_conta
         missed=len(matches.missed),
         absorbed=len(matches.absorbed),
         reference_excused=len(matches.excused_truth),
-        false_contacts=len(matches.invented),
+        false_contacts=len(matches.false_contacts),
         pieces=len(matches.pieces),
-        reported_excused=len(matches.excused_found),
+        reported_excused=len(matches.excused_reports),
         split=len(matches.split),
         merged=len(matches.merged),
         missed_proportion=proportion(len(matches.missed), to_match),
-        false_proportion=proportion(len(matches.invented), reported_contacts - len(matches.excused_found)),
+        false_proportion=proportion(len(matches.false_contacts), reported_contacts - len(matches.excused_reports)),
         onset_error=_time_errors([match.onset_error for match in matches.matched]),
         duration_error=_time_errors([match.duration_error for match in matches.matched]),
         end_error=_time_errors([match.onset_error + match.duration_error for match in matches.matched]),
@@ -236,7 +239,7 @@ def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, 
             own = result.counts[label].of_pair(pair)
             audits[label] = PairAudit(
                 contacts_missed=own.missed,
-                late_or_cut_short=own.in_part,
+                late_or_cut_short=own.late_or_cut_short,
                 pair_frames=frames,
                 while_grasped=_while_grasped(result, label, [pair]) if frames.grasped else None,
             )
@@ -246,8 +249,8 @@ def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, 
 def _while_grasped(result: RunResult, label: str, pairs: Sequence[int]) -> GraspedCounts:
     """Count what a detector says of some pairs while a hand holds the body."""
     verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
-    grasped = tuple(set(result.episodes[result.oracle]) - set(result.loose))
-    counts = held_counts(result.comparisons[label], verdicts, grasped, pairs)
+    grasped = tuple(set(result.episodes[result.oracle]) - set(result.not_grasped))
+    counts = grasped_counts(result.comparisons[label], verdicts, grasped, pairs)
     return GraspedCounts(
         contacts=counts["contacts"],
         contacts_missed=counts["contacts_missed"],

@@ -15,18 +15,18 @@ SHAPES: Final[Mapping[str, str]] = {
 """Shape of a collider -> its words."""
 
 
-def detector_words(name: str, settings: Mapping[str, Any]) -> str:
+def detector_label(name: str, settings: Mapping[str, Any]) -> str:
     """What a detector is: ``convex hulls at 50 Hz``; of one of no table its own name."""
     if name == RECORDED:
         return RECORDED_LABEL
     row, rate = detector_row(name), settings.get("rate_hz")
-    label = shape_words(settings) if name == "collider" else row.label
+    label = shape_label(settings) if name == "collider" else row.label
     if rate:
         return f"{label} at {rate:g} Hz"
     return f"{label}, every frame" if row.sampled else label
 
 
-def shape_words(settings: Mapping[str, Any]) -> str:
+def shape_label(settings: Mapping[str, Any]) -> str:
     """What a collider is made of: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
     if settings.get("shape") != "compound":
         return SHAPES.get(str(settings.get("shape")), "colliders")

@@ -30,13 +30,13 @@ def wrong_counts(
     that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.auditing.loss``.
     """
     if offsets is None:
-        counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false_contacts]}
+        counts = {"missed": [once.missed], "late": [once.late_or_cut_short], "false_contacts": [false_contacts]}
         contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
     else:
         missed, late = (part.sum(axis=1).tolist() for part in offsets.faults.values())
         counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
-        shares = offsets.shares()
-        contacts_missed, time_missed, false = (shares[name] for name in ("contacts_missed", "missed", "invented"))
+        shares = offsets.proportions()
+        contacts_missed, time_missed, false = (shares[name] for name in ("contacts_missed", "missed", "false_contact"))
     row: dict[str, Any] = {
         "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
         "not_reported": time_missed.value,

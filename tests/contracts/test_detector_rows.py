@@ -14,7 +14,7 @@ from cdcore.errors import InvalidSettingError
 from cdcore.protocol.settings import RateSettings
 from replay.detection.detector_spec import spec_text
 from replay.outputs.rerun_log.timing import STAGES
-from replay.pipeline.sentences import detector_words
+from replay.pipeline.sentences import detector_label
 from replay.studies.stress.runner import ALL, detectors_of
 from replay.tradeoffs.settings import Setting
 
@@ -62,7 +62,7 @@ def test_a_row_that_says_too_little_is_told_what_it_lacks(name):
 @pytest.mark.parametrize("name", TABLE)
 def test_labels_of_rows_differ(name):
     assert [other for other in TABLE if TABLE[other].label == TABLE[name].label] == [name]
-    assert detector_words("outside:Engine", {}) == "outside:Engine"
+    assert detector_label("outside:Engine", {}) == "outside:Engine"
 
 
 @pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].complete_with is not None])

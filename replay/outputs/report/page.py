@@ -17,7 +17,7 @@ from replay.outputs.report.sections import GLOSSARY, effect_parts, folds
 from replay.outputs.report.still import fault_still
 from replay.outputs.report.tradeoff import tradeoff_values
 from replay.outputs.run_tables import contact_table
-from replay.pipeline.answer import TIMES_ARE, busy_words, cost
+from replay.pipeline.answer import TIMES_ARE, busy_text, cost
 from replay.pipeline.headline import beside, undecided
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import MOST_CARDS
@@ -56,7 +56,7 @@ def page_of(
     values = {
         "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
         "first": None if first is None else first_fault(view),
-        "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_words(view.document)}".strip(),
+        "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
         "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
         "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,

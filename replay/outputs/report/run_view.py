@@ -39,7 +39,7 @@ def lane_kind(kind: FaultKind) -> str:
     """Return the kind of a fault in a lane, which has a colour: ``missed``, ``late`` or ``false``."""
     if not kind.is_miss:
         return "false"
-    return "missed" if kind is FaultKind.NEVER_FOUND else "late"
+    return "missed" if kind is FaultKind.NEVER_REPORTED else "late"
 
 
 @dataclass(frozen=True)

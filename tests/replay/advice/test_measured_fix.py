@@ -17,7 +17,7 @@ from replay.cli.main import main
 from replay.cutting import piece_store
 from replay.cutting.piece_store import Cut
 from replay.pipeline.engine import compute
-from replay.pipeline.ranking import count_range, lost_words
+from replay.pipeline.ranking import count_range, lost_text
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData, Session, write_session
 
@@ -60,7 +60,7 @@ def test_a_measured_fix_asked_again_gives_its_figures(subject):
     late = count_range(audit.counts_over_offsets.late_or_cut_short)
     false = audit.false_contact_mean.value
     assert f"{words.share(false)} false" in fix.text
-    assert (lost_words(missed, late, audit.contacts) or "none missed or late") in fix.text
+    assert (lost_text(missed, late, audit.contacts) or "none missed or late") in fix.text
     loss = {rank.label: rank.loss for rank in again.ranking}
     assert loss["it"] < loss["subject"]
     pieces = len(again.detectors["it"].parts["beaker"])

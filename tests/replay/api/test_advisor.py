@@ -36,7 +36,7 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
         for name, counted in (("missed", ranges.contacts_missed), ("late", ranges.late_or_cut_short)):
             assert all(row[f"{name}_{end}"] == getattr(counted, end) for end in ("smallest", "largest"))
         if audit.means_over_offsets is None:
-            assert [row["missed"], row["late"]] == [counts.missed, counts.in_part]
+            assert [row["missed"], row["late"]] == [counts.missed, counts.late_or_cut_short]
         assert row["false"] == audit.false_contact_mean.value
         assert row["ms"] > 0 and row["p99_ms"] > 0
 

@@ -31,7 +31,7 @@ PLANTED = {
         )
     },
     Cause.COLLIDER_SHAPE: "round=collider[shape=sphere]",
-    Cause.BETWEEN_LOOKS: "slow=discrete[rate_hz=20]",
+    Cause.BETWEEN_SAMPLES: "slow=discrete[rate_hz=20]",
     Cause.LATE: "support.planted_detectors:FiveLate",
 }
 
@@ -114,7 +114,7 @@ def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digit
 
 
 def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
-    planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_LOOKS)
+    planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     result = compute(
         corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
     )
@@ -144,7 +144,7 @@ def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
         ({}, Cause.UNEXPLAINED),
         ({"verdict": Verdict.NOT_FOUND}, Cause.SEARCH),
         ({"looked": False, "shapes_meet": False}, Cause.COLLIDER_SHAPE),
-        ({"looked": False, "spheres_meet": False}, Cause.BETWEEN_LOOKS),
+        ({"looked": False, "spheres_meet": False}, Cause.BETWEEN_SAMPLES),
         ({"within_clock": True, "shapes_meet": False}, Cause.CLOCK),
         ({"shapes_meet": False, "spheres_meet": False}, Cause.COLLIDER_SHAPE),
         ({"spheres_meet": False, "sample_meets": False}, Cause.SPHERE_STAGE),

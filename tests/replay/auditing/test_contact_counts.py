@@ -8,7 +8,7 @@ from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
-from replay.auditing.contact_counts import count_contacts, count_reports, held_counts
+from replay.auditing.contact_counts import count_contacts, count_reports, grasped_counts
 from replay.auditing.episodes import episodes
 from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
@@ -22,7 +22,7 @@ def test_a_held_contact_is_found_missed_or_found_in_part(said, missed, part):
     subject, oracle = verdict_column(said), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)
-    told = held_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
+    told = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
     frames = said.count("C")
     assert [*told.values()] == [1, missed, part, frames, 3 - frames, 0]
 
@@ -49,12 +49,12 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     comparison, truth, found = compare(subject, oracle), episodes(oracle), episodes(subject)
     one = count_contacts(comparison, truth)
     hand = sum(by_hand(*map("".join, zip(*column[:size], strict=True))) for column in (first, second))
-    told = [one.in_part, one.missed, one.undecided, one.undecided_in_part, one.frames_undecided]
+    told = [one.late_or_cut_short, one.missed, one.undecided, one.partly_undecided, one.frames_undecided]
     assert told == hand.tolist() and one.contacts == len(truth)
     assert one.missed_numbers == list(match_episodes(comparison, truth, found, one).missed)
     lost = missed_faults(comparison, truth, [("a", "b"), ("a", "c")], oracle.times)
-    assert one.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_FOUND})
-    assert one.in_part == len({miss.contact for miss in lost}) - one.missed
+    assert one.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_REPORTED})
+    assert one.late_or_cut_short == len({miss.contact for miss in lost}) - one.missed
 
 
 def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):

@@ -12,7 +12,7 @@ from sessions import MeshData, Session
 
 def miss(pair, first, last):
     """A miss of these frames that is not yet measured."""
-    return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_FOUND, first, last, 0.0, 1.0, frame=first)
+    return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_REPORTED, first, last, 0.0, 1.0, frame=first)
 
 
 def cuts_of(session, places):

@@ -85,8 +85,10 @@ def test_contact_of_what_is_held_is_neither_found_nor_missed_nor_false():
     compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
     assert [Outcome(one).name[0] for one in compared.outcome[:, 0]] == list("NBMHHHHNBN")
     counts = count_contacts(compared, episodes(oracle))
-    assert (counts.contacts, counts.missed, counts.in_part, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
+    assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
     assert count_reports(compared).contacts == 2
     matches = match_episodes(compared, episodes(oracle), episodes(subject), counts)
-    assert (matches.held_truth, matches.missed, matches.invented) == ((2,), (), ())
-    assert [(one.truth, one.found) for one in matches.matched] == [(1, 1), (3, 3)] and matches.held_found == (2,)
+    assert (matches.grasped_truth, matches.missed, matches.false_contacts) == ((2,), (), ())
+    assert [(one.truth, one.reported) for one in matches.matched] == [(1, 1), (3, 3)] and matches.grasped_reports == (
+        2,
+    )

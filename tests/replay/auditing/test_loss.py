@@ -36,8 +36,8 @@ def losses(contact, seen=None):
     every = detection(contact if seen is None else seen)
     found = []
     for rate in RATES:
-        shares = offset_counts(rate, every, reference).shares()
-        found.append(loss(shares["contacts_missed"], shares["missed"], shares["invented"]))
+        shares = offset_counts(rate, every, reference).proportions()
+        found.append(loss(shares["contacts_missed"], shares["missed"], shares["false_contact"]))
     return found
 
 

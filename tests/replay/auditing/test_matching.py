@@ -28,7 +28,7 @@ def test_a_row_of_letters_has_its_matches(row):
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
     got = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
     for one, told in zip(got.matched, row.get("matched", got.matched), strict=True):
-        figures = [one.truth, one.found, one.overlap, one.onset_error, one.duration_error]
+        figures = [one.truth, one.reported, one.overlap, one.onset_error, one.duration_error]
         assert told is one or figures == pytest.approx(told)
     rest = row.keys() & vars(got).keys() - {"matched"}
     assert {name: list(getattr(got, name)) for name in rest} == {name: row[name] for name in rest}
@@ -53,6 +53,6 @@ def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     rows, partners = linear_sum_assignment(weight, maximize=True)
     got = matched(subject, oracle)
     assert sum(m.overlap for m in got.matched) == weight[rows, partners].sum()
-    assert len({m.truth for m in got.matched}) == len({m.found for m in got.matched}) == len(got.matched)
+    assert len({m.truth for m in got.matched}) == len({m.reported for m in got.matched}) == len(got.matched)
     assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)
-    assert len(got.matched) + len(got.invented) + len(got.pieces) + len(got.excused_found) == len(found)
+    assert len(got.matched) + len(got.false_contacts) + len(got.pieces) + len(got.excused_reports) == len(found)

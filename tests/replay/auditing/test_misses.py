@@ -11,8 +11,8 @@ from replay.auditing.fault import FaultCategory, FaultKind, longest_curve_first
 from replay.auditing.misses import missed_faults
 
 KINDS = {
-    (False, False): FaultKind.NEVER_FOUND,
-    (False, True): FaultKind.FOUND_LATE,
+    (False, False): FaultKind.NEVER_REPORTED,
+    (False, True): FaultKind.REPORTED_LATE,
     (True, False): FaultKind.LOST_EARLY,
     (True, True): FaultKind.INTERRUPTED,
 }
@@ -39,7 +39,7 @@ def test_misses_are_numbered_in_order_and_carry_times_and_names():
     names = [("rod", "glass"), ("rod", "jar")]
     first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)
     assert (first.number, first.bodies, first.start, first.end) == (1, ("rod", "glass"), 0.0, 0.02)
-    assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.FOUND_LATE, 2)
+    assert (second.number, second.pair, second.kind, second.contact) == (2, 1, FaultKind.REPORTED_LATE, 2)
     assert first.kind.category is second.kind.category is FaultCategory.MISS
 
 

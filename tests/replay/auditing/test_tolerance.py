@@ -96,7 +96,7 @@ def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampli
     reference = Reference.of(truth, assembly, None, tolerance)
     always = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CONTACT))
     once = count_reports(reference.compare(always)).proportion(Outcome.INVENTED).value
-    assert once == offset_counts(1e4, always, reference).invented.value == pytest.approx(1 / 3)
+    assert once == offset_counts(1e4, always, reference).false_contact.value == pytest.approx(1 / 3)
 
 
 def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():

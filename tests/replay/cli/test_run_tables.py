@@ -26,9 +26,9 @@ def test_measured_fix_has_the_figures_of_its_own_run():
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
     assert answer.fix.measured and "none missed or late, 0 % false" in answer.fix.text
-    assert (every.contacts_missed, every.contacts_in_part) == (audit.contacts_missed, audit.late_or_cut_short)
-    assert (every.contacts_missed, every.contacts_in_part, every.invented.count) == (0, 0, 0)
-    assert every.invented == audit.false_contact
+    assert (every.contacts_missed, every.late_or_cut_short) == (audit.contacts_missed, audit.late_or_cut_short)
+    assert (every.contacts_missed, every.late_or_cut_short, every.false_contact.count) == (0, 0, 0)
+    assert every.false_contact == audit.false_contact
 
 
 def test_unmeasured_fix_says_so_and_its_command_runs():

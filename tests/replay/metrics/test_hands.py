@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
 from replay.metrics.hands import activities, frames_at, moving, span_names, task_seconds
-from replay.metrics.near import close_stretches
+from replay.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
 
@@ -55,7 +55,7 @@ def test_stamps_in_unix_time_are_measured_without_making_half_a_century_of_ticks
     assembly = assemble(framed(stamps, np.ones((300, 2))))
     found = moving(assembly, [0, 1])
     assert 2.5 <= found.valid_minutes * 60 <= 3.0
-    assert close_stretches(assembly, np.array([0])) == ()
+    assert close_intervals(assembly, np.array([0])) == ()
 
 
 def test_a_moment_belongs_to_the_span_begun_last_and_to_none_outside():

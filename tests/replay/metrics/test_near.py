@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.small_worlds import cubes, framed
 
 from cdcore import Motion
-from replay.metrics.near import CLOSE_M, close_stretches, without_contact
+from replay.metrics.near import CLOSE_M, close_intervals, without_contact
 from replay.prepare.assemble import assemble
 
 FRAMES = 400
@@ -21,7 +21,7 @@ def approach(least, centre=2.0, width=0.1):
 
 def near(gap):
     assembly = assemble(cubes({"a": np.zeros(FRAMES), "b": gap}))
-    return close_stretches(assembly, np.arange(len(assembly.pairs)))
+    return close_intervals(assembly, np.arange(len(assembly.pairs)))
 
 
 def test_two_approaches_are_two_and_a_flicker_is_one():
@@ -58,7 +58,7 @@ def test_close_is_what_fcl_says_of_the_surfaces_at_every_look(turns):
         # At rest for a second, so that every look sees this pose.
         motion = Motion(np.arange(2.0), *(part[[frame, frame]] for part in (whole.translations, poses)))
         truth.append(fcl_gap(mesh, poses[frame], whole.translations[frame]) < CLOSE_M)
-        assert bool(close_stretches(replace(assembly, motion=motion), np.array([0]))) is truth[-1]
+        assert bool(close_intervals(replace(assembly, motion=motion), np.array([0]))) is truth[-1]
     assert 5 < sum(truth) < count - 5
 
 
@@ -68,4 +68,4 @@ def test_a_lost_pose_is_not_close_to_anything(lost):
     places[:, 1, 0] = np.append(9.0, approach(0.004)[1:])
     status[150:250, 1] = not lost
     assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, places))
-    assert (close_stretches(assembly, np.array([0])) == ()) == lost
+    assert (close_intervals(assembly, np.array([0])) == ()) == lost

@@ -72,7 +72,7 @@ def test_parquet_holds_the_numbers_behind_the_cells(shown):
     for rank in result.ranking[:-1]:
         row = rows[rank.label]
         assert row["missed"] == pytest.approx(rank.missed.value * rank.contacts)
-        assert row["late_or_cut_short"] == pytest.approx(rank.in_part.value * rank.contacts)
+        assert row["late_or_cut_short"] == pytest.approx(rank.late_or_cut_short.value * rank.contacts)
         assert row["false_contact"] == rank.false.value
         assert row["mean_ms"] == pytest.approx(1e3 * rank.mean)
         assert row["loss"] == rank.loss

@@ -38,7 +38,7 @@ def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
     offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
     assert (
         offline.phases["slow"].every_frame.seconds is None
-        and offline.phases["slow"].shares() == run.phases["slow"].shares()
+        and offline.phases["slow"].proportions() == run.phases["slow"].proportions()
     )
 
 

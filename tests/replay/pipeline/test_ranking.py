@@ -11,8 +11,8 @@ from replay.base.tables import IN_RED, Marked, text_of
 from replay.base.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
 from replay.outputs.run_tables import ranking_table
-from replay.pipeline.ranking import fault_words, ranking
-from replay.pipeline.sentences import detector_words
+from replay.pipeline.ranking import fault_text, ranking
+from replay.pipeline.sentences import detector_label
 
 
 def audited(missed, late, false, reported=1000, *, undecided=0, **more):
@@ -38,14 +38,14 @@ def test_the_largest_loss_comes_first_and_the_oracle_last():
     ranks = ranking(run(**BENCH))
     assert [one.label for one in ranks] == ["hull50", "mesh50", "paper", "exact"]
     assert [round(one.loss, 3) for one in ranks] == [0.977, 0.256, 0.01, 0.0]
-    assert {one.contacts for one in ranks} == {18} and ranks[0].held == (5324, 0)
+    assert {one.contacts for one in ranks} == {18} and ranks[0].grasped == (5324, 0)
     assert ranking(run()) == ()
 
 
-@pytest.mark.parametrize(("missed", "in_part"), [(1, 0), (0, 1), (1, 1), (0, 0)])
-def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, in_part):
-    first, _ = ranking(run(mesh50=audited(missed, in_part, 0)))
-    assert first.lost == (missed + in_part > 0)
+@pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
+def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, late_or_cut_short):
+    first, _ = ranking(run(mesh50=audited(missed, late_or_cut_short, 0)))
+    assert first.lost == (missed + late_or_cut_short > 0)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, in_part):
 )
 def test_the_larger_fault_leads(figures, words):
     rank = ranking(run(it=figures))[0]
-    assert fault_words(rank) == words and fault_words(rank, largest=True) == words.partition("; ")[0]
+    assert fault_text(rank) == words and fault_text(rank, largest=True) == words.partition("; ")[0]
 
 
 def test_a_rate_is_ranked_by_its_mean_over_the_offsets_and_shown_from_smallest_to_largest():
@@ -83,7 +83,7 @@ def test_a_rate_is_ranked_by_its_mean_over_the_offsets_and_shown_from_smallest_t
     (rank, _) = ranking(run(slow=audited(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts)))
     assert (rank.phases, rank.missed_counts, rank.late_counts) == (PHASES, (0, 2), (0, 0))
     assert rank.missed.value == pytest.approx(1 / 18)
-    assert fault_words(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
+    assert fault_text(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
 
 
 def test_what_is_undecided_or_found_by_nobody_is_ranked_too():
@@ -91,7 +91,7 @@ def test_what_is_undecided_or_found_by_nobody_is_ranked_too():
     assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
     nothing = structs.replace(audited(0, 0, 0, 0), contacts=0)
     (rank, _) = ranking(run(it=nothing))
-    assert rank.loss == 0.0 and fault_words(rank) == "no contact to miss, and none false"
+    assert rank.loss == 0.0 and fault_text(rank) == "no contact to miss, and none false"
 
 
 def tabled(document):
@@ -124,7 +124,7 @@ def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_u
     [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
 )
 def test_a_detector_is_named_with_its_rate_and_the_engine_without_its_own(name, words):
-    assert detector_words(name, {"rate_hz": 50}) == words
+    assert detector_label(name, {"rate_hz": 50}) == words
 
 
 @pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])

@@ -22,7 +22,9 @@ def test_contacts_of_a_body_and_its_parent_are_no_episodes():
 
 
 def test_excused_contacts_are_no_part_of_a_share():
-    matches = EpisodeMatches((EpisodeMatch(1, 1, 3, 0.5, -0.25),), missed=(2,), excused_truth=(3,), excused_found=(2,))
+    matches = EpisodeMatches(
+        (EpisodeMatch(1, 1, 3, 0.5, -0.25),), missed=(2,), excused_truth=(3,), excused_reports=(2,)
+    )
     figures = matching_of(matches, 3, 2)
     assert figures.missed_proportion.of == 2 and figures.false_proportion.of == 1
     assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)

@@ -72,7 +72,7 @@ def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_
     assert [hulls["missed_smallest"], hulls["missed_largest"]] == [
         over["contacts_missed"][end] for end in ("smallest", "largest")
     ]
-    assert hulls["false"] == run.phases["hulls"].shares()["invented"]["share"]
+    assert hulls["false"] == run.phases["hulls"].proportions()["false_contact"].value
 
 
 def test_every_setting_is_timed_in_three_passes_and_sorted_by_loss(done):
