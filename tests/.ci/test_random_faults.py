@@ -23,31 +23,31 @@ def root(tmp_path):
     return tmp_path
 
 
-def test_each_operator_is_one_fault_and_text_is_none(script, root):
+def test_each_operator_is_a_fault_and_text_is_not(script, root):
     faults = script.faults_of(root, root / "cdcore/small.py")
-    assert sorted((one.right, one.wrong) for one in faults) == [("+", "-"), ("-", "+"), ("<=", ">"), ("and", "or")]
-    assert all(SOURCE.encode()[one.begin : one.end].decode() == one.right and one.line == 2 for one in faults)
+    assert sorted((item.right, item.wrong) for item in faults) == [("+", "-"), ("-", "+"), ("<=", ">"), ("and", "or")]
+    assert all(SOURCE.encode()[item.begin : item.end].decode() == item.right and item.line == 2 for item in faults)
 
 
 @pytest.mark.parametrize(("status", "by"), [(1, "own"), (0, "nothing"), (5, "nothing")])
-def test_a_fault_is_there_while_tests_run_and_gone_afterwards(script, root, monkeypatch, status, by):
-    fault = next(one for one in script.faults_of(root, root / "cdcore/small.py") if one.right == "+")
-    seen = []
+def test_fault_exists_only_while_tests_run(script, root, monkeypatch, status, by):
+    fault = next(item for item in script.faults_of(root, root / "cdcore/small.py") if item.right == "+")
+    recorded = []
 
     def run(command, **_):
-        seen.append((root / "cdcore/small.py").read_text())
+        recorded.append((root / "cdcore/small.py").read_text())
         return script.subprocess.CompletedProcess(command, status)
 
     monkeypatch.setattr(script.subprocess, "run", run)
     stamp = (root / "cdcore/small.py").stat().st_mtime_ns
     assert script.noticed_by(root, fault, {"NUMBA_CACHE_DIR": str(root / "kernels")}, ("own", "folder")) == by
-    assert set(seen) == {SOURCE.replace("a + b", "a - b")} and len(seen) == (1 if status == 1 else 2)
+    assert set(recorded) == {SOURCE.replace("a + b", "a - b")} and len(recorded) == (1 if status == 1 else 2)
     assert (root / "cdcore/small.py").read_text() == SOURCE
     assert (root / "cdcore/small.py").stat().st_mtime_ns == stamp
 
 
 def test_a_fault_that_was_judged_harmless_is_left_out(script, root):
-    fault = next(one for one in script.faults_of(root, root / "cdcore/small.py") if one.right == "and")
+    fault = next(item for item in script.faults_of(root, root / "cdcore/small.py") if item.right == "and")
     (root / script.HARMLESS).parent.mkdir(parents=True)
     (root / script.HARMLESS).write_text(f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n")
     assert script.noticed_by(root, fault, {}) == "harmless"

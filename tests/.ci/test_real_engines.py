@@ -58,8 +58,8 @@ def test_page_has_a_table_of_every_twin_per_session():
 
 
 def test_a_row_says_what_differs_and_where():
-    apart = command.TwinCounts(1000, 10, 2, 3, 4, (0.04, 19.96))
-    table = command.twin_table("one", {command.Twin("rapier", "collider"): apart})
+    separate = command.TwinCounts(1000, 10, 2, 3, 4, (0.04, 19.96))
+    table = command.twin_table("one", {command.Twin("rapier", "collider"): separate})
     assert table.splitlines()[-1] == "| `rapier` | `collider` | 1,005 | 10 | 2 | 3 | 0.0 to 20.0 | 4 |"
 
 
@@ -75,4 +75,4 @@ def test_a_recording_gives_its_row_of_the_page_again(twin, recordings):
 
 @pytest.fixture(scope="module")
 def recordings():
-    return next((name, one) for name, one in command.sessions(DATA) if name == f"`{RECORDINGS[0]}`")
+    return next((name, item) for name, item in command.sessions(DATA) if name == f"`{RECORDINGS[0]}`")

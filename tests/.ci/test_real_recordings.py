@@ -34,19 +34,19 @@ def test_rows_of_available_recordings_are_reproduced(command, printed):
 
 
 def test_every_recording_has_row_source_and_fetch_command(command, printed, tmp_path):
-    names = [one.name for one in command.RECORDINGS]
+    names = [item.name for item in command.RECORDINGS]
     assert [name for name in printed if name in names] == names and len(names) >= 8
     lines = list(command.fetch_commands(tmp_path))
     assert all(shlex.split(line) for line in lines)
-    for one in command.RECORDINGS:
-        assert one.repository in page("results") and re.fullmatch("[0-9a-f]{40}", one.commit)
-        assert any(f"{one.commit}:{one.path}" in line and line.endswith(one.file) for line in lines)
+    for item in command.RECORDINGS:
+        assert item.repository in page("results") and re.fullmatch("[0-9a-f]{40}", item.commit)
+        assert any(f"{item.commit}:{item.path}" in line and line.endswith(item.file) for line in lines)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 35.0])
 def test_two_posts_stand_beside_a_headset_in_any_direction(command, tmp_path, yaw):
-    turn = Rotation.from_euler("y", yaw, degrees=True)
-    x, y, z, w = turn.as_quat()
+    rotation = Rotation.from_euler("y", yaw, degrees=True)
+    x, y, z, w = rotation.as_quat()
     file, mapping = tmp_path / "subject.txt", tmp_path / "columns.toml"
     cells = f"1.0,1.2,0.5,{x},{y},{z},{w}"
     lines = [f"09:30:{k / 90:09.6f},{device},{cells}" for k in range(300) for device in ("H", "T")]

@@ -19,6 +19,6 @@ def test_switch_is_a_single_option_and_hidden_switches_none():
 
 def test_neither_comments_nor_docstrings_nor_layout_are_tokens():
     dense = "def f(a): return a + 1\n"
-    loose = '"""A module."""\n\n\ndef f(a):  # fmt: skip\n    """Add."""\n    # why\n    return a + 1\n'
-    assert SIZES["count_tokens"](dense) == SIZES["count_tokens"](loose) == 10
-    assert SIZES["skipped_lines"](loose) == 1 and SIZES["parameter_counts"](loose) == [1]
+    separate = '"""A module."""\n\n\ndef f(a):  # fmt: skip\n    """Add."""\n    # why\n    return a + 1\n'
+    assert SIZES["count_tokens"](dense) == SIZES["count_tokens"](separate) == 10
+    assert SIZES["skipped_lines"](separate) == 1 and SIZES["parameter_counts"](separate) == [1]

@@ -35,13 +35,15 @@ def filled(text, inputs):
 
 def audited(folder, **given):
     """Run the step *Audit* in a folder: its exit code, the page of the job, and what it hands on."""
-    inputs = {name: one.get("default", "") for name, one in ACTION["inputs"].items()} | {"options": "--no-picture"}
+    inputs = {name: item.get("default", "") for name, item in ACTION["inputs"].items()} | {"options": "--no-picture"}
     inputs |= {name.replace("_", "-"): value for name, value in given.items()}
     step, files = STEPS["Audit"], {name: folder / f"{name}.md" for name in ("GITHUB_STEP_SUMMARY", "GITHUB_OUTPUT")}
     values = {name: filled(value, inputs) for name, value in step["env"].items()}
     values |= {name: str(file) for name, file in files.items()} | {"RUNNER_TEMP": str(folder)}
-    words = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
-    done = subprocess.run(words, cwd=folder, env={**os.environ, **values}, capture_output=True, text=True, timeout=300)
+    sentence = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+    done = subprocess.run(
+        sentence, cwd=folder, env={**os.environ, **values}, capture_output=True, text=True, timeout=300
+    )
     return done.returncode, *(file.read_text("utf-8") for file in files.values())
 
 
@@ -57,17 +59,17 @@ def recordings(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("detectors", "ends_with"), [("slow=discrete[rate_hz=20]", 4), ("hybrid", 0)])
 def test_regression_fails_the_build_and_sound_detector_passes(recordings, detectors, ends_with):
-    code, shown, said = audited(recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs")
-    assert (code, said) == (ends_with, f"exit-code={ends_with}\n")
+    code, printed, output = audited(recordings, sessions="recordings", detectors=detectors, max_missed="0", out="runs")
+    assert (code, output) == (ends_with, f"exit-code={ends_with}\n")
     assert (recordings / "runs" / "bench" / "report.html").is_file()
-    words = (f"**gate failed:** {GATE}", "more than --max-missed 0", "| bench | 12 | 2 | 0-2 |")
-    assert {word in shown for word in words} == {ends_with == 4}
+    text = (f"**gate failed:** {GATE}", "more than --max-missed 0", "| bench | 12 | 2 | 0-2 |")
+    assert {word in printed for word in text} == {ends_with == 4}
 
 
 @needs_bash
 def test_action_inputs_are_data_and_errors_stand_on_the_page(recordings):
-    code, shown, said = audited(recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1")
-    assert (code, said) == (2, "exit-code=2\n") and "does not exist" in shown
+    code, printed, output = audited(recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1")
+    assert (code, output) == (2, "exit-code=2\n") and "does not exist" in printed
     assert not (recordings / "ran").exists()
 
 
@@ -87,22 +89,22 @@ def plant_foreign_modules(folder):
 def test_modules_of_the_checkout_are_not_imported(recordings, monkeypatch):
     plant_foreign_modules(recordings)
     monkeypatch.setenv("PYTHONPATH", str(recordings))
-    code, shown, _ = audited(
+    code, printed, _ = audited(
         recordings, sessions="recordings", detectors="sphere", options="--no-picture\n--oracle\nnone"
     )
-    assert code == 0, shown
+    assert code == 0, printed
     assert not (recordings / "ran").exists() and (recordings / "replay-runs" / "bench" / "summary.json").is_file()
 
 
 @needs_bash
 @pytest.mark.slow
-def test_a_detector_of_the_checkout_is_found_along_pythonpath(recordings, monkeypatch):
+def test_detector_of_the_checkout_loads_from_pythonpath(recordings, monkeypatch):
     plant_foreign_modules(recordings)
     (recordings / "src").mkdir()
     (recordings / "src" / "my_engine.py").write_text("from cdcore.detectors.sphere import SphereDetector as Mine\n")
     monkeypatch.setenv("PYTHONPATH", "src")
-    code, shown, _ = audited(recordings, sessions="recordings", detectors="mine=my_engine:Mine")
-    assert code == 0, shown
+    code, printed, _ = audited(recordings, sessions="recordings", detectors="mine=my_engine:Mine")
+    assert code == 0, printed
     assert not (recordings / "ran").exists()
 
 
@@ -113,5 +115,5 @@ def test_no_step_writes_an_input_into_its_script():
 
 def test_exit_code_table_matches_the_verbs():
     codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("in-a-build"), re.MULTILINE)}
-    there = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
-    assert codes == there
+    existing = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
+    assert codes == existing

@@ -67,16 +67,16 @@ def words_of_code(tree):
 
 @pytest.fixture(scope="module")
 def known_words():
-    words = {*dir(builtins), *sys.stdlib_module_names}
+    text = {*dir(builtins), *sys.stdlib_module_names}
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*"):
-            words |= {path.stem, path.name}
+            text |= {path.stem, path.name}
             if path.suffix == ".py":
-                words.update(words_of_code(ast.parse(path.read_text("utf-8"))))
+                text.update(words_of_code(ast.parse(path.read_text("utf-8"))))
             elif path.suffix in DATA_FILES and path.is_file() and FOLDER not in path.parents:
-                words.update(IDENTIFIER.findall(path.read_text("utf-8")))
-    words.update(IDENTIFIER.findall((ROOT / "pyproject.toml").read_text("utf-8")))
-    return words
+                text.update(IDENTIFIER.findall(path.read_text("utf-8")))
+    text.update(IDENTIFIER.findall((ROOT / "pyproject.toml").read_text("utf-8")))
+    return text
 
 
 def test_names_in_docstrings_exist(known_words):

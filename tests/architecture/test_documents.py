@@ -40,11 +40,11 @@ def blocks(text, language):
 def shown_files(text):
     """File name -> text, of the blocks that are files: named in their first line or by the sentence before them."""
     files = {}
-    for found in BLOCK.finditer(text):
-        before = text[: found.start()].rstrip().rpartition("\n\n")[2]
-        named = re.match(r"# ([\w.-]+\.\w+)\n", found[2]) or re.search(r"`([\w.-]+\.\w+)`:$", before)
-        if named and found[1] not in ("bash", "csharp"):
-            files[named[1]] = found[2]
+    for result in BLOCK.finditer(text):
+        before = text[: result.start()].rstrip().rpartition("\n\n")[2]
+        named = re.match(r"# ([\w.-]+\.\w+)\n", result[2]) or re.search(r"`([\w.-]+\.\w+)`:$", before)
+        if named and result[1] not in ("bash", "csharp"):
+            files[named[1]] = result[2]
     return files
 
 
@@ -88,9 +88,9 @@ def sessions_made():
 
 def run_command(words, promised, made, capsys):
     if words[0] in OPENS_A_WINDOW:
-        said = dict(zip(words[2::2], words[3::2], strict=True))
-        miss, false = (int(said[word]) if word in said else None for word in ("--miss", "--false"))
-        assert target_of(read_run_folder(Path(words[1])).picture, miss, false, said.get("--by", "")) >= 0
+        output = dict(zip(words[2::2], words[3::2], strict=True))
+        miss, false = (int(output[word]) if word in output else None for word in ("--miss", "--false"))
+        assert target_of(read_run_folder(Path(words[1])).picture, miss, false, output.get("--by", "")) >= 0
         return
     if "--session-only" in words:
         arguments, file = tuple(words[: words.index("-o")]), Path(words[words.index("-o") + 1])
@@ -105,8 +105,8 @@ def run_command(words, promised, made, capsys):
 def run_cell(body, name, names):
     """Run a block; what its last line is worth is printed, as a notebook does."""
     tree = ast.parse(body)
-    shown = isinstance(tree.body[-1], ast.Expr)
-    last = ast.Expression(tree.body.pop().value) if shown else None
+    printed = isinstance(tree.body[-1], ast.Expr)
+    last = ast.Expression(tree.body.pop().value) if printed else None
     exec(compile(tree, name, "exec"), names)
     if last is not None and (value := eval(compile(last, name, "eval"), names)) is not None:
         print(value)
@@ -187,20 +187,20 @@ def used_commands():
 
 
 def test_every_written_command_has_an_existing_verb_and_options():
-    seen = set()
+    recorded = set()
     for name, (verb, *words) in used_commands():
         context = click.Context(cli)
         command = cli.get_command(context, verb) if verb in COMMANDS else None
         assert verb in COMMANDS or verb.isupper(), (name, verb)
-        seen.add(verb)
+        recorded.add(verb)
         if isinstance(command, click.Group) and words:
             command = command.get_command(context, words[0])
         if command is None:
             continue
-        there = {flag for option in command.params for flag in (*option.opts, *option.secondary_opts)}
+        existing = {flag for option in command.params for flag in (*option.opts, *option.secondary_opts)}
         flags = {word.split("=")[0] for word in words if word.startswith("-")}
-        assert flags <= there | {"--help"}, (name, verb, flags - there)
-    assert set(COMMANDS) - seen == set(), "verbs that no page mentions"
+        assert flags <= existing | {"--help"}, (name, verb, flags - existing)
+    assert set(COMMANDS) - recorded == set(), "verbs that no page mentions"
 
 
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
@@ -263,10 +263,10 @@ def test_readme_and_guide_keep_to_their_length():
 def test_the_scenes_of_the_table_declare_what_it_says():
     from sessions.synthetic.scenes import SCENES, make_scene_session
 
-    found = re.findall(
+    result = re.findall(
         r"^\| `([a-z-]+)` \| [^|]* \| ([a-z, -]+?)(?::[^|]*)? \|$", page("scenes-and-effects"), re.MULTILINE
     )
-    assert {name: dict(found).get(name) for name in SCENES} == {
+    assert {name: dict(result).get(name) for name in SCENES} == {
         name: ", ".join(dict.fromkeys(effect.kind for effect in make_scene_session(name)[0].scene.effects))
         for name in SCENES
     }

@@ -30,8 +30,8 @@ def homes(package):
 def test_a_facade_gives_what_its_typed_imports_say(package):
     facade = import_module(package)
     assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
-    for name, (module, there) in homes(package).items():
-        assert facade.__getattr__(name) is getattr(import_module(module), there), name
+    for name, (module, existing) in homes(package).items():
+        assert facade.__getattr__(name) is getattr(import_module(module), existing), name
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -49,7 +49,7 @@ def test_a_package_says_that_it_is_typed(package):
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_submodule_bears_the_name_of_a_public_function(package):
     facade = import_module(package)
-    assert {found.name for found in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
+    assert {result.name for result in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
 
 
 TWICE = """

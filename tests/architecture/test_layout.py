@@ -45,11 +45,11 @@ def test_tests_mirror_the_module_they_are_named_after():
     assert astray == []
 
 
-def test_every_sampled_test_is_there_once():
+def test_every_sampled_test_exists_once():
     tests = [path for path in tracked() if path.parts[0] == "tests" and path.suffix == ".py"]
     text = "".join((ROOT / path).read_text(encoding="utf-8") for path in tests)
-    found = re.findall(r"^def (test_\w+)", text, re.MULTILINE)
-    assert [name for name in SAMPLED if found.count(name) != 1] == [], "rename it in support/sampled.toml too"
+    result = re.findall(r"^def (test_\w+)", text, re.MULTILINE)
+    assert [name for name in SAMPLED if result.count(name) != 1] == [], "rename it in support/sampled.toml too"
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else():

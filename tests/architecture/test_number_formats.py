@@ -27,20 +27,20 @@ def formats(tree):
         elif isinstance(node, ast.keyword) and node.arg == "show" and isinstance(node.value, ast.Constant):
             yield node.value.lineno, str(node.value.value)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            for found in re.findall(r"\{[^{}]*:([^{}]*)\}", node.value):
-                yield node.lineno, found
+            for result in re.findall(r"\{[^{}]*:([^{}]*)\}", node.value):
+                yield node.lineno, result
 
 
-def test_no_format_outside_one_module_can_print_an_exponent():
-    found = []
+def test_no_format_outside_its_module_can_print_an_exponent():
+    result = []
     for file in sorted(TOP.rglob("*.py")):
         name = file.relative_to(TOP).as_posix()
         if not any(name == exception or name.startswith(f"{exception}/") for exception in EXCEPTIONS):
             tree = ast.parse(file.read_text("utf-8"))
-            found += [f"{name}:{line} {text}" for line, text in formats(tree) if GENERAL.search(text)]
-    assert found == []
+            result += [f"{name}:{line} {text}" for line, text in formats(tree) if GENERAL.search(text)]
+    assert result == []
 
 
 def test_the_search_sees_formats_of_every_kind():
     code = 'a = f"{x:.2g} mm"\nb = "{:.3g}".format\nc = Column(show=".1e")\nd = f"{x:,.0f} {y:g}"'
-    assert [found for _, found in formats(ast.parse(code)) if GENERAL.search(found)] == [".2g", ".3g", ".1e"]
+    assert [result for _, result in formats(ast.parse(code)) if GENERAL.search(result)] == [".2g", ".3g", ".1e"]

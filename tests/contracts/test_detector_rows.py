@@ -50,7 +50,7 @@ def test_a_row_says_all_that_the_tool_must_know(name):
 
 
 @pytest.mark.parametrize("name", TABLE)
-def test_a_row_that_says_too_little_is_told_what_it_lacks(name):
+def test_incomplete_row_is_refused_with_its_missing_fields(name):
     row = TABLE[name]
     bare = DetectorRow(entry=row.entry, label="")
     lacking = {"a label"}
@@ -99,9 +99,9 @@ def test_a_detector_times_the_stages_that_it_declares(name):
 
 
 def test_stress_asks_every_row_about_which_triangles_say_something():
-    asked = {spec.name for spec in detectors_of(ALL)}
-    assert asked.isdisjoint(name for name in TABLE if TABLE[name].no_triangles)
-    assert asked >= {name for name in TABLE if not TABLE[name].no_triangles}
+    requested = {spec.name for spec in detectors_of(ALL)}
+    assert requested.isdisjoint(name for name in TABLE if TABLE[name].no_triangles)
+    assert requested >= {name for name in TABLE if not TABLE[name].no_triangles}
 
 
 def test_engine_modules_are_those_of_the_extras():

@@ -93,30 +93,30 @@ def restless():
     """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
     bodies, rng = lab(2)[0], np.random.default_rng(8)
     count = 120
-    places, turns = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
+    places, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
     little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
     stays = rng.random((count, 5)) < 0.3
     for frame in range(1, count):
         if frame >= 30:
             places[frame] = places[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
-            turns[frame] = little[frame] @ turns[frame - 1]
+            rotations[frame] = little[frame] @ rotations[frame - 1]
         places[frame, stays[frame]] = places[frame - 1, stays[frame]]
-        turns[frame, stays[frame]] = turns[frame - 1, stays[frame]]
-    return bodies, Motion(np.arange(count) / 90, places, turns, rng.random((count, 5)) < 0.95)
+        rotations[frame, stays[frame]] = rotations[frame - 1, stays[frame]]
+    return bodies, Motion(np.arange(count) / 90, places, rotations, rng.random((count, 5)) < 0.95)
 
 
 @pytest.mark.parametrize("settings", LIVE, ids=str)
 def test_all_query_modes_agree_on_jumping_resting_and_lost_bodies(settings):
     name, chosen = settings
     detector, motion = create_detector(name, restless()[0], **chosen), restless()[1]
-    found = detector.detect(motion, faces=True)
-    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(found.verdict.ravel().tolist()) or name == "sphere"
-    assert np.array_equal(detect_live(detector, motion).verdict, found.verdict)
+    result = detector.detect(motion, faces=True)
+    assert {Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE} <= set(result.verdict.ravel().tolist()) or name == "sphere"
+    assert np.array_equal(detect_live(detector, motion).verdict, result.verdict)
     joined = join(detector.stream(motion.blocks(7), faces=True))
-    assert np.array_equal(joined.verdict, found.verdict)
-    assert not has_faces(found) or joined.faces_digest == found.faces_digest
-    turned = create_detector(name, restless()[0], pairs=found.pairs[:, ::-1], **chosen)
-    assert turned.detect(motion).digest == found.digest
+    assert np.array_equal(joined.verdict, result.verdict)
+    assert not has_faces(result) or joined.faces_digest == result.faces_digest
+    rotated = create_detector(name, restless()[0], pairs=result.pairs[:, ::-1], **chosen)
+    assert rotated.detect(motion).digest == result.digest
 
 
 @cache
@@ -158,8 +158,8 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
     bodies, motion = scene
     pairs = [("ball", "beaker"), ("rod", "beaker"), ("wand", "rod"), ("table", "ball")]
     forward = create_detector(name, bodies, pairs=pairs).detect(motion, faces=True)
-    turned = [pair[::-1] for pair in pairs[::-1]]
-    backward = create_detector(name, bodies, pairs=turned).detect(motion, faces=True)
+    rotated = [pair[::-1] for pair in pairs[::-1]]
+    backward = create_detector(name, bodies, pairs=rotated).detect(motion, faces=True)
     assert forward.digest == backward.digest
     assert np.array_equal(forward.verdict, backward.verdict[:, ::-1])
     if has_faces(forward):
@@ -205,7 +205,7 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
         assert detection.face_counts.shape == (0, 10)
 
 
-def test_one_body_alone_has_no_pairs_and_no_verdicts(name, scene):
+def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
     assert create_detector(name, bodies[:1]).detect(alone).verdict.shape == (FRAMES, 0)
@@ -248,7 +248,7 @@ def test_faces_belong_to_contact_and_are_unique_and_sorted(name):
         assert rows == sorted(set(rows))
 
 
-def test_bad_input_is_refused_by_one_named_error(name, scene):
+def test_bad_input_is_refused_by_a_named_error(name, scene):
     bodies, motion = scene
     with pytest.raises(InvalidPoseError, match="poses of 5 bodies, the detector has 2"):
         create_detector(name, bodies[:2]).detect(motion)
@@ -266,7 +266,7 @@ def test_bad_input_is_refused_by_one_named_error(name, scene):
         list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
 
 
-def test_a_mesh_of_one_triangle_is_enough(name):
+def test_mesh_of_a_single_triangle_is_enough(name):
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
     bodies = [Body("a", triangle), Body("b", upright)]
@@ -298,14 +298,14 @@ def undecided_scene():
 def test_every_undecided_verdict_carries_a_reason(name, how):
     bodies, motion = undecided_scene()
     detector = create_detector(name, bodies)
-    found = {
+    result = {
         "offline": lambda: detector.detect(motion),
         "live": lambda: detect_live(detector, motion),
         "stream": lambda: join(detector.stream(motion.blocks(7))),
     }[how]()
-    undecided = np.argwhere((found.verdict == Verdict.UNRESOLVED) | (found.verdict == Verdict.INVALID))
-    assert {tuple(place) for place in undecided.tolist()} <= set(found.reasons)
-    reasons = [found.reasons[frame, pair] for frame, pair in undecided.tolist()]
+    undecided = np.argwhere((result.verdict == Verdict.UNRESOLVED) | (result.verdict == Verdict.INVALID))
+    assert {tuple(place) for place in undecided.tolist()} <= set(result.reasons)
+    reasons = [result.reasons[frame, pair] for frame, pair in undecided.tolist()]
     assert all(reason and reason != NO_REASON for reason in reasons)
-    if any(word.startswith("partly: ") for word in found.containment):
-        assert (found.verdict == Verdict.UNRESOLVED).any()
+    if any(word.startswith("partly: ") for word in result.containment):
+        assert (result.verdict == Verdict.UNRESOLVED).any()

@@ -15,13 +15,13 @@ PARTS = ("verdicts", "faces", "counters")
 
 def changes(group):
     """Variants whose digests are not those written down, each with the parts that differ."""
-    found = {}
+    result = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
         parts = [part for part, before, after in zip(PARTS, known, now, strict=True) if before != after]
         if parts:
-            found[variant_name(*variant)] = parts
-    return found
+            result[variant_name(*variant)] = parts
+    return result
 
 
 @pytest.mark.parametrize("group", QUICK)
@@ -42,7 +42,7 @@ def test_those_of_real_recordings_are_too(group):
     assert changes(group) == {}
 
 
-def test_every_row_of_the_table_is_asked():
+def test_every_row_of_the_table_has_digests():
     from cdcore.detectors import DETECTORS
 
     assert {name for name, _ in VARIANTS} == set(DETECTORS)

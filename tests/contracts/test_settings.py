@@ -53,11 +53,11 @@ def test_invalid_setting_is_refused_in_a_sentence(name):
         for value in NEVER:
             assert_one_sentence(answer(name, **{setting: value}), setting)
         for value in SOMETIMES:
-            said = answer(name, **{setting: value})
-            if isinstance(said, str):
-                assert_one_sentence(said, setting)
+            output = answer(name, **{setting: value})
+            if isinstance(output, str):
+                assert_one_sentence(output, setting)
             else:
-                assert said is None or isinstance(said, Detection)
+                assert output is None or isinstance(output, Detection)
 
 
 def test_a_flag_is_no_number_and_a_number_no_flag(name):

@@ -18,17 +18,17 @@ def files(tmp_path):
 
 
 def test_several_sessions_are_summed_and_keep_their_own_runs():
-    found = replay.audit([cubes(BUMP), cubes(BUMP)], detectors=[SLOW, "hybrid"])
-    assert isinstance(found, AuditResult) and len(found.results) == 2 and set(found.audit) == {"slow", "hybrid"}
-    assert found.audit["slow"].misses == 2 * replay.audit(cubes(BUMP), detectors=SLOW).audit["slow"].misses
-    assert found.audit["slow"].matching.reference_contacts == 4 and found.audit["slow"].time_missed.of == 8
+    result = replay.audit([cubes(BUMP), cubes(BUMP)], detectors=[SLOW, "hybrid"])
+    assert isinstance(result, AuditResult) and len(result.results) == 2 and set(result.audit) == {"slow", "hybrid"}
+    assert result.audit["slow"].misses == 2 * replay.audit(cubes(BUMP), detectors=SLOW).audit["slow"].misses
+    assert result.audit["slow"].matching.reference_contacts == 4 and result.audit["slow"].time_missed.of == 8
 
 
 def test_detectors_have_a_common_run_folder_and_sessions_separate(files, tmp_path):
     replay.audit(files[0], detectors=[SLOW, "hybrid"], out=tmp_path / "one", picture=False)
     assert (tmp_path / "one" / "summary.json").is_file()
-    found = replay.audit(files, detectors=SLOW, out=tmp_path / "two", picture=False)
-    assert [result.out for result in found.results] == [tmp_path / "two" / "p", tmp_path / "two" / "q"]
+    matches = replay.audit(files, detectors=SLOW, out=tmp_path / "two", picture=False)
+    assert [result.out for result in matches.results] == [tmp_path / "two" / "p", tmp_path / "two" / "q"]
 
 
 def test_existing_or_shared_folder_is_refused_before_any_work(files, tmp_path):

@@ -22,11 +22,11 @@ def files(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_processes_give_the_digest_of_one(files, tmp_path):
-    one = run_batch(files, tmp_path / "one", settings=SETTINGS)
+def test_two_processes_give_the_digest_of_a_single_process(files, tmp_path):
+    item = run_batch(files, tmp_path / "one", settings=SETTINGS)
     two = run_batch(files[::-1], tmp_path / "two", jobs=2, settings=SETTINGS)
-    assert one.digest == two.digest != "" and one.done == two.done == ("s0", "s1", "s2")
-    assert not one.failed and not one.kept
+    assert item.digest == two.digest != "" and item.done == two.done == ("s0", "s1", "s2")
+    assert not item.failed and not item.kept
 
 
 def test_finished_session_is_kept_and_incomplete_is_rerun(files, tmp_path):
@@ -64,11 +64,11 @@ def test_changed_session_reruns_after_a_killed_batch(files, tmp_path, monkeypatc
 
 
 def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
-    found = []
-    for became in ("", "kept"):
-        assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked") == became
-        found.append(when := (tmp_path / "s0" / "summary.json").stat().st_mtime_ns)
-    assert found == [when, when]
+    result = []
+    for after in ("", "kept"):
+        assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked") == after
+        result.append(when := (tmp_path / "s0" / "summary.json").stat().st_mtime_ns)
+    assert result == [when, when]
     assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
     assert (tmp_path / "s0" / "summary.json").stat().st_mtime_ns != when
 
@@ -76,14 +76,14 @@ def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
 def test_another_scene_under_the_same_name_is_another_batch(files, tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text('[scene]\nname = "one"\n')
-    asked = {**SETTINGS, "scene": str(scene)}
+    requested = {**SETTINGS, "scene": str(scene)}
     with pytest.raises(OutputError, match="other settings"):
         for name in ("one", "other"):
             scene.write_text(f'[scene]\nname = "{name}"\n')
-            run_batch([], tmp_path / "runs", settings=asked)
+            run_batch([], tmp_path / "runs", settings=requested)
 
 
-def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
+def test_failure_is_reported_and_ends_no_other_session(files, tmp_path):
     files[1].write_bytes(b"no session")
     batch = run_batch(files, tmp_path / "runs", settings=SETTINGS)
     assert set(batch.failed) == {"s1"} and batch.done == ("s0", "s2") and batch.digest == ""

@@ -57,8 +57,8 @@ STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytes
 def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
-    there = run_batch(given, f"{store}/runs", settings=SETTINGS)
-    assert here.digest == there.digest != "" and there.kept == ()
+    existing = run_batch(given, f"{store}/runs", settings=SETTINGS)
+    assert here.digest == existing.digest != "" and existing.kept == ()
     names = {path.name for path in (tmp_path / "here" / "s0").iterdir()}
     assert {path.name for path in located(f"{store}/runs/s0").iterdir()} == names
     put = [name for name in getattr(located(store).fs, "store", ()) if "/runs/s0/" in name]
@@ -82,13 +82,13 @@ def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
 
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
-    words = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
-    assert main(["run", *words, f"{store}/one"]) == 0
+    text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
+    assert main(["run", *text, f"{store}/one"]) == 0
     assert f"{located(f'{store}/one')}/report.html" in capsys.readouterr().out
     assert read_run_folder(located(f"{store}/one")).document.session.recording.bytes > 0
-    assert main(["run", *words, f"{store}/one"]) == 1
+    assert main(["run", *text, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
-    assert main(["run", *words, f"{store}/one", "--force"]) == 0 and located(f"{store}/one/summary.json").is_file()
+    assert main(["run", *text, f"{store}/one", "--force"]) == 0 and located(f"{store}/one/summary.json").is_file()
     for verb in ("info", "doctor"):
         assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
         assert "s0.mcap" in capsys.readouterr().out
@@ -103,5 +103,5 @@ def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
 def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, tmp_path):
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
-    there = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)
-    assert here.digest == there.digest != ""
+    existing = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)
+    assert here.digest == existing.digest != ""

@@ -54,24 +54,24 @@ def test_repr_of_run_session_and_detection_fits_fifteen_lines(tmp_path):
     write_session(session, tmp_path / "s.mcap")
     read = replay.read_session(tmp_path / "s.mcap")
     assert "12 frames" in repr(session) and "when they are asked for" in repr(read) and "frames" not in vars(read)
-    shown = [
+    printed = [
         crowd, crowd.session, replay.run(session, detectors=()), replay.run(session, oracle="none", detectors="exact"),
         session, read, *crowd.detections.values(),
     ]  # fmt: skip
-    for thing in shown:
+    for thing in printed:
         lines = repr(thing).split("\n")
         assert len(lines) <= 15 and max(map(len, lines)) <= 200, repr(thing)
-    shown, ranked = repr(crowd), [rank.label for rank in crowd.ranking]
-    assert f"... and {len(ranked) - 6} more in .ranking" in shown and len(ranked) > 6
-    assert [line.split()[0] for line in shown.split("\n")[1:8]] == ["detector", *ranked[:6]]
+    printed, ranked = repr(crowd), [rank.label for rank in crowd.ranking]
+    assert f"... and {len(ranked) - 6} more in .ranking" in printed and len(ranked) > 6
+    assert [line.split()[0] for line in printed.split("\n")[1:8]] == ["detector", *ranked[:6]]
 
 
 def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
     page = Tags(result._repr_html_())
     assert page.open == []
-    for shown in (repr(result), " ".join(page.words)):
-        assert "slow" in shown and "exact" in shown and "missed" in shown
-        assert result.answers[0].sentence in " ".join(shown.split())
+    for printed in (repr(result), " ".join(page.words)):
+        assert "slow" in printed and "exact" in printed and "missed" in printed
+        assert result.answers[0].sentence in " ".join(printed.split())
     written = result.write(tmp_path / "run", picture=False)
     links = Tags(written._repr_html_()).links
     assert [link.rpartition("/")[2] for link in links] == ["report.html"]
@@ -82,16 +82,16 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
 
 def test_what_came_from_a_recording_is_text_in_html():
     session = cubes({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
-    found = replay.run(session, detectors=SLOW)
-    for thing in (found, found.detections["slow"]):
+    matches = replay.run(session, detectors=SLOW)
+    for thing in (matches, matches.detections["slow"]):
         page = Tags(thing._repr_html_())
         assert page.open == [] and "<b>a" in " ".join(page.words)
 
 
 def test_plot_has_every_detector_over_cost_and_time(result):
-    shown = unescape(result.plot()._repr_html_())
-    assert shown.startswith("<iframe") and "Accuracy against cost, as losses: slow" in shown
-    assert 'aria-label="slow: ' in shown and 'aria-label="exact: ' in shown
+    printed = unescape(result.plot()._repr_html_())
+    assert printed.startswith("<iframe") and "Accuracy against cost, as losses: slow" in printed
+    assert 'aria-label="slow: ' in printed and 'aria-label="exact: ' in printed
 
 
 def test_a_written_run_is_that_run_with_a_folder(result, tmp_path):
@@ -172,14 +172,14 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_use_gets_one_sentence(case, result, tmp_path):
+def test_wrong_use_gets_a_sentence(case, result, tmp_path):
     use, kind, hint = WRONG[case]
-    with pytest.raises(kind) as said:
+    with pytest.raises(kind) as output:
         use(result, tmp_path)
-    words = str(said.value)
-    assert "\n" not in words and 10 < len(words) < 500
-    assert hint is str or re.search(hint, words)
-    assert isinstance(said.value, replay.ERRORS) or case == "a name misspelt"
+    text = str(output.value)
+    assert "\n" not in text and 10 < len(text) < 500
+    assert hint is str or re.search(hint, text)
+    assert isinstance(output.value, replay.ERRORS) or case == "a name misspelt"
 
 
 def test_a_keyword_misspelt_is_named(result):

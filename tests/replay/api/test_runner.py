@@ -28,7 +28,7 @@ def test_out_makes_a_run_folder_with_its_picture(tmp_path):
     assert not (bare.out / "run.rrd").exists()
 
 
-def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
+def test_existing_folder_is_refused_before_any_work(tmp_path):
     with pytest.raises(OutputError, match="--force"):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
     with pytest.raises(SessionFileError):
@@ -36,7 +36,7 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_recording_of_a_run_is_found_by_its_content(tmp_path):
+def test_recording_of_a_run_is_matched_by_content(tmp_path):
     write_session(cubes({"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}), tmp_path / "s1.mcap")
     replay.run(tmp_path / "s1.mcap", detectors="slow=discrete[rate_hz=20]", out=tmp_path / "run", picture=False)
     (tmp_path / "s1.mcap").rename(tmp_path / "another_name.mcap")

@@ -12,9 +12,9 @@ from replay.base.machine import give_back_memory, machine, processor, versions
 
 
 def test_versions_name_python_and_what_decides_verdicts():
-    found = versions()
-    assert found["python"] == platform.python_version()
-    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(found)
+    result = versions()
+    assert result["python"] == platform.python_version()
+    assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(result)
 
 
 def test_the_machine_is_named_without_naming_user_or_host():

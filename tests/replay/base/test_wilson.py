@@ -6,7 +6,7 @@ from replay.base.wilson import Proportion, pooled, proportion, proportion_of_clu
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
-def test_the_interval_is_the_one_of_scipy(count, of):
+def test_interval_equals_scipys(count, of):
     expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
     assert wilson(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
@@ -33,9 +33,9 @@ def test_equal_fractions_in_every_contact_count_as_independent_frames():
 
 
 def test_contacts_lost_whole_say_no_more_than_their_number():
-    low, high = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
+    lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
     few_low, few_high = wilson(3, 20)
-    assert low < few_low and few_high < high < few_high + 0.05
+    assert lower < few_low and few_high < upper < few_high + 0.05
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():

@@ -16,7 +16,7 @@ from replay.errors import WorkerError
 needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 
 
-def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
+def test_missing_dask_or_scheduler_is_a_sentence(monkeypatch):
     pytest.importorskip("distributed")
     with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
         Workers(1, "nonsense://a")
@@ -55,15 +55,15 @@ class Places:
 
 def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
     monkeypatch.setattr(workers, "Workers", Places)
-    told, dead = [], []
+    reported, dead = [], []
     tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
     failed = do_all(
-        lambda *one: one, {name: (name, what) for name, what in tasks.items()}, 2, lambda *one: told.append(one),
+        lambda *one: one, {name: (name, what) for name, what in tasks.items()}, 2, lambda *one: reported.append(one),
         on_died=lambda name, _: dead.append(name),
     )  # fmt: skip
     assert failed.keys() == {"b", "c"} and "ended 3 times" in failed["b"] and failed["b"].count(", ") == 3
     assert sorted(dead) == ["b", "b", "b", "d"] and dead[-1] == "b"
-    assert sorted(name for name, _ in told) == [*tasks]
+    assert sorted(name for name, _ in reported) == [*tasks]
 
 
 @pytest.mark.slow
@@ -81,8 +81,8 @@ def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        found = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
-        assert found == {"a": "c", "b": "b"}
+        result = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
+        assert result == {"a": "c", "b": "b"}
     monkeypatch.setattr("replay.base.workers.PATIENCE_S", 1.0)
     nobody = LocalCluster(n_workers=0, dashboard_address=None)
     with nobody, pytest.raises(WorkerError, match="has had no worker for 1 s; start some with `dask worker ADDRESS"):
@@ -106,8 +106,8 @@ def test_local_workers_killed_while_starting_come_back():
         limit, killed = time.monotonic() + 60, 0
         while not pool.places() or killed < 3:
             assert time.monotonic() < limit
-            for one in spawned_by() if killed < 3 else []:
-                one.kill()
+            for item in spawned_by() if killed < 3 else []:
+                item.kill()
                 killed += 1
             time.sleep(0.1)
         # a restarted one is not watched either: profiles took 0.7 MB a session
@@ -115,9 +115,9 @@ def test_local_workers_killed_while_starting_come_back():
 
 
 def test_sequential_tasks_are_all_done_and_failures_named():
-    told, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
-    assert do_all(str, tasks, 1, lambda *one: told.append(one)) == {"b": "it was not to be"}
-    assert told == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
+    reported, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
+    assert do_all(str, tasks, 1, lambda *one: reported.append(one)) == {"b": "it was not to be"}
+    assert reported == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
 
 
 INTERRUPTED = """

@@ -50,8 +50,8 @@ def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
     with TerminalProgress(People()).stage("Waiting") as advance:
         time.sleep(0.002)
         advance(1)
-    said = capsys.readouterr().err
-    assert "Waiting" in said and ("100 %  0 s" in said) == (long < 1.0)
+    output = capsys.readouterr().err
+    assert "Waiting" in output and ("100 %  0 s" in output) == (long < 1.0)
 
 
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
@@ -68,8 +68,8 @@ def test_existing_pieces_count_for_neither_rate_nor_time_left(capsys, monkeypatc
     times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
     tell = counting(People(), 4)
-    for name, became in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
-        tell(name, became)
+    for name, after in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
+        tell(name, after)
     assert capsys.readouterr().err.splitlines() == [
         "   1 of 4  a: kept",
         "   2 of 4  b: done, about 6 s left at 20 a minute",

@@ -21,19 +21,19 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     (tmp_path / "replay-demo").mkdir()
     assert main(["demo", "--scene", "fast-ball", "--format", "json"]) == 0
-    printed, said = capsys.readouterr()
+    printed, output = capsys.readouterr()
     report = json.loads(printed)
     folder = read_run_folder(tmp_path / "replay-demo")
-    assert said.startswith("making up") and "replay view replay-demo" in said
+    assert output.startswith("making up") and "replay view replay-demo" in output
     assert list(report["audit"]) == ["hull50", "mesh50", "paper"] and report["oracle"] == "exact"
     assert all(figures["live"] and figures["seconds"]["sample_times"] for figures in report["detectors"].values())
-    assert sum(one["misses"] for one in report["audit"].values()) == len(folder.rows("misses")) > 0
+    assert sum(item["misses"] for item in report["audit"].values()) == len(folder.rows("misses")) > 0
     assert set(report["audit"]["mesh50"]["means_over_offsets"]) == MEANS
     assert folder.picture.is_file()
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
 
 
-def test_a_class_goes_where_it_is_told(tmp_path, monkeypatch, capsys):
+def test_class_is_written_to_the_named_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("mine").touch()
     assert main(["demo", "--class", "5", "-o", "mine"]) == 1 and "mine" in capsys.readouterr().err
@@ -56,8 +56,8 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     first = program.stderr.readline()
     first_line = time.monotonic() - start
-    printed, words = program.communicate()
-    assert program.returncode == 0, words
+    printed, text = program.communicate()
+    assert program.returncode == 0, text
     # Two seconds are promised on a machine of its own; this one is shared, and a start from cold files is slower.
     assert first.startswith(b"making up") and first_line < 5.0
     report = json.loads(printed)
@@ -74,15 +74,15 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
 
 
 def _within(miss, episode):
-    low, high = episode.possibly
+    lower, upper = episode.possibly
     pair = tuple(sorted((miss["body_a"], miss["body_b"])))
-    return pair == episode.pair and low <= miss["start"] and miss["end"] <= high
+    return pair == episode.pair and lower <= miss["start"] and miss["end"] <= upper
 
 
 @pytest.mark.slow
-def test_a_small_class_goes_the_whole_way_to_its_page(tmp_path, capsys):
+def test_small_class_is_replayed_up_to_its_page(tmp_path, capsys):
     assert main(["demo", "--class", "5", "--out", str(tmp_path / "class")]) == 0
-    printed, said = capsys.readouterr()
+    printed, output = capsys.readouterr()
     assert "5 students, 5 sessions" in printed and "Does the detector change a conclusion? Not known" in printed
     assert "few-students" in (tmp_path / "class" / "study" / "study.html").read_text("utf-8")
-    assert "5 of 5  S05: done" in said
+    assert "5 of 5  S05: done" in output

@@ -35,12 +35,12 @@ def contact(path):
 
 def test_pipe_gets_question_pictures_exit_3_and_deciding_option(recording, capsys):
     assert main(["doctor", str(recording), "--look"]) == 3
-    said = capsys.readouterr()
-    text = " ".join(said.out.split())
+    output = capsys.readouterr()
+    text = " ".join(output.out.split())
     assert "1 of 1 Axes of tool.glb and plate.glb; guessed" in text and text.count("more plausible") == 1
     assert "b as the poses (ros): 2 contacts, at most 3 mm deep more plausible" in text
     assert f"replay doctor {recording} --answer 1a, 1b or 1c; or --mesh-axes when you import it" in " ".join(
-        said.err.split()
+        output.err.split()
     )
     for name in ("first", "middle", "closest"):
         picture = np.asarray(Image.open(recording.with_name("s-look") / f"{name}.png"))
@@ -54,9 +54,9 @@ def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
     given += ["--mapping", str(tmp_path / "map.toml"), "-o", str(tmp_path / "s.mcap"), "--force"]
     command = ["import", "csv", str(tmp_path / "take.csv"), *given]
     assert main(command) == 3
-    said = " ".join(capsys.readouterr().err.split())
-    assert "Not decided: axes of tool.glb and plate.glb. Taken for y-up; others: body, gltf." in said
-    assert f"replay doctor {tmp_path / 's.mcap'} --look. To decide: --mesh-axes when you import it" in said
+    output = " ".join(capsys.readouterr().err.split())
+    assert "Not decided: axes of tool.glb and plate.glb. Taken for y-up; others: body, gltf." in output
+    assert f"replay doctor {tmp_path / 's.mcap'} --look. To decide: --mesh-axes when you import it" in output
     assert main([*command, "--format", "json"]) == 3 and json.loads(capsys.readouterr().out)["bodies"]
     assert main([*command, "--mesh-axes", "body"]) == 0 and "Not decided" not in capsys.readouterr().err
     assert main([*command, "--no-look"]) == 0 and "not sure: axes of tool.glb" in capsys.readouterr().err
@@ -107,7 +107,7 @@ def test_terminal_repeats_the_question_until_answered_or_left_open(recording, mo
         (["--answer", "b"], "no question and a letter|not a question and a letter"),
     ],
 )
-def test_answers_to_what_is_not_asked_are_refused(recording, capsys, options, message):
+def test_answers_without_a_question_are_refused(recording, capsys, options, message):
     import re
 
     before = recording.read_bytes()
@@ -138,6 +138,6 @@ def test_engine_advice_names_what_nobody_decided(recording, capsys, more):
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 
-def test_only_one_session_file_is_looked_at(tmp_path, recording, capsys):
+def test_look_takes_a_single_session_file(tmp_path, recording, capsys):
     assert main(["doctor", str(recording), str(recording), "--look"]) == 2
     assert "are for one session file" in capsys.readouterr().err

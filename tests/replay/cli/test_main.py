@@ -38,13 +38,13 @@ def failing(monkeypatch, error):
 def test_exhausted_memory_is_a_sentence_and_numpy_warnings_stay_hidden(monkeypatch, capsys):
     failing(monkeypatch, MemoryError())
     assert main(["info"]) == 1
-    said = capsys.readouterr().err
-    assert said.startswith("error: the memory ran out; ") and "report" not in said
+    output = capsys.readouterr().err
+    assert output.startswith("error: the memory ran out; ") and "report" not in output
     monkeypatch.setattr(module.cli, "main", lambda **_: warnings.warn("overflow", RuntimeWarning, stacklevel=1))
-    with warnings.catch_warnings(record=True) as seen:
+    with warnings.catch_warnings(record=True) as recorded:
         warnings.simplefilter("always")
         assert main(["info"]) == 0
-    assert not seen
+    assert not recorded
 
 
 def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, capsys):
@@ -58,8 +58,8 @@ def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, caps
 
 def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
-    said = capsys.readouterr().err
-    assert "error: " in said and "this should not have happened" not in said and said.isascii()
+    output = capsys.readouterr().err
+    assert "error: " in output and "this should not have happened" not in output and output.isascii()
 
 
 @pytest.mark.parametrize(
@@ -73,8 +73,8 @@ def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
 def test_every_error_is_a_sentence_and_debug_shows_its_origin(monkeypatch, capsys, error, code, words):
     failing(monkeypatch, error)
     assert main(["info"]) == code
-    said = capsys.readouterr().err
-    assert words in said and "Traceback" not in said
+    output = capsys.readouterr().err
+    assert words in output and "Traceback" not in output
     assert main(["info", "--debug"]) == code
     assert ("Traceback" in capsys.readouterr().err) == (code == 1)
 
@@ -92,9 +92,9 @@ def test_a_reader_that_goes_away_ends_the_program_quietly():
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_unwritable_standard_output_ends_in_a_sentence(tmp_path, where, unbuffered):
     write_session(cubes({"a": [0, 1]}), tmp_path / "s.mcap")
-    words = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
+    sentence = f"exec {sys.executable} -m replay info {tmp_path / 's.mcap'} {where}"
     more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
-    done = subprocess.run(["sh", "-c", words], capture_output=True, text=True, env=more)
+    done = subprocess.run(["sh", "-c", sentence], capture_output=True, text=True, env=more)
     lines = done.stderr.splitlines()
     assert done.returncode == 1 and len(lines) == (0 if "2>" in where else 1)
     assert all(line.startswith("error: ") and "standard output" in line for line in lines)
@@ -114,10 +114,10 @@ def test_ctrl_c_exits_130_and_leaves_nothing_behind(tmp_path):
     assert program.stderr.readline().startswith(b"making up")
     time.sleep(1.0)
     program.send_signal(signal.SIGINT)
-    _, words = program.communicate(timeout=60)
+    _, text = program.communicate(timeout=60)
     # Interrupted while a library builds a class from text, Python ends itself by the signal; a shell calls both 130.
-    assert program.returncode in (130, -signal.SIGINT), words
-    assert b"Traceback" not in words and list(tmp_path.iterdir()) == []
+    assert program.returncode in (130, -signal.SIGINT), text
+    assert b"Traceback" not in text and list(tmp_path.iterdir()) == []
 
 
 CALLED_BACK = """
@@ -145,8 +145,8 @@ def test_ctrl_c_while_a_library_calls_back_is_not_lost():
 
 
 def test_the_shell_completes_verbs_as_the_guide_says():
-    asked = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
+    requested = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
     assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX)
-    words = [sys.executable, "-m", "replay"]
-    done = subprocess.run(words, env={**os.environ, **asked}, capture_output=True, text=True, check=True)
+    sentence = [sys.executable, "-m", "replay"]
+    done = subprocess.run(sentence, env={**os.environ, **requested}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["plain,doctor"]

@@ -72,8 +72,8 @@ def found_in(path):
         reader = make_reader(file)
         parts = [path.read_bytes(), repr(reader.get_summary()).encode()]
         parts += [message.data + channel.topic.encode() for _, channel, message in reader.iter_messages()]
-        parts += [one.data + one.name.encode() for one in reader.iter_attachments()]
-        parts += [repr(one).encode() for one in reader.iter_metadata()]
+        parts += [item.data + item.name.encode() for item in reader.iter_attachments()]
+        parts += [repr(item).encode() for item in reader.iter_metadata()]
     return {word for word in SECRETS if any(word.encode() in part.lower() for part in parts)}
 
 
@@ -89,15 +89,15 @@ def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, fo
     assert found_in(recording) == {*SECRETS}
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(recording), "-o", str(out), "--format", form]) == 0
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     assert found_in(out) == set()
-    assert not [word for word in SECRETS if word in (said.out + said.err).lower()]
-    assert "anonym" not in (said.out + said.err).lower()
+    assert not [word for word in SECRETS if word in (output.out + output.err).lower()]
+    assert "anonym" not in (output.out + output.err).lower()
     if form == "json":
-        plain = json.loads(said.out)
+        plain = json.loads(output.out)
         assert plain["limit"] == LIMIT and "1 of 1 effect" in plain["kept"]
     else:
-        assert "1 interval" in said.out and " ".join(said.out.split()).endswith(LIMIT)
+        assert "1 interval" in output.out and " ".join(output.out.split()).endswith(LIMIT)
 
 
 def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(recording, tmp_path):
@@ -110,7 +110,7 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reco
     epoch = np.datetime64(0, "s") + np.timedelta64(int(after.frames.stamp_ns[0]), "ns")
     assert str(epoch).startswith("2000-01-01T00:00:00")
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
-    runs = [compute(one, detectors="exact", oracle="none").detections["exact"] for one in (before, after)]
+    runs = [compute(item, detectors="exact", oracle="none").detections["exact"] for item in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
 
 

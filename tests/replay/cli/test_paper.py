@@ -20,20 +20,20 @@ def tiny(monkeypatch):
 
 def test_equal_wall_times_give_bitwise_equal_paper_tables(tiny, capsys, tmp_path):
     assert main(["paper", "--quick", "--out", str(tmp_path)]) == 0
-    printed, said = capsys.readouterr()
-    for words in ("Table I", "T1a", "F7e", "F8 search", "its hardware, budget", "rapid-style"):
-        assert words in printed
-    assert said.count("wrote") == len([*tmp_path.iterdir()]) == 2
-    told = []
+    printed, output = capsys.readouterr()
+    for text in ("Table I", "T1a", "F7e", "F8 search", "its hardware, budget", "rapid-style"):
+        assert text in printed
+    assert output.count("wrote") == len([*tmp_path.iterdir()]) == 2
+    reported = []
     for _ in range(2):
         assert main(["paper", "--quick", "--format", "json"]) == 0
-        told.append(json.loads(capsys.readouterr().out))
-    assert told[0] == told[1]
+        reported.append(json.loads(capsys.readouterr().out))
+    assert reported[0] == reported[1]
 
 
 def test_quick_paper_completes_and_complete_detectors_find_every_face(capsys):
     assert main(["paper", "--quick", "--format", "json"]) == 0
-    tables = {one["key"]: one for one in json.loads(capsys.readouterr().out)["tables"]}
+    tables = {item["key"]: item for item in json.loads(capsys.readouterr().out)["tables"]}
     assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
     assert all(row[6] in (1.0, None) for row in tables["T1a"]["rows"])
     assert {"Table I", "F7ab", "F7c", "F7e", "F8 coverage", "F8 search"} < set(tables)

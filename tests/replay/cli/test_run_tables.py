@@ -60,8 +60,8 @@ def test_sources_stand_in_json_and_after_the_text(capsys):
     answer_cited(True, {"answer": 42}, list, sources)
     assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()
     answer_cited(False, {}, lambda: "the answer", sources)
-    said = capsys.readouterr().out
-    assert said.startswith("the answer") and "Shewchuk" in said
+    output = capsys.readouterr().out
+    assert output.startswith("the answer") and "Shewchuk" in output
     answer_cited(False, {}, lambda: "the answer", {})
     assert capsys.readouterr().out == "the answer\n"
 

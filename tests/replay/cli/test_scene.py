@@ -69,7 +69,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     def read():
         text = read_text(path, "scene", SceneError)
         faults = checked_scene(text, str(path), plan_faults, tmp_path)[2]
-        assert all(one.isprintable() and one.startswith(str(path)) for one in faults), faults
+        assert all(item.isprintable() and item.startswith(str(path)) for item in faults), faults
         read_scene(path)
 
     tried(path, count, read, path.name)
@@ -90,8 +90,8 @@ def test_given_scene_replaces_all_of_the_recorded_scene(files):
     write_session(other.session, files / "kept.mcap")  # now that scene is the recording's own
     assert read_session(files / "kept.mcap").scene.name == "other" and "scene_file" in other.session.facts
     assert "scene_file" not in read_session(files / "kept.mcap").facts
-    held = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
-    assert held.detections["exact"].digest == other.detections["exact"].digest
+    kept = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
+    assert kept.detections["exact"].digest == other.detections["exact"].digest
 
 
 def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):
@@ -109,10 +109,10 @@ def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):
     )
     given = ["--mapping", str(files / "map.toml"), "--convention", "openxr", "--meshes", str(folder)]
     assert main(["import", "csv", str(files / "x.csv"), "-o", str(out), *given]) == 0
-    words = "a: a.obj; a.obj is 10 units long, taken for cm: 0.1 m; b: B (Clone).obj; no mesh is named like: c"
-    assert words in " ".join(capsys.readouterr().err.split())
+    text = "a: a.obj; a.obj is 10 units long, taken for cm: 0.1 m; b: B (Clone).obj; no mesh is named like: c"
+    assert text in " ".join(capsys.readouterr().err.split())
     session = read_session(out)
-    assert session.facts["conversions"].endswith(words) and {*session.meshes} == {"a", "b"}
+    assert session.facts["conversions"].endswith(text) and {*session.meshes} == {"a", "b"}
     placed = [[-0.04, -0.05, -0.05], [0.06, 0.05, 0.05]]
     assert np.allclose(session.meshes["a"].bounds, placed, rtol=0, atol=1e-12)
     assert main(["scene", "new", str(out), "--meshes", str(folder), "-o", str(files / "deep" / "new.toml")]) == 0
@@ -141,6 +141,6 @@ def test_drafted_scene_of_every_recording_runs_unchanged(name, tmp_path):
     with_it = replay.run(file, scene=tmp_path / "s.toml", detectors="exact", oracle="none")
     own = replay.run(file, detectors="exact", oracle="none")
     # Nothing that touches in the recording is left out of it: pairs that it does not list never come near.
-    touched = {frozenset(own.assembly.pairs[one.pair].tolist()) for one in own.episodes["exact"]}
+    touched = {frozenset(own.assembly.pairs[item.pair].tolist()) for item in own.episodes["exact"]}
     listed = {frozenset(pair) for pair in with_it.assembly.pairs.tolist()}
     assert own.assembly.names == with_it.assembly.names and touched <= listed and listed

@@ -31,10 +31,10 @@ def test_every_table_of_a_run_reads_as_it_did(state, snapshot):
 
 
 def test_ranking_of_five_detectors_fits_80_columns(snapshot):
-    shown = printed(run_screen(steady("unasked, with reports of an engine"), SEE_IT), 80)
-    assert shown == snapshot and shown.count("mesh50") == 1
+    displayed = printed(run_screen(steady("unasked, with reports of an engine"), SEE_IT), 80)
+    assert displayed == snapshot and displayed.count("mesh50") == 1
 
 
 def test_times_of_quick_detectors_fit_80_columns():
-    shown = printed(run_screen(steady("unasked", 9.5e-6), SEE_IT), 100)
-    assert "0.0095" in shown and max(map(len, shown.splitlines())) <= 80
+    displayed = printed(run_screen(steady("unasked", 9.5e-6), SEE_IT), 100)
+    assert "0.0095" in displayed and max(map(len, displayed.splitlines())) <= 80

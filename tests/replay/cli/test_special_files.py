@@ -86,5 +86,5 @@ def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, caps
     write_session(cubes({"cup": [0.0] * 3}), tmp_path / "s.mcap")
     places = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
     assert main([word.format(**places) for word in words]) in (1, 2)
-    said = capsys.readouterr().err
-    assert kind in said and "Traceback" not in said and not out.exists()
+    output = capsys.readouterr().err
+    assert kind in output and "Traceback" not in output and not out.exists()

@@ -9,5 +9,5 @@ from replay.studies.stress import runner
 def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
     monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
     assert main(["stress", "--detector", "exact", "--family", "3", "--pairs", "5"]) == 4
-    said = capsys.readouterr().err
-    assert "gate: exact claims exactness" in said and "5 of 5" in said and "03 shared vertex" in said
+    output = capsys.readouterr().err
+    assert "gate: exact claims exactness" in output and "5 of 5" in output and "03 shared vertex" in output

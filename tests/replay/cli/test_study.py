@@ -14,17 +14,17 @@ def files(tmp_path):
     write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
     (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
     runs = made_class(tmp_path / "runs", 30, 30, contacts=4)
-    asked = ["--questionnaire", tmp_path / "answers.csv", "--codebook", tmp_path / "codebook.yaml"]
-    return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *asked])]
+    requested = ["--questionnaire", tmp_path / "answers.csv", "--codebook", tmp_path / "codebook.yaml"]
+    return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *requested])]
 
 
 def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, monkeypatch, snapshot):
     monkeypatch.setenv("COLUMNS", "80")
     assert main(files) == 0
-    printed, said = capsys.readouterr()
+    printed, output = capsys.readouterr()
     assert printed == snapshot
     assert len(printed.splitlines()) <= 24 and max(map(len, printed.splitlines())) <= 80
-    assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
+    assert "study.html" in output and (tmp_path / "study" / "study.html").is_file()
 
 
 def test_refused_study_is_a_sentence_with_its_rule(files, tmp_path, capsys):
@@ -37,22 +37,24 @@ def test_refused_study_is_a_sentence_with_its_rule(files, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, capsys):
-    words = [*files[:3], "--out"]
-    assert main([*words, str(tmp_path / "alone")]) == 0
-    printed, said = capsys.readouterr()
-    assert "Not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in said
+    text = [*files[:3], "--out"]
+    assert main([*text, str(tmp_path / "alone")]) == 0
+    printed, output = capsys.readouterr()
+    assert "Not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in output
     assert json.loads((tmp_path / "alone" / "study.json").read_text("utf-8"))["sessions"] == 30
     assert main([*files, "--format", "json", "-q"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["sessions"] == told["students"] == 30 and told["associations"][0]["predictor"] == "ease of use"
-    assert {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
+    reported = json.loads(capsys.readouterr().out)
+    assert (
+        reported["sessions"] == reported["students"] == 30 and reported["associations"][0]["predictor"] == "ease of use"
+    )
+    assert {row["detector"] for row in reported["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
     assert page.index("Does the detector change a conclusion?") < page.index("Sessions to look at first")
-    assert main([*words, str(tmp_path / "half"), *files[-2:]]) == 2
+    assert main([*text, str(tmp_path / "half"), *files[-2:]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
 
-def test_without_the_extra_one_sentence_says_what_to_install(files, monkeypatch, capsys):
+def test_missing_extra_names_what_to_install(files, monkeypatch, capsys):
     import sys
 
     monkeypatch.setitem(sys.modules, "pandas", None)

@@ -55,18 +55,18 @@ def shown(tmp_path_factory):
         patch.setattr(advisor, "find_spec", lambda name: None)
         patch.chdir(folder)
         first = ["run", "{s}", "--detectors", SLOW, "--out", "{t}/a", "--no-picture"]
-        for verb, words in {"first": first, **VERBS}.items():
+        for verb, text in {"first": first, **VERBS}.items():
             drawn[verb] = []
             patch.setattr(console_module, "stdout_console", lambda kept=drawn[verb]: Keeping(kept))
-            assert main([one.format(s=folder / "s.mcap", t=folder) for one in words]) == 0, verb
+            assert main([item.format(s=folder / "s.mcap", t=folder) for item in text]) == 0, verb
     return drawn
 
 
 def at_width(drawn, width):
     """Lines of what was drawn, as they are piped."""
     console = Console(width=width, file=io.StringIO())
-    for one in drawn:
-        console.print(one)
+    for item in drawn:
+        console.print(item)
     return [text.rstrip() for text in console.file.getvalue().splitlines()]
 
 
@@ -75,10 +75,10 @@ def at_width(drawn, width):
 def test_every_word_and_number_is_whole_at_every_width(shown, verb, width):
     lines, wide = at_width(shown[verb], width), at_width(shown[verb], 1000)
     assert wide and max(map(len, lines)) <= width
-    words, all_words = (
-        {one for text in some for one in text.split() if set(one) - set("─\\")} for some in (lines, wide)
+    sentence, all_words = (
+        {item for text in some for item in text.split() if set(item) - set("─\\")} for some in (lines, wide)
     )
-    assert words == all_words
+    assert sentence == all_words
 
 
 SNAPSHOT = table(
@@ -108,7 +108,7 @@ def test_single_sentence_folds_in_a_terminal_and_not_in_pipes(monkeypatch, capsy
     console_module.People().say(text)
     lines = capsys.readouterr().err.splitlines()
     assert " ".join(" ".join(lines).split()) == " ".join(text.split()) and lines[1].startswith("    word")
-    assert [len(one) <= 40 for one in lines] == [True] * (len(lines) - 1) + [False]
+    assert [len(item) <= 40 for item in lines] == [True] * (len(lines) - 1) + [False]
 
 
 def test_name_never_becomes_markup_or_an_extra_cell():

@@ -31,21 +31,21 @@ def file(tmp_path, monkeypatch):
 def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--no-picture"]) == 0
     out, err = capsys.readouterr()
-    said = " ".join(out.split())
+    output = " ".join(out.split())
     assert err.index("outside the time limit: one audit") < err.index("wrote ") < err.index("report.html")
-    assert said.index("FCL") < said.index("meshes at 20 Hz") and "0-1" in said
-    assert "Missing nothing costs" in said or "No advice about cost until then." in said
-    told = read_run_folder(tmp_path / "costs").document.tradeoff
+    assert output.index("FCL") < output.index("meshes at 20 Hz") and "0-1" in output
+    assert "Missing nothing costs" in output or "No advice about cost until then." in output
+    reported = read_run_folder(tmp_path / "costs").document.tradeoff
     written = pq.read_table(tmp_path / "costs" / "tradeoff.parquet").to_pylist()
-    assert [row | {"work": json.loads(row["work"])} for row in written] == [*told.rows]
+    assert [row | {"work": json.loads(row["work"])} for row in written] == [*reported.rows]
     report = (tmp_path / "costs" / "report.html").read_text("utf-8")
-    for row in told.rows:  # one price, on the screen and on the page
+    for row in reported.rows:  # one price, on the screen and on the page
         price = format(Decimal(f"{row['mean_ms']:.1e}").normalize(), "f")
-        assert f" {price} " in said and f">{price}<" in report
+        assert f" {price} " in output and f">{price}<" in report
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
 
 
-def test_what_a_time_limit_cuts_is_said(file, capsys):
+def test_settings_cut_by_the_time_limit_are_counted(file, capsys):
     assert main(["tradeoff", file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()
     assert "2 settings were not tried within 0 s" in out and "not tried: balls, meshes at 20 Hz" in err
@@ -63,7 +63,7 @@ def test_long_lists_are_cut_short_but_never_the_front():
     assert whole.notes[0] == "... 2 settings were not tried within 20 s"
 
 
-def test_a_busy_machine_is_told():
+def test_busy_machine_is_reported():
     notes = " ".join(tradeoff_list(tried(4, processor_share=0.31), everything=True).notes)
     assert "The machine was busy (69 %)" in notes
 

@@ -152,18 +152,18 @@ def folder(tmp_path_factory):
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]
     places = {"a": range(200), "b": [9] * 200}
-    told = cubes(places, first_ns=10**7, scene=scene, events=events, intervals=spans)
+    reported = cubes(places, first_ns=10**7, scene=scene, events=events, intervals=spans)
     still = np.zeros((200, 3))
-    looked = GazeTrack(10_000_000 * np.arange(200), still, still - (0, 0, 1), np.arange(200) > 49)
+    sampled = GazeTrack(10_000_000 * np.arange(200), still, still - (0, 0, 1), np.arange(200) > 49)
     heart = ScalarTrack([0, 10**9, 5 * 10**9, 6 * 10**9], [70, np.nan, 72.5, 68], "1/min")
     scalars = {"heart rate": heart, "one": ScalarTrack([5], [1]), "none": ScalarTrack([5, 6], [np.nan] * 2, "K")}
     facts = {"vr_type": "immersive", "synthetic": "cubes"}
     open_cube = MeshData(cube().vertices, [face for face in cube().faces if cube().vertices[face, 0].min() < 0.5])
-    held = cubes(PLACES, scene=parse_scene(EFFECTS))
-    held.meshes["a"] = open_cube
+    kept = cubes(PLACES, scene=parse_scene(EFFECTS))
+    kept.meshes["a"] = open_cube
     status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
-        "told": replace(told, gaze={"anna": looked}, scalars=scalars, facts=facts), "s": held,
+        "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts), "s": kept,
         "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(PLACES), meshes={}),
         "p": cubes(PLACES), "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
         "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
@@ -207,13 +207,13 @@ def folder(tmp_path_factory):
     (place / "m.json").write_text(json.dumps({"left": poses, "right": poses}), "utf-8")
     many = {"a": [0] * 80, "b": [3, 0.9] * 40}, {"a": [0] * 80, "b": [3, 2] * 40}
     few = {"a": [0] * 20, "b": [3, 3, 0.9, 0.9, 3, 0.9, 3, 3, 3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3, 3, 3]}
-    for name, places, asked in (
+    for name, places, requested in (
         ("before", many[0], {"detectors": "hybrid", "oracle": "none"}),
         ("after", many[1], {"detectors": "hybrid", "oracle": "none"}),
         ("slow", few, {"detectors": "it=discrete[rate_hz=25]"}),
         ("fast", few, {"detectors": "it=discrete[rate_hz=100]"}),
     ):  # fmt: skip
-        with_steady_times(replay.run(cubes(places), **asked)).write(place / name, picture=False)
+        with_steady_times(replay.run(cubes(places), **requested)).write(place / name, picture=False)
     return place
 
 
@@ -249,7 +249,7 @@ MASKED = {
 
 
 @pytest.mark.parametrize("words", VERBS, ids=str)
-def test_a_verb_says_what_it_said(words, folder, monkeypatch, capsys, snapshot):
+def test_output_of_a_verb_is_unchanged(words, folder, monkeypatch, capsys, snapshot):
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
@@ -258,9 +258,9 @@ def test_a_verb_says_what_it_said(words, folder, monkeypatch, capsys, snapshot):
     before, text = {*folder.rglob("*")}, ""
     for command in words.split("; "):
         code = main(command.split())
-        said = capsys.readouterr()
-        assert "Traceback" not in said.err
-        text += f"exit {code}\n{said.out}----\n{said.err}"
+        output = capsys.readouterr()
+        assert "Traceback" not in output.err
+        text += f"exit {code}\n{output.out}----\n{output.err}"
     left = sorted(path.relative_to(folder).as_posix() for path in {*folder.rglob("*")} - before if path.is_file())
     text = re.sub(rf"{folder}\S*/", "", "\n".join([text, *left]) if left else text)
     for pattern, mask in MASKED.items():

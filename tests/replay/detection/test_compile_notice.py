@@ -57,10 +57,10 @@ def test_compiling_is_announced_once_with_its_duration(started, monkeypatch):
     first, end, doubt = heard.sentences
     assert first == "Compiling kernels for this machine, once"
     assert end.startswith("Compiled in ") and "run again for reliable times" in doubt
-    assert started == [[one or str(Path.cwd()) for one in sys.path]] * (os.cpu_count() > 1), "once, beside this one"
+    assert started == [[item or str(Path.cwd()) for item in sys.path]] * (os.cpu_count() > 1), "once, beside this one"
 
 
-def test_nothing_is_said_when_nothing_compiles_or_afterwards(started):
+def test_notice_is_silent_without_compiling_and_afterwards(started):
     heard, known = Heard(), fresh_kernel("cdcore.narrow.sections.triangle_sections")
     known(1)
     with compiling_announced(heard):
@@ -77,7 +77,7 @@ def test_beside_who_compares_clocks_no_process_compiles(started):
 
 
 @pytest.mark.parametrize("cores", [1, None])
-def test_on_one_core_no_process_is_started(cores, started, monkeypatch):
+def test_single_core_starts_no_process(cores, started, monkeypatch):
     monkeypatch.setattr(compile_notice.os, "cpu_count", lambda: cores)
     compile_notice.compile_beside()
     assert started == []

@@ -51,7 +51,7 @@ def test_every_python_form_says_the_same():
     assert parse_detectors({"slow": slow, "hybrid": "hybrid"}) == want
     assert parse_detectors({"slow": "discrete[rate_hz=22.5]", "hybrid": "other=hybrid"}) == want
     assert parse_detectors([want[0], "hybrid"]) == want
-    assert [str(one) for one in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
+    assert [str(item) for item in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
     assert parse_detectors(slow) == (DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5}),)
     assert parse_detectors(want[1]) == want[1:]
 

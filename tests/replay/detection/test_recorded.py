@@ -21,10 +21,10 @@ def reported(*reports, facts=None):
 
 
 def column(session, **settings):
-    found = compute(session, detectors=[("recorded", settings)], oracle="exact")
-    (label,) = found.comparisons
-    assert 0.0 < found.detections[label].seconds["lookup"] < 5.0
-    return found, found.detections[label].verdict[:, 0].tolist()
+    result = compute(session, detectors=[("recorded", settings)], oracle="exact")
+    (label,) = result.comparisons
+    assert 0.0 < result.detections[label].seconds["lookup"] < 5.0
+    return result, result.detections[label].verdict[:, 0].tolist()
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_blocks_give_the_answer_of_the_whole(block):
     assert whole.verdict[:, 0].tolist() == [0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1]
 
 
-def test_a_part_of_a_session_keeps_the_sessions_clock():
+def test_window_of_a_session_keeps_its_clock():
     session = reported((8, "enter"), (11, "exit"))
     result = compute(session, detectors="recorded", oracle="exact", start=0.05)
     (contact,) = result.episodes["recorded"]
@@ -70,8 +70,8 @@ def test_a_part_of_a_session_keeps_the_sessions_clock():
 def test_reports_of_unknown_bodies_are_counted_and_none_is_refused():
     session = reported((4, "enter"), (4, "exit"))
     extra = LiveContact(0, "a", "Floor", "enter")
-    found = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
-    assert found.detections["recorded"].work == {"reported": 1, "of_other_pairs": 1}
+    result = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")
+    assert result.detections["recorded"].work == {"reported": 1, "of_other_pairs": 1}
     with pytest.raises(AuditError, match="no setting 'nonsense'"):
         compute(session, detectors="recorded[nonsense=1]")
 
@@ -122,7 +122,7 @@ def test_reports_are_compared_first_without_request():
     assert [*compute(session, detectors="hybrid").comparisons] == ["hybrid"]
     assert [*compute(cubes(TAPS)).comparisons] == usual
     assert compute(session, oracle="recorded").oracle == "recorded"
-    elsewhere = tuple(replace(one, body_a="Floor") for one in session.live_contacts)
+    elsewhere = tuple(replace(item, body_a="Floor") for item in session.live_contacts)
     assert [*compute(replace(session, live_contacts=elsewhere)).comparisons] == usual
 
 
@@ -147,9 +147,9 @@ def test_engine_steps_are_read_from_stamps_on_a_grid():
     ticks = np.sort(rng.choice(2000, 24, replace=False))
     for rate, phase in ((50.0, 0.3), (72.0, 0.0), (90.0, 0.9)):
         stamps = np.round((ticks + phase) / rate, 6).reshape(-1, 2)
-        found = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], None)
-        assert found is not None and found[0] == rate
-        assert np.exp(2j * np.pi * found[1]) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
+        result = physics_steps([*stamps, np.array([-np.inf, stamps[0, 0]])], None)
+        assert result is not None and result[0] == rate
+        assert np.exp(2j * np.pi * result[1]) == pytest.approx(np.exp(2j * np.pi * phase), abs=0.01)
         assert physics_steps([*stamps[:3]], None) is None  # too few to tell
     assert physics_steps([*np.sort(rng.uniform(0, 60, 24)).reshape(-1, 2)], None) is None
     assert physics_steps([], 25.0) == (25.0, 0.0) and physics_steps([], None) is None

@@ -13,34 +13,34 @@ def assembly(frames=50):
 
 
 def test_detection_reports_its_settings_and_times():
-    told = []
-    run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=told.append)
+    reported = []
+    run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=reported.append)
     assert run.settings["rate_hz"] == 10 and "containment" in run.settings
-    assert sum(told) == 50 == len(run.detection.times)
+    assert sum(reported) == 50 == len(run.detection.times)
     assert run.prepare > 0 and run.warm > 0 and run.detect > 0
     assert run.detection.face_sets is None
 
 
-def test_the_share_of_the_processor_is_of_the_looks_alone(monkeypatch):
+def test_processor_fraction_covers_the_samples_alone(monkeypatch):
     monkeypatch.setattr(detecting, "process_time", lambda: 100.0)  # a process that waits all the time
-    asked = {"seed": 0, "faces": False, "advance": lambda done: None}
-    assert run_detector(parse_detector("sphere"), assembly(), live=True, **asked).processor_share == 0.0
-    assert run_detector(parse_detector("sphere"), assembly(), **asked).processor_share is None
+    requested = {"seed": 0, "faces": False, "advance": lambda done: None}
+    assert run_detector(parse_detector("sphere"), assembly(), live=True, **requested).processor_share == 0.0
+    assert run_detector(parse_detector("sphere"), assembly(), **requested).processor_share is None
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
 def test_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
     whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
-    told = []
-    cut = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=told.append)
-    assert told == [7] * 7 + [1]
+    reported = []
+    cut = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=reported.append)
+    assert reported == [7] * 7 + [1]
     assert cut.detection.digest == whole.detection.digest
     if whole.detection.face_sets is not None:
         assert cut.detection.faces_digest == whole.detection.faces_digest
 
 
-def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
+def test_warm_up_runs_a_segment_and_bounds_the_whole():
     for count in (1, 2, 100, 1000, 54_000):
         frames = detecting.warm_frames(count)
         assert frames[0] == 0 and frames[-1] == count - 1

@@ -21,8 +21,8 @@ def test_page_starts_with_title_and_keeps_code_in_a_terminal(topic):
 
 def test_a_word_means_the_topic_or_the_only_match():
     known = dict.fromkeys(["audit", "paper", "class-study", "paper-plane"], "") | {"recording": "# R\n## From Unity\n"}
-    words = ("audit", "Study", "paper", "p", "unity", "nonsense")
-    assert [find_topic(word, known) for word in words] == ["audit", "class-study", "paper", None, "recording", None]
+    text = ("audit", "Study", "paper", "p", "unity", "nonsense")
+    assert [find_topic(word, known) for word in text] == ["audit", "class-study", "paper", None, "recording", None]
 
 
 @pytest.mark.parametrize(

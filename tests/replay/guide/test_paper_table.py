@@ -30,19 +30,19 @@ PLACES = {place for row in ROWS for place in re.findall("`([^`]+)`", row[2])}
 
 
 def test_table_names_every_equation_table_figure_and_detection_kind():
-    said = " ".join(row[0] for row in ROWS)
+    output = " ".join(row[0] for row in ROWS)
     named = set()
-    for first, last in re.findall(r"\((\d+)\)(?: to \((\d+)\))?", said):
+    for first, last in re.findall(r"\((\d+)\)(?: to \((\d+)\))?", output):
         named |= set(range(int(first), int(last or first) + 1))
     assert named == set(range(1, 22))
-    figures = re.findall(r"Fig\. (\d)(?: to (\d))?", said)
+    figures = re.findall(r"Fig\. (\d)(?: to (\d))?", output)
     assert {k for first, last in figures for k in range(int(first), int(last or first) + 1)} == set(range(1, 9))
-    for words in ("Table I,", "Table II,", "Table III,", "Table IV,", "instruments", "static", "discrete", "continuous",
+    for text in ("Table I,", "Table II,", "Table III,", "Table IV,", "instruments", "static", "discrete", "continuous",
                   "spheres, AABB, OBB", "image space"):  # fmt: skip
-        assert words in said, words
+        assert text in output, text
 
 
-def test_every_row_names_a_place():
+def test_every_row_names_code_or_a_command():
     assert len(ROWS) > 25 and all(len(row) == 3 and "`" in row[2] for row in ROWS)
 
 
@@ -59,17 +59,17 @@ def is_a_function(place):
 
 
 def is_a_command(place):
-    _, *words = place.split()
-    verbs = [*takewhile(lambda word: not word.startswith("-"), words)]
+    _, *text = place.split()
+    verbs = [*takewhile(lambda word: not word.startswith("-"), text)]
     if verbs[0] == "guide":
         return page(verbs[1]) != ""
     printed = CliRunner().invoke(cli, [*verbs, "--help"]).output
-    named = words[-1].partition("[")[0] in DETECTORS or "--detectors" not in words
-    return named and all(word in printed for word in words if word.startswith("-"))
+    named = text[-1].partition("[")[0] in DETECTORS or "--detectors" not in text
+    return named and all(word in printed for word in text if word.startswith("-"))
 
 
 @pytest.mark.parametrize("place", sorted(PLACES))
-def test_every_place_of_the_table_opens(place, run_folder):
+def test_every_entry_of_the_table_opens(place, run_folder):
     file, _, column = place.partition(".parquet: ")
     if column:
         assert column in pq.read_schema(run_folder / f"{file}.parquet").names
@@ -83,15 +83,15 @@ def test_printed_equations_move_points_as_the_functions_do():
     rng = np.random.default_rng(14)
     for _ in range(50):
         angles, scales, move = rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3), rng.normal(size=3)
-        turns = [row_rotation(axis, angle) for axis, angle in enumerate(angles)]
+        rotations = [row_rotation(axis, angle) for axis, angle in enumerate(angles)]
         points = rng.normal(size=(3, 3))
-        for matrix in (row_translation(move), row_scale(scales), *turns):
+        for matrix in (row_translation(move), row_scale(scales), *rotations):
             posed = MeshData(points, [[0, 1, 2]]).transformed(matrix.T).vertices
             np.testing.assert_allclose(posed, apply_row(points, matrix), rtol=0, atol=1e-12)
         moved = place_points(points, np.eye(3), move)
         np.testing.assert_allclose(moved, apply_row(points, row_translation(move)), rtol=0, atol=1e-12)
-        for axis, matrix in enumerate(turns):
-            turn = rotation_from_quaternion(quaternion_about(np.eye(3)[axis], angles[axis]))
-            np.testing.assert_allclose(turn, matrix[:3, :3].T, rtol=0, atol=1e-12)
-        turned = rotation_from_quaternion(quaternion_from_euler(angles, "xyz"))
-        np.testing.assert_allclose(turned, (turns[0] @ turns[1] @ turns[2])[:3, :3].T, rtol=0, atol=1e-12)
+        for axis, matrix in enumerate(rotations):
+            rotation = rotation_from_quaternion(quaternion_about(np.eye(3)[axis], angles[axis]))
+            np.testing.assert_allclose(rotation, matrix[:3, :3].T, rtol=0, atol=1e-12)
+        rotated = rotation_from_quaternion(quaternion_from_euler(angles, "xyz"))
+        np.testing.assert_allclose(rotated, (rotations[0] @ rotations[1] @ rotations[2])[:3, :3].T, rtol=0, atol=1e-12)

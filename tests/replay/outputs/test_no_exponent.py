@@ -36,7 +36,7 @@ def test_a_wide_gap_is_read_in_millimetres(apart):
     page = report_html(apart)
     body = re.sub(r"<style>.*?</style>|data:[^\"]*|<path[^>]*>", "", page, flags=re.DOTALL)
     screens = [printed(run_screen(apart)), printed(run_tables(apart)), answer_text(apart), body]
-    assert [found for screen in screens for found in EXPONENT.findall(screen)] == []
+    assert [result for screen in screens for result in EXPONENT.findall(screen)] == []
     assert "300 mm" in screens[0] and "300 mm" in body
 
 

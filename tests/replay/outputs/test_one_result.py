@@ -43,14 +43,14 @@ def blocks(text, mark):
 
 @pytest.mark.parametrize("state", STATES)
 def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
-    (truth, said, headline), result = STATES[state], run(state)
+    (truth, output, headline), result = STATES[state], run(state)
     write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
     page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
-    outcome, (contacts, lost) = became(truth, said), missed(truth, said)
+    outcome, (contacts, lost) = became(truth, output), missed(truth, output)
     wrong = [(first, count) for first, count, word in stretches(outcome) if word == "false"]
     ends = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
-    whole, late, open_ = (ends.count(words) for words in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
+    whole, late, open_ = (ends.count(sentence) for sentence in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
     counts = [outcome.count(word) for word in COUNTED]
 
     rows = {name: table.plain() for name, table in result.tables.items()}
@@ -97,7 +97,7 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
 
 def entered(doing):
     """File of the tool -> names of its functions that are called meanwhile; a quantile of numpy counts as one."""
-    found = {}
+    result = {}
 
     def tell(frame, event, _):
         if event != "call":
@@ -108,14 +108,14 @@ def entered(doing):
             # A picture is framed in still.py, and nothing counted.
             counts = not (frame.f_back and frame.f_back.f_code.co_filename.endswith("still.py"))
         if counts:
-            found.setdefault(file, Counter())[name] += 1
+            result.setdefault(file, Counter())[name] += 1
 
     sys.setprofile(tell)
     try:
         doing()
     finally:
         sys.setprofile(None)
-    return found
+    return result
 
 
 WALKS = {
@@ -143,8 +143,8 @@ OF_AUDITED = ("score", "false_contacts", "match_episodes")
 def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
     session, _ = replay.synthetic_session("bench-bumps")
     made = []
-    found = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))
-    counts = sum(found.values(), Counter())
+    matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))
+    counts = sum(matches.values(), Counter())
     # Contacts of the reference and reports of the detector are counted of each audited one.
     for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2), (("count_contacts",), 4)):
         assert {name: counts[name] for name in names} == dict.fromkeys(names, times)
@@ -159,6 +159,6 @@ def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
         write_run_folder(result, tmp_path / "run", picture=True)
 
     # An output has properties of the same names that pass on.
-    asked = sum((names for file, names in entered(all_outputs).items() if "/outputs/" not in file), Counter())
+    requested = sum((names for file, names in entered(all_outputs).items() if "/outputs/" not in file), Counter())
     computed = {*ONCE, *OF_EACH, *OF_AUDITED, "count_contacts", "over_phases", "why_missed", "why_false", "quantile"}
-    assert {name for name in computed if asked[name]} == set()
+    assert {name for name in computed if requested[name]} == set()

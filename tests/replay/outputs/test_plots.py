@@ -10,11 +10,11 @@ from replay.outputs.report.charts import lane, path_of
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
+def test_names_stand_beside_their_dots_without_overlap(seed):
     random = np.random.default_rng(seed)
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
     plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
-    names = [(words.at, LETTER * len(words.text)) for words in plot.words if words.dot >= 0]
+    names = [(sentence.at, LETTER * len(sentence.text)) for sentence in plot.words if sentence.dot >= 0]
     assert names
     for ((x, y), wide), ((other, below), broad) in combinations(names, 2):
         assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH

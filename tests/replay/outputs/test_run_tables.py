@@ -43,11 +43,11 @@ def test_interval_is_written_where_both_ends_are_known():
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
 def test_uncertain_first_touch_states_its_uncertainty(away, known):
-    depth, turned = 1e-9, 1.5
-    result = compute(grazing(away, depth, turned), detectors="exact", oracle="continuous")
+    depth, rotated = 1e-9, 1.5
+    result = compute(grazing(away, depth, rotated), detectors="exact", oracle="continuous")
     (miss,) = result.misses["exact"]
     # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
-    truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / turned
+    truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / rotated
     assert miss.evidence.touch.free <= truth <= miss.evidence.touch.moment
     (row,) = result.tables["misses"].plain()
     assert (row["touch_free"], row["touch"]) == (miss.evidence.touch.free, miss.evidence.touch.moment)
@@ -59,7 +59,7 @@ def test_uncertain_first_touch_states_its_uncertainty(away, known):
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 
-def test_quantiles_and_the_share_over_the_budget_are_over_samples(run):
+def test_quantiles_and_budget_fraction_are_over_samples(run):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(run.detections["slow"], seconds=seconds)
     figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
@@ -69,7 +69,7 @@ def test_quantiles_and_the_share_over_the_budget_are_over_samples(run):
     every = sample_times(slow, None)
     assert every.samples == 12 and every.median == pytest.approx(0.002)
     was = run.document.detectors["slow"]
-    told = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
-    document = structs.replace(run.document, detectors={"slow": told})
+    reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
+    document = structs.replace(run.document, detectors={"slow": reported})
     (row,) = cost_table(replace(run, document=document)).only("median ms", LATE).cells()
     assert row == ("12", "67 %")

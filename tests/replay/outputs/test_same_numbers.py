@@ -72,7 +72,7 @@ def cells_of(summary, label):
     if audit is None:
         return ["reference", "-", "-", *times]
     ranges = [audit["counts_over_offsets"][name] for name in ("contacts_missed", "late_or_cut_short")]
-    counts = [words.count_range((round(one["smallest"]), round(one["largest"]))) for one in ranges]
+    counts = [words.count_range((round(item["smallest"]), round(item["largest"]))) for item in ranges]
     false = audit.get("means_over_offsets", audit)["false_contact"]["value"]
     return [*counts, "0 %" if false is None else words.share(false), *times]
 
@@ -150,8 +150,8 @@ def test_a_gap_reads_the_same_in_sentence_list_and_table(screens):
 
 def test_a_busy_machine_is_named_on_every_screen(screens):
     _, summary, texts, _ = screens
-    shares = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
-    sentence = busy_sentence(max(shares))
+    fractions = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
+    sentence = busy_sentence(max(fractions))
     for name in ("terminal", "Markdown", "report", "picture"):
         written = "The machine was busy" in " ".join(texts[name].split())
         assert written == bool(sentence), name

@@ -26,17 +26,17 @@ def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
     )  # fmt: skip
     tracks = {"tracker": along_x([3, 4, 5]), "a": along_x([0, 1, 2]), "glass": along_x([10, 10, 10])}
     meshes = dict.fromkeys(("a", "glass", "bench"), cube())
-    got = assemble(
+    actual = assemble(
         Session.from_arrays(start + np.array([0, 11_111_111, 22_222_222]), tracks, meshes, Scene(bodies=bodies))
     )
-    assert got.motion.times.tolist() == [0.0, 0.011111111, 0.022222222]
-    assert got.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
-    assert got.names == ("a", "glass", "bench") and got.pair_name(0) == "a-glass"
-    assert got.motion.translations[:, 0].tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
-    assert got.motion.translations[:, 1].tolist() == [[13, 1, 0], [14, 1, 0], [15, 1, 0]]
-    assert (got.motion.rotations == np.eye(3)).all() and got.origin[:, 2].tolist() == [PoseOrigin.FIXED] * 3
-    assert (got.left_out, got.proxies) == (("tracker",), ("a",))
-    assert got.notes == ("body 'ghost' is declared in the scene but was not recorded",)
+    assert actual.motion.times.tolist() == [0.0, 0.011111111, 0.022222222]
+    assert actual.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
+    assert actual.names == ("a", "glass", "bench") and actual.pair_name(0) == "a-glass"
+    assert actual.motion.translations[:, 0].tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert actual.motion.translations[:, 1].tolist() == [[13, 1, 0], [14, 1, 0], [15, 1, 0]]
+    assert (actual.motion.rotations == np.eye(3)).all() and actual.origin[:, 2].tolist() == [PoseOrigin.FIXED] * 3
+    assert (actual.left_out, actual.proxies) == (("tracker",), ("a",))
+    assert actual.notes == ("body 'ghost' is declared in the scene but was not recorded",)
 
 
 def test_path_is_known_without_gap_teleport_or_missing_pose():
@@ -47,9 +47,9 @@ def test_path_is_known_without_gap_teleport_or_missing_pose():
     position = np.zeros((9, 2, 3))
     position[2:, 0, 0] = 0.15  # 15 m/s, from rest: no hand does that
     position[:, 1, 2] = np.arange(9) * 0.01
-    got = assemble(framed(stamps, status, position))
-    assert got.motion.linked[:, 0].tolist() == [False, True, False, True, True, False, True, False, False]
-    assert got.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
+    actual = assemble(framed(stamps, status, position))
+    assert actual.motion.linked[:, 0].tolist() == [False, True, False, True, True, False, True, False, False]
+    assert actual.motion.linked[:, 1].tolist() == [False, True, True, True, True, False, True, True, True]
 
 
 def jumped(status, stamps=None, **more):
@@ -157,7 +157,7 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
 def test_runs_of_a_session_use_the_same_meshes():
     session = cubes({"a": [0.0, 0.1], "b": [3.0, 3.1]})
     first, again = (assemble(session).bodies for _ in range(2))
-    assert all(one.mesh is other.mesh for one, other in zip(first, again, strict=True))
+    assert all(item.mesh is other.mesh for item, other in zip(first, again, strict=True))
     kept = ref(first[0].mesh)
     del session, first, again
     gc.collect()

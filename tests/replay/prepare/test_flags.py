@@ -10,17 +10,18 @@ from sessions.model.scene import SceneBody
 def test_flag_of_a_body_covers_children_pairs_and_gaps():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="c"), SceneBody("c")))
     assembly = assemble(cubes({"a": range(10), "b": [9] * 10, "c": [4] * 10}, scene=scene), start=2 * STEP_NS / 1e9)
-    told = [("frozen", "c", 4, 5), ("frozen", "b", 5, 6), ("gap", "", 5, 5), ("teleport", "a", 1, 1)]
+    reported = [("frozen", "c", 4, 5), ("frozen", "b", 5, 6), ("gap", "", 5, 5), ("teleport", "a", 1, 1)]
     spans = [
-        FlagSpan(kind, body, first * STEP_NS, last * STEP_NS, 0.0, 0.0, 1, "keep") for kind, body, first, last in told
+        FlagSpan(kind, body, first * STEP_NS, last * STEP_NS, 0.0, 0.0, 1, "keep")
+        for kind, body, first, last in reported
     ]
-    found = Flags.of(spans, assembly, scene)
+    result = Flags.of(spans, assembly, scene)
     frozen, gap = (1 << FLAG_KINDS.index(kind) for kind in ("frozen", "gap"))
     expected = np.zeros((8, 3), dtype=int)
     expected[2:4, 1:] = frozen
     expected[3] |= gap
     expected[4, 1] = frozen
-    assert found.bodies.tolist() == expected.tolist()
+    assert result.bodies.tolist() == expected.tolist()
     assert [flag_word(value) for value in (0, frozen | gap)] == ["", "frozen+gap"]
-    for (a, b), column in zip(assembly.pairs, found.of_pairs(assembly.pairs, 2, 5).T, strict=True):
+    for (a, b), column in zip(assembly.pairs, result.of_pairs(assembly.pairs, 2, 5).T, strict=True):
         assert column.tolist() == (expected[2:5, a] | expected[2:5, b]).tolist()

@@ -31,9 +31,9 @@ def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
     session = cubes(PLACES)
     assert decoded_once(session) is session
     source = Counted(session.source)
-    held = decoded_once(replace(session, source=source))
-    passes = [Frames.join(list(held.blocks(size))) for size in (20, 3, 64)]
-    assert source.passes == 1 and max(map(len, held.blocks(7))) == 7
+    kept = decoded_once(replace(session, source=source))
+    passes = [Frames.join(list(kept.blocks(size))) for size in (20, 3, 64)]
+    assert source.passes == 1 and max(map(len, kept.blocks(7))) == 7
     for again in passes:
         assert np.array_equal(again.position, session.frames.position, equal_nan=True)
     monkeypatch.setattr(holding_poses, "DECODED_POSES", 99)
@@ -60,11 +60,13 @@ def told(result, low, high):
     assembly = result.assembly
     rows = (assembly.motion.times >= low) & (assembly.motion.times <= high)
     flags = [(span.kind, span.start, span.end) for span in result.treatment.spans if low <= span.start <= high]
-    findings = [(one.code, one.start) for one in result.treatment.findings if one.start and low <= one.start <= high]
+    findings = [
+        (item.code, item.start) for item in result.treatment.findings if item.start and low <= item.start <= high
+    ]
     return (
         assembly.motion.times[rows].tolist(), assembly.motion.translations[rows].tolist(),
         assembly.stamp_ns[rows].tolist(), assembly.origin[rows].tolist(),
-        {label: found.verdict[rows].tolist() for label, found in result.detections.items()}, flags, findings,
+        {label: matches.verdict[rows].tolist() for label, matches in result.detections.items()}, flags, findings,
     )  # fmt: skip
 
 
@@ -74,15 +76,15 @@ def test_window_of_a_long_recording_is_answered_as_the_whole(tmp_path, monkeypat
     if kind == "file":
         write_session(session, tmp_path / "long.mcap")
         session = read_session(tmp_path / "long.mcap")
-    asked = {"detectors": "hybrid,slow=discrete[rate_hz=7.5]", "oracle": "exact"}
-    whole = compute(session, **asked, start=part[0], end=part[1])
+    requested = {"detectors": "hybrid,slow=discrete[rate_hz=7.5]", "oracle": "exact"}
+    whole = compute(session, **requested, start=part[0], end=part[1])
     monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
-    alone = compute(session, **asked, start=part[0], end=part[1])
+    alone = compute(session, **requested, start=part[0], end=part[1])
     assert told(alone, *part) == told(whole, *part) and len(told(whole, *part)[5]) == 2
     assert alone.episodes == whole.episodes and alone.misses == whole.misses
 
 
-def test_a_part_of_a_file_is_read_and_nothing_else(tmp_path, too_long):
+def test_only_the_window_of_a_file_is_read(tmp_path, too_long):
     session = two_cubes()
     position = session.frames.position.copy()
     position[1_500, 1] = np.nan  # refused wherever it is decoded

@@ -25,7 +25,7 @@ REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
     ],
     ids=["one", "apart", "crossing", "nested", "hollow"],
 )
-def test_crossing_and_nested_parts_are_named(mesh, codes):
+def test_crossing_and_nested_pieces_are_named(mesh, codes):
     assert [finding.code for finding in part_findings("m", mesh)] == codes
 
 
@@ -43,5 +43,5 @@ def test_the_doctor_prints_the_code_of_a_mesh_file(tmp_path, capsys, mesh, code)
     file = tmp_path / "block.obj"
     file.write_text("\n".join(lines) + "\n")
     assert main(["doctor", str(file), "--format", "json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)
-    assert code in [finding["code"] for finding in found["findings"]]
+    (result,) = json.loads(capsys.readouterr().out)
+    assert code in [finding["code"] for finding in result["findings"]]

@@ -32,21 +32,21 @@ MS, NO = 1_000_000, np.nan
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, places):
     session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
     parts = list(filled(session.blocks(100)))
-    got, place, turn = (
+    actual, position, rotation = (
         np.concatenate([getattr(part, name)[:, 0] for part in parts])
         for name in ("origin", "position", "quaternion_xyzw")
     )
-    assert got.tolist() == origin and np.allclose(place[:, 0], places, rtol=1e-12, equal_nan=True)
-    assert np.isnan(turn).all(axis=1).tolist() == np.isnan(places).tolist()
+    assert actual.tolist() == origin and np.allclose(position[:, 0], places, rtol=1e-12, equal_nan=True)
+    assert np.isnan(rotation).all(axis=1).tolist() == np.isnan(places).tolist()
 
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
-def test_a_blend_is_straight_and_turns_as_scipys_slerp(seed):
+def test_interpolation_is_straight_and_rotates_as_scipys_slerp(seed):
     rng = np.random.default_rng(seed)
-    ends, share = Rotation.random(2, rng=rng), rng.uniform(size=5)
-    start, end = (np.tile([*place, *q], (5, 1)) for place, q in zip(np.eye(3)[:2], ends.as_quat(), strict=True))
+    ends, fraction = Rotation.random(2, rng=rng), rng.uniform(size=5)
+    start, end = (np.tile([*position, *q], (5, 1)) for position, q in zip(np.eye(3)[:2], ends.as_quat(), strict=True))
     end[:, 3:] *= -1.0005  # as another program may have written it
-    got = blended(start, end, share)
-    assert (Rotation.from_quat(got[:, 3:]) * Slerp([0, 1], ends)(share).inv()).magnitude().max() < 1e-7
-    assert np.allclose(got[:, :3], np.outer(1 - share, [1, 0, 0]) + np.outer(share, [0, 1, 0]))
+    actual = blended(start, end, fraction)
+    assert (Rotation.from_quat(actual[:, 3:]) * Slerp([0, 1], ends)(fraction).inv()).magnitude().max() < 1e-7
+    assert np.allclose(actual[:, :3], np.outer(1 - fraction, [1, 0, 0]) + np.outer(fraction, [0, 1, 0]))

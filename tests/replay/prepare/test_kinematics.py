@@ -29,26 +29,26 @@ def matrices(translation, rotation):
 def test_child_offset_and_fixed_body_compose_as_matrices_do():
     poses = [Pose(tuple(RNG.normal(size=3)), tuple(Rotation.random(rng=RNG).as_quat())) for _ in range(3)]
     first, offset, fixed = (
-        matrices(one.position, Rotation.from_quat(one.quaternion_xyzw).as_matrix()) for one in poses
+        matrices(item.position, Rotation.from_quat(item.quaternion_xyzw).as_matrix()) for item in poses
     )
     bodies = (
         SceneBody("hand", offset=poses[0]),
         SceneBody("glass", parent="hand", offset=poses[1]),
         SceneBody("label", parent="glass", fixed=poses[2]),
     )
-    got = placed(Scene(bodies=bodies), ("hand", "glass", "label"))
+    actual = placed(Scene(bodies=bodies), ("hand", "glass", "label"))
     own = matrices(PLACES, TURNS.as_matrix().reshape(5, 2, 3, 3))
     glass = own[:, 0] @ own[:, 1]
     expected = np.stack([own[:, 0] @ first, glass @ offset, glass @ fixed], axis=1)
-    assert np.abs(matrices(got.translation, got.rotation) - expected).max() < 1e-14
+    assert np.abs(matrices(actual.translation, actual.rotation) - expected).max() < 1e-14
     alone = placed(Scene(), ("glass",))
     assert alone.translation[:, 0].tobytes() == PLACES[:, 1].tobytes(), "without parent and offset the bits stay"
 
 
-def test_a_child_is_there_only_where_its_parent_is():
+def test_child_has_poses_only_where_its_parent_has():
     origin = RECORDED.copy()
     origin[[1, 2, 3], [0, 1, 0]] = PoseOrigin.NONE, PoseOrigin.NONE, PoseOrigin.HELD
     scene = Scene(bodies=(SceneBody("glass", parent="hand"), SceneBody("label", parent="hand", fixed=Pose())))
-    got = placed(scene, ("hand", "glass", "label"), origin)
-    assert got.origin[:, 1:].T.tolist() == [[1, 0, 0, 1, 1], [1, 0, 1, 2, 1]]
-    assert not got.translation[1].any() and (got.rotation[1] == np.eye(3)).all()
+    actual = placed(scene, ("hand", "glass", "label"), origin)
+    assert actual.origin[:, 1:].T.tolist() == [[1, 0, 0, 1, 1], [1, 0, 1, 2, 1]]
+    assert not actual.translation[1].any() and (actual.rotation[1] == np.eye(3)).all()

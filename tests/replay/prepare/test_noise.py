@@ -32,12 +32,12 @@ def one_tracker(size, copies=400, seed=1):
 def test_noisy_copies_have_the_requested_size_and_correlation():
     size = TrackerNoise(position_rms_m=0.002, rotation_rms_deg=0.3, correlation_s=0.05)
     error = one_tracker(size).errors(np.array([0.0, 0.01, 0.06, 2.0]))["cup"].swapaxes(0, 1)
-    moved, turned = np.split(error, 2, axis=2)
+    moved, rotated = np.split(error, 2, axis=2)
     assert np.sqrt((moved**2).sum(axis=2).mean(axis=0)) == pytest.approx(0.002, rel=0.1)
-    assert np.degrees(np.sqrt((turned**2).sum(axis=2).mean(axis=0))) == pytest.approx(0.3, rel=0.1)
-    for later, apart in ((1, 0.01), (2, 0.06), (3, 2.0)):
+    assert np.degrees(np.sqrt((rotated**2).sum(axis=2).mean(axis=0))) == pytest.approx(0.3, rel=0.1)
+    for later, separate in ((1, 0.01), (2, 0.06), (3, 2.0)):
         product = (moved[:, 0] * moved[:, later]).sum(axis=1).mean() / 0.002**2
-        assert product == pytest.approx(np.exp(-apart / 0.05), abs=0.1)
+        assert product == pytest.approx(np.exp(-separate / 0.05), abs=0.1)
 
 
 def test_noisy_copy_is_independent_of_blocks_and_bodies():
@@ -64,10 +64,10 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
     assert set(noise.noise) == {"hand"} and noise.reach((0, 1), (0.1, 0.1)) == 0.0 < noise.reach((1, 2), (0.1, 0.1))
     drawn, every = NoisyCopies(noise, 3, 0), np.ones(4, dtype=bool)
     errors = drawn.errors(assembly.motion.times)
-    (turn, place), (turn_rod, place_rod), (_, bench) = (
+    (rotation, position), (turn_rod, place_rod), (_, bench) = (
         drawn.poses(assembly.motion, errors, assembly.names.index(name), every) for name in ("hand", "rod", "bench")
     )
     before = assembly.motion.translations[:, 1] - assembly.motion.translations[:, 0]
-    carried = place_rod - place - (turn @ np.tile(before, (3, 1))[..., None])[..., 0]
-    assert np.abs(carried).max() < 1e-12 and np.array_equal(turn, turn_rod)
+    carried = place_rod - position - (rotation @ np.tile(before, (3, 1))[..., None])[..., 0]
+    assert np.abs(carried).max() < 1e-12 and np.array_equal(rotation, turn_rod)
     assert np.array_equal(bench, np.tile(assembly.motion.translations[:, 2], (3, 1)))

@@ -27,8 +27,8 @@ MOVING = {
     ],
 )
 def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, asked, expected):
-    got = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
-    assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in got} == expected and got == sorted(got)
+    actual = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
+    assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in actual} == expected and actual == sorted(actual)
 
 
 def test_grasped_pairs_are_parent_child_and_hand_group():

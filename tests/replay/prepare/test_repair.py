@@ -14,32 +14,32 @@ from replay.prepare.repair import repair_session
 from sessions import Frames, MeshData, ScalarTrack, Status
 
 
-def test_losses_that_the_tracker_flagged_need_no_treatment():
+def test_losses_flagged_by_the_tracker_need_no_repair():
     draft = clean()
     draft.arrays["status"][100:110, 1] = 2
     session = draft.session()
-    treatment = repair_session(session, parse_policy())
-    assert treatment.session is session
-    (span,) = treatment.spans
+    repair = repair_session(session, parse_policy())
+    assert repair.session is session
+    (span,) = repair.spans
     assert (span.kind, span.body, span.samples, span.dropped) == ("tracking-lost", "hand-left", 10, 10)
 
 
-def test_what_was_done_is_told_per_span():
-    treatment = repair_session(lost_hand().session(), parse_policy(["identity-while-lost=hold:0.1"]))
-    span = next(one for one in treatment.spans if one.kind == "identity-while-lost")
+def test_repairs_are_reported_per_interval():
+    repair = repair_session(lost_hand().session(), parse_policy(["identity-while-lost=hold:0.1"]))
+    span = next(item for item in repair.spans if item.kind == "identity-while-lost")
     assert (span.samples, span.held, span.dropped, span.action) == (20, 9, 11, "hold:0.1")
-    assert json.loads(json.dumps(treatment.as_json(), allow_nan=False))["policy"]["identity-while-lost"] == "hold:0.1"
+    assert json.loads(json.dumps(repair.as_json(), allow_nan=False))["policy"]["identity-while-lost"] == "hold:0.1"
 
 
 def test_the_frame_after_a_gap_is_flagged():
     draft = clean()
     FAULTS["1 s gap"](draft, 1, 400)
-    (span,) = (one for one in repair_session(draft.session(), parse_policy()).spans if one.kind == "gap")
+    (span,) = (item for item in repair_session(draft.session(), parse_policy()).spans if item.kind == "gap")
     assert (span.start_ns, span.end_ns) == (draft.arrays["stamp_ns"][400],) * 2
 
 
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
-def test_what_the_policy_refuses_stops_the_run_with_one_sentence(name):
+def test_refusal_of_the_policy_stops_the_run_with_a_sentence(name):
     draft = clean()
     planted = FAULTS[name](draft, 1, 400)
     assert repair_session(draft.session(), parse_policy()).findings
@@ -65,7 +65,7 @@ def test_doctors_teleport_is_no_contact_between_frames():
     draft.meshes["tray"] = MeshData(cube().vertices * [1.0, 1.0, 0.004] + [0.0, 0.0, 0.125], cube().faces)
     draft.meshes["hand-left"] = cube(0.01)
     result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
-    assert "teleport" in {one.code for one in result.treatment.findings}
+    assert "teleport" in {item.code for item in result.treatment.findings}
     assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}
 
 
@@ -109,14 +109,14 @@ def test_policy_decides_the_pose_of_a_lost_hand(words, status):
         draft.arrays["position"][410, 1] = np.nan
     before, truth, after = draft.session().frames, clean().arrays["position"][:, 1], repaired(draft, *words).frames
     assert after.status[400:420, 1].tolist() == status
-    dropped, held, between = (400 + np.flatnonzero(np.equal(status, one)) for one in (LOST, HELD, BETWEEN))
+    dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, HELD, BETWEEN))
     stand_in = np.zeros(before.status.shape, dtype=bool)
     stand_in[400:420, 1] = True
     for name in ("position", "quaternion_xyzw", "status", "sample_ns"):
         old, new = getattr(before, name), getattr(after, name)
         assert np.array_equal(old[~stand_in], new[~stand_in]), "all others keep their bits"
     assert np.array_equal(before.position[dropped, 1], after.position[dropped, 1], equal_nan=True)
-    assert (after.position[held, 1] == after.position[399, 1]).all()
+    assert (after.position[kept, 1] == after.position[399, 1]).all()
     assert np.abs(after.position[between, 1] - truth[between]).max(initial=0.0) < 0.02
     assert np.abs(np.linalg.norm(after.quaternion_xyzw[between, 1], axis=1) - 1).max(initial=0.0) < 1e-12
 
@@ -137,14 +137,14 @@ def test_no_bridge_leads_beyond_the_last_good_sample():
 def test_window_reports_seconds_of_the_whole_recording():
     draft = lost_hand()
     stamps = draft.arrays["stamp_ns"]
-    apart = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])
-    session = replace(draft.session(), scalars={"late": apart})
+    separate = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])
+    session = replace(draft.session(), scalars={"late": separate})
     codes = []
-    for one in (session, session.between(int(stamps[300]), int(stamps[600]))):
-        treatment = repair_session(one, parse_policy())
-        (found,) = (one for one in treatment.findings if one.code == "identity-while-lost")
-        (span,) = (one for one in treatment.spans if one.kind == "identity-while-lost")
+    for item in (session, session.between(int(stamps[300]), int(stamps[600]))):
+        repair = repair_session(item, parse_policy())
+        (result,) = (item for item in repair.findings if item.code == "identity-while-lost")
+        (span,) = (item for item in repair.spans if item.kind == "identity-while-lost")
         seconds = (stamps[[400, 419]] - stamps[0]) / 1e9
-        assert (found.start, found.end) == pytest.approx(seconds) and (span.start, span.end) == pytest.approx(seconds)
-        codes.append({one.code for one in treatment.findings})
+        assert (result.start, result.end) == pytest.approx(seconds) and (span.start, span.end) == pytest.approx(seconds)
+        codes.append({item.code for item in repair.findings})
     assert codes[0] - codes[1] == {"stream-apart"}

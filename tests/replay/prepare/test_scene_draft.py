@@ -17,9 +17,9 @@ COUNT = 200
 def path(*points):
     """(COUNT, 3) along straight pieces, with a tenth of a millimetre of noise, and no turn."""
     along = np.linspace(0, len(points) - 1, COUNT)
-    places = np.stack([np.interp(along, np.arange(len(points)), axis) for axis in np.array(points, float).T], axis=1)
-    places = places + np.random.default_rng(len(points)).normal(0, 1e-4, places.shape)
-    return places, np.tile([0.0, 0.0, 0.0, 1.0], (COUNT, 1))
+    positions = np.stack([np.interp(along, np.arange(len(points)), axis) for axis in np.array(points, float).T], axis=1)
+    positions = positions + np.random.default_rng(len(points)).normal(0, 1e-4, positions.shape)
+    return positions, np.tile([0.0, 0.0, 0.0, 1.0], (COUNT, 1))
 
 
 def bench(scene=None, **more):
@@ -49,10 +49,10 @@ def test_drafted_scene_contains_near_pairs_and_groups():
 
 
 def test_body_that_rotates_in_a_hand_is_not_grouped():
-    places, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
+    positions, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
     half = np.linspace(0, np.pi / 8, COUNT)
     turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
-    draft = drafted(bench(knob=(places, turning)))
+    draft = drafted(bench(knob=(positions, turning)))
     assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
 
 
@@ -75,12 +75,12 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
     bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
     text = draft_text(bare, drafted(bare), {}, "A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
-    apart = Session.from_arrays(
+    separate = Session.from_arrays(
         [0, STEP], {"a": (np.zeros((2, 3)), bare.frames.quaternion_xyzw[:, 0]),
                     "b": (np.array([[9.0, 0, 0], [8.0, 0, 0]]), bare.frames.quaternion_xyzw[:, 0])},
         dict.fromkeys("ab", cube(0.1)),
     )  # fmt: skip
-    assert parse_scene(draft_text(apart, drafted(apart), {}, "x")).pairs is None
+    assert parse_scene(draft_text(separate, drafted(separate), {}, "x")).pairs is None
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):

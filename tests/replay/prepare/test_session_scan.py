@@ -33,17 +33,17 @@ def test_body_moves_when_two_usable_samples_differ():
 )
 def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
     where = np.zeros((5, 2, 3))
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
-    where[3, 1], turn[3, 1] = position, quaternion
+    rotation = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
+    where[3, 1], rotation[3, 1] = position, quaternion
     status = np.full((5, 2), V)
     stamps = np.array([0, 10, 10, 20, 20]) * MS
     monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
-        scan(framed(stamps, status, where, turn))
+        scan(framed(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert words in str(refused.value)
     status[3, 1] = L
-    assert len(scan(framed(stamps, status, where, turn)).stamp_ns) == 3
+    assert len(scan(framed(stamps, status, where, rotation)).stamp_ns) == 3
 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
@@ -57,11 +57,11 @@ def test_kept_frames_are_running_maxima_and_others_are_counted(stamps, block):
             expected.append(stamp)
             latest = stamp
     kept = [part.stamp_ns for part in in_order(session.blocks(block))]
-    seen = scan(session)
-    assert np.concatenate(kept).tolist() == expected == seen.stamp_ns.tolist()
-    assert (seen.repeated, seen.backwards) == (repeated, backwards)
-    assert seen.duration == (max(stamps) - stamps[0]) / 1e9
+    recorded = scan(session)
+    assert np.concatenate(kept).tolist() == expected == recorded.stamp_ns.tolist()
+    assert (recorded.repeated, recorded.backwards) == (repeated, backwards)
+    assert recorded.duration == (max(stamps) - stamps[0]) / 1e9
     counts = ((repeated, "repeats the one before"), (backwards, "lies before one already read"))
-    assert seen.notes() == tuple(
+    assert recorded.notes() == tuple(
         f"{count} frame{'s' * (count > 1)} left out: the stamp {what}" for count, what in counts if count
     )

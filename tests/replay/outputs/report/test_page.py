@@ -29,7 +29,7 @@ def test_what_only_bounding_volumes_report_is_unconfirmed():
 
 
 def test_what_a_hand_holds_is_no_contact_of_the_reference():
-    rows = [{"detector": label, "held": held} for label in ("exact", "it") for held in (False, True)]
+    rows = [{"detector": label, "held": kept} for label in ("exact", "it") for kept in (False, True)]
     run = SimpleNamespace(
         document=document_with(detectors={"exact": detector_of("exact"), "it": detector_of("x")}), oracle="exact"
     )
@@ -68,7 +68,7 @@ def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
     assert curve in "".join(captions) and headline in page[: page.index(captions[0])]
 
 
-def test_hostile_names_stay_words():
+def test_hostile_names_stay_text():
     session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
     text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
     assert "<script" not in text and "&lt;script&gt;" in text and "\u202e" not in text

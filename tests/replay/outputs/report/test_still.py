@@ -31,21 +31,21 @@ def test_triangle_covers_the_pixels_of_rays_that_meet_it():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
-    found = [np.concatenate(part) for part in zip(*covered(local, view()), strict=True)]
+    result = [np.concatenate(part) for part in zip(*covered(local, view()), strict=True)]
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
     focus = FOCAL * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
     rays = np.stack([across, up, -np.ones(len(x))], axis=1)
     for number, (a, b, c) in enumerate(local):
         # a point s a + t b + u c on a ray, by Cramer's rule: the shares are scaled volumes, of one sign inside
-        shares = np.stack([rays @ np.cross(b, c), rays @ np.cross(c, a), rays @ np.cross(a, b)], axis=1)
-        shares *= np.sign(np.linalg.det([a, b, c]))
-        clear = np.abs(shares).min(axis=1) > 1e-9
-        inside = np.flatnonzero((shares > 0).all(axis=1) & clear)
-        mine = found[0] == number
-        assert set(inside) <= set(found[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
-        depth = abs(np.linalg.det([a, b, c])) / shares[found[1][mine]].sum(axis=1)
-        assert np.allclose(1 / found[2][mine], depth, rtol=1e-9)
+        fractions = np.stack([rays @ np.cross(b, c), rays @ np.cross(c, a), rays @ np.cross(a, b)], axis=1)
+        fractions *= np.sign(np.linalg.det([a, b, c]))
+        clear = np.abs(fractions).min(axis=1) > 1e-9
+        inside = np.flatnonzero((fractions > 0).all(axis=1) & clear)
+        mine = result[0] == number
+        assert set(inside) <= set(result[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
+        depth = abs(np.linalg.det([a, b, c])) / fractions[result[1][mine]].sum(axis=1)
+        assert np.allclose(1 / result[2][mine], depth, rtol=1e-9)
 
 
 @pytest.mark.parametrize("alpha", [1.0, 0.2])
@@ -66,15 +66,17 @@ def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     (fault,) = result.false["c"]
     text = fault_still(result, "c", fault, FIRST)[0]
     assert f"{1e3 * fault.metres:.2g} mm" in text and "from " in text
-    seen = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
-    r, g, b = np.moveaxis(np.asarray(seen.convert("RGB")).astype(int), -1, 0)
+    recorded = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
+    r, g, b = np.moveaxis(np.asarray(recorded.convert("RGB")).astype(int), -1, 0)
     rows, columns = np.nonzero((r > 190) & (g > 140) & (b < 90))
     assert len(rows) > 200
-    assert rows.min() > 0 and columns.min() > 0 and rows.max() < seen.height - 1 and columns.max() < seen.width - 1
+    assert (
+        rows.min() > 0 and columns.min() > 0 and rows.max() < recorded.height - 1 and columns.max() < recorded.width - 1
+    )
 
 
 @pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference", "a tradeoff"])
-def test_the_drawings_of_a_page_look_as_they_did(state, monkeypatch, snapshot):
+def test_drawings_of_a_page_are_unchanged(state, monkeypatch, snapshot):
     """Lanes, plots and words as they are written; of each raster picture the mean of its tiles."""
     pictures, made = [], Image.fromarray
 

@@ -49,9 +49,9 @@ def tapping(frames):
     places = np.zeros((frames, len(MESHES), 3))
     places[:, 1] = [0.0, 0.0201, 0.0]
     reach = BEAKER_RADIUS - ROD_RADIUS - 0.004 + 0.0045 * np.sin(6 * 2 * np.pi * t)
-    turn = 0.9 * t
+    rotation = 0.9 * t
     dip = 0.028 - 0.01 * (np.abs(np.arange(frames) - 0.8 * frames) < 6)
-    places[:, 2] = np.stack([reach * np.cos(turn), dip, reach * np.sin(turn)], axis=1)
+    places[:, 2] = np.stack([reach * np.cos(rotation), dip, reach * np.sin(rotation)], axis=1)
     places[:, 3] = places[:, 2] + [0.02, 0.17, 0.0]
     places[:, 4] = [0.25, 0.55, 0.7]
     valid = np.ones((frames, len(MESHES)), dtype=bool)
@@ -64,15 +64,15 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     stamps, places, valid = tapping(frames)
     bare = framed(stamps, valid, places, names=list(MESHES))
-    held = {"rod": "right", "hand": "right"}
-    bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=held.get(body, "")) for body in MESHES]
+    kept = {"rod": "right", "hand": "right"}
+    bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=kept.get(body, "")) for body in MESHES]
     meshes = {body: make() for body, make in MESHES.items()}
     session = Session(
         bare.frames, {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()},
         Scene("taps", tuple(bodies)),
     )  # fmt: skip
-    words = ",".join(f"{key}={value}" for key, value in (settings or {"rate_hz": 22.5}).items())
-    return compute(session, detectors=f"{label}={name}[{words}]", oracle=ORACLE, pairs=PAIRS)
+    text = ",".join(f"{key}={value}" for key, value in (settings or {"rate_hz": 22.5}).items())
+    return compute(session, detectors=f"{label}={name}[{text}]", oracle=ORACLE, pairs=PAIRS)
 
 
 class Read:
@@ -94,7 +94,7 @@ class Read:
         return self._columns[entity, component]
 
     def _column(self, entity, component):
-        found = []
+        result = []
         for batch in self.entities.get("/" + entity, []):
             if component in batch.schema.names:
                 values = batch.column(component).to_pylist()
@@ -102,8 +102,8 @@ class Read:
                 if "session" in batch.schema.names:
                     at = batch.column("session").cast("int64").to_pylist()
                 frames = [None if ns is None else bisect_right(self.ns, ns) - 1 for ns in at]
-                found += [row for row in zip(at, frames, values, strict=True) if row[2] is not None]
-        return sorted(found, key=lambda row: -1 if row[0] is None else row[0])
+                result += [row for row in zip(at, frames, values, strict=True) if row[2] is not None]
+        return sorted(result, key=lambda row: -1 if row[0] is None else row[0])
 
     def lane(self, entity):
         """Changes of a lane: (session nanoseconds, state)."""

@@ -20,9 +20,9 @@ CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown"
 
 def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
     for place in read_bookmarks(recording):
-        asked = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
-        for by in ("", place.label) if asked else ():
-            assert _target(recording, *asked, by) == place.session_ns
+        requested = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
+        for by in ("", place.label) if requested else ():
+            assert _target(recording, *requested, by) == place.session_ns
     with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
         _target(recording, None, 999, "")
     with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
@@ -30,7 +30,7 @@ def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
-def test_a_damaged_recording_is_one_sentence(recording, tmp_path, content):
+def test_damaged_recording_is_a_sentence(recording, tmp_path, content):
     whole = recording.read_bytes()
     (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
@@ -59,9 +59,9 @@ def test_earlier_picture_version_is_named_in_a_sentence(tmp_path):
 
 def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):
     scene = replace(demo.session.scene, name="手 at the bench")
-    bodies = tuple(replace(one, name="手") if one.name == "rod" else one for one in demo.assembly.bodies)
+    bodies = tuple(replace(item, name="手") if item.name == "rod" else item for item in demo.assembly.bodies)
     run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))
-    seen = drawn(run)
-    assert "/world/u624b" in seen.entities and not [path for path in seen.entities if "手" in path]
-    words = recording_text(seen.path)
-    assert "u624b at the bench" in words and "手" not in words and "beaker-u624b" in words
+    recorded = drawn(run)
+    assert "/world/u624b" in recorded.entities and not [path for path in recorded.entities if "手" in path]
+    text = recording_text(recorded.path)
+    assert "u624b at the bench" in text and "手" not in text and "beaker-u624b" in text

@@ -16,8 +16,8 @@ ROOT = f"pipeline/{LABEL}"
 
 @pytest.fixture(scope="module")
 def watched(searching):
-    (one,) = search_runs(searching)
-    return one
+    (item,) = search_runs(searching)
+    return item
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +35,8 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
         text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meets)))) in text
-    found = next(moment for moment in watched.searches if moment.kind == FOUND)
-    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", found.frame)[-1] == packed([SERIES[2]])[0]
+    result = next(moment for moment in watched.searches if moment.kind == FOUND)
+    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == packed([SERIES[2]])[0]
 
 
 def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, read):
@@ -44,11 +44,11 @@ def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, re
     half = np.arctan(np.tan(0.45) * 595 / 640)
     for moment in watched.searches:
         (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
-        (turn,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
-        axes = rotation_from_quaternion(np.array(turn))
+        (rotation,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
+        axes = rotation_from_quaternion(np.array(rotation))
         for body in searching.assembly.pairs[moment.pair].tolist():
             ball = sphere_best(searching.assembly.bodies[body].mesh)
             if ball.radius < 0.5:
-                turned = searching.assembly.motion.rotations[moment.frame, body] @ ball.centre
-                middle = (turned + searching.assembly.motion.translations[moment.frame, body] - eye) @ axes
+                rotated = searching.assembly.motion.rotations[moment.frame, body] @ ball.centre
+                middle = (rotated + searching.assembly.motion.translations[moment.frame, body] - eye) @ axes
                 assert -middle[2] * np.sin(half) - abs(middle[0]) * np.cos(half) >= ball.radius

@@ -19,10 +19,10 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
 
 
-def test_two_recordings_of_one_run_are_two_applications(demo, recording, tmp_path):
+def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path):
     write_recording(demo, tmp_path / "again.rrd")
     stores = [RrdReader(path).recordings() for path in (recording, tmp_path / "again.rrd")]
-    assert [len(one) for one in stores] == [1, 1]
+    assert [len(item) for item in stores] == [1, 1]
     assert stores[0][0].application_id != stores[1][0].application_id
     assert stores[0][0].recording_id != stores[1][0].recording_id
 
@@ -44,9 +44,9 @@ def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
     bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, document=document)
     room = drawn(bare)
     assert "/world/rod" in room.entities and "# taps" in recording_text(room.path)
-    seen = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
-    assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(seen.entities)
-    assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
+    recorded = drawn(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
+    assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(recorded.entities)
+    assert "CONTACT" in [state for _, state in recorded.lane("lanes/hybrid/2_beaker-rod")]
 
 
 def test_unnamed_body_is_drawn_where_detectors_query_it(drawn):
@@ -60,9 +60,9 @@ def test_unnamed_body_is_drawn_where_detectors_query_it(drawn):
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, drawn, monkeypatch):
     monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", ((), 90))
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
-    seen = drawn(few)
-    rows = seen.column("world/rod", "Transform3D:translation")
+    recorded = drawn(few)
+    rows = recorded.column("world/rod", "Transform3D:translation")
     assert len(rows) < 200 and demo.misses[SUBJECT][0].frame in {row[1] for row in rows}
     changes = int((np.diff(demo.comparisons[SUBJECT].outcome[:, 0].astype(int)) != 0).sum())
     path = next(path for path in pair_lanes(demo, SUBJECT) if path.endswith("beaker-rod"))
-    assert len([state for _, state in seen.lane(path)]) >= changes
+    assert len([state for _, state in recorded.lane(path)]) >= changes

@@ -65,8 +65,8 @@ def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
 @pytest.mark.parametrize("kilobytes", [8, 100])
 def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
     write_session(cubes({"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}), tmp_path / "s.mcap")
-    words = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
-    command = [sys.executable, "-c", LIMITED, str(kilobytes * 1024), *map(str, words)]
+    sentence = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
+    command = [sys.executable, "-c", LIMITED, str(kilobytes * 1024), *map(str, sentence)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)
     assert done.returncode == 1 and "cannot be written" in done.stderr and "File too large" in done.stderr
     assert not (tmp_path / "run").exists() and [path.name for path in tmp_path.iterdir()] == ["s.mcap"]

@@ -28,14 +28,14 @@ def test_other_rerun_version_is_named_first_and_only_for_pictures(there, tmp_pat
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(importlib.metadata, "version", version)
     write_session(cubes({"a": [0] * 4, "b": [3, 3, 0.9, 3]}), tmp_path / "s.mcap")
-    words = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
-    assert main(words) == 1
-    said = capsys.readouterr().err
+    text = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
+    assert main(text) == 1
+    output = capsys.readouterr().err
     named = f"rerun-sdk {there} is installed" if there else "rerun-sdk is not installed"
-    assert named in said and f"pictures need {RERUN}" in said and "--no-picture" in said
+    assert named in output and f"pictures need {RERUN}" in output and "--no-picture" in output
     assert not (tmp_path / "run").exists()
-    assert main([*words, "--no-picture"]) == 0
+    assert main([*text, "--no-picture"]) == 0
 
 
-def test_the_version_named_is_the_one_the_package_asks_for():
-    assert [one for one in PROJECT["dependencies"] if one.startswith(f"rerun-sdk>={RERUN},")]
+def test_named_version_is_the_required_version():
+    assert [item for item in PROJECT["dependencies"] if item.startswith(f"rerun-sdk>={RERUN},")]

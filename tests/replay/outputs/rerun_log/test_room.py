@@ -48,20 +48,20 @@ def moments(run, read):
     lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS}")]
     lines = {ns: " ".join(text[0].split()) for path in lists for ns, _, text in read.column(path, "TextLog:text")}
     yield sorted(lines), sorted(place.session_ns for place in places)
-    there = {(place.label, place.kind, place.number): place.session_ns for place in places}
-    assert {name for name in there if name[0]} == {name for name, *_ in faults(run)}
-    for name, fault, shown, size in faults(run):
-        ns, written = there[name], f" {length(size)} "
-        assert 0 <= ns - nanoseconds(run, *shown) < 10, "of one frame each has a nanosecond of its own"
+    existing = {(place.label, place.kind, place.number): place.session_ns for place in places}
+    assert {name for name in existing if name[0]} == {name for name, *_ in faults(run)}
+    for name, fault, printed, size in faults(run):
+        ns, written = existing[name], f" {length(size)} "
+        assert 0 <= ns - nanoseconds(run, *printed) < 10, "of one frame each has a nanosecond of its own"
         assert lines[ns].startswith(" ".join([*map(str, name), pair_name(fault.pair)]))
         assert not size > 0 or written in lines[ns]
-        (said,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
+        (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
-            assert said == f"{name[0]} misses this contact"
+            assert output == f"{name[0]} misses this contact"
             yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
         elif np.isfinite(size):
-            assert length(size) in said
+            assert length(size) in output
             yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
     ((_, _, dots),) = read.column("world/focus/pins", "Points3D:positions")
     yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
@@ -70,15 +70,15 @@ def moments(run, read):
 def words(run, read):
     """Words and lines stand there while a fault lasts, at no other time; where two overlap, one may end the other's."""
     lasting = np.zeros(len(run.assembly.motion))
-    stretches = [slice(min(fault.first, frame), fault.last + 1) for _, fault, (frame, _), _ in faults(run)]
-    for stretch in stretches:
-        lasting[stretch] += 1
+    segments = [slice(min(fault.first, frame), fault.last + 1) for _, fault, (frame, _), _ in faults(run)]
+    for segment in segments:
+        lasting[segment] += 1
     sure = np.ones(len(lasting), dtype=bool)
-    for stretch in stretches:
-        sure[stretch] &= lasting[stretch].max() == 1
+    for segment in segments:
+        sure[segment] &= lasting[segment].max() == 1
     for part, component in (("words", "Points3D:labels"), ("lines", "LineStrips3D:strips")):
-        seen = [len(read.at(f"world/focus/{part}", component, frame)) > 0 for frame in range(len(lasting))]
-        yield np.array(seen)[sure], lasting[sure]
+        recorded = [len(read.at(f"world/focus/{part}", component, frame)) > 0 for frame in range(len(lasting))]
+        yield np.array(recorded)[sure], lasting[sure]
 
 
 def curves(run, read):
@@ -102,8 +102,8 @@ def red_faces(run, read):
     painted, times = {}, {nanoseconds(run, frame) for frame in range(len(assembly.motion))}
     for miss in misses:
         if oracle.face_sets is not None:
-            stretch = range(miss.first, miss.last + 1)
-            met = {nanoseconds(run, frame): oracle.faces(frame, miss.pair) for frame in stretch}
+            segment = range(miss.first, miss.last + 1)
+            met = {nanoseconds(run, frame): oracle.faces(frame, miss.pair) for frame in segment}
         else:
             touch = miss.evidence.touch
             met = {nanoseconds(run, *miss.moment): miss.evidence.faces if touch is None else [touch.faces]}
@@ -116,9 +116,9 @@ def red_faces(run, read):
     for body, faces_at in painted.items():
         path, mesh = f"world/{assembly.names[body]}/missed_faces", assembly.bodies[body].mesh
         for ns in times:
-            seen = read.at_ns(path, "Mesh3D:vertex_positions", ns)
+            recorded = read.at_ns(path, "Mesh3D:vertex_positions", ns)
             faces = mesh.triangles[sorted(faces_at.get(ns, ()))]
-            yield np.reshape(seen, (-1, 3, 3)), faces + PUSHED_OUT * face_normals(faces)[1][:, None]
+            yield np.reshape(recorded, (-1, 3, 3)), faces + PUSHED_OUT * face_normals(faces)[1][:, None]
 
 
 def cages(run, read):
@@ -131,8 +131,8 @@ def cages(run, read):
         for hollow, frames in lasts.items():
             edges = sharp_edges(run.detectors[label].colliders[names.index(hollow)].mesh)
             for k in range(count):
-                seen = read.at(f"world/{hollow}/solid_of_{label}", "LineStrips3D:strips", k)
-                yield np.reshape(seen, (-1, 2, 3)), edges if frames[k] else edges[:0]
+                recorded = read.at(f"world/{hollow}/solid_of_{label}", "LineStrips3D:strips", k)
+                yield np.reshape(recorded, (-1, 2, 3)), edges if frames[k] else edges[:0]
 
 
 def colours(run, read):
@@ -153,16 +153,16 @@ def colours(run, read):
             solids = is_fault and moment.detector in detectors_with_solids(run)
             if solids and hollow and body in pair and name != hollow:
                 colour = FREE
-            (seen,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
-            yield seen, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
+            (recorded,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
+            yield recorded, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
 
 
 @pytest.mark.parametrize("name", ["rate", "hulls", "between", "late"])
 @pytest.mark.parametrize("column", [moments, words, curves, red_faces, cages, colours])
 def test_scene_at_a_cursor_matches_the_result_at_that_time(column, name, runs, drawn):
-    for seen, wanted in column(runs[name], drawn(runs[name])):
-        assert np.shape(seen) == np.shape(wanted)
-        assert np.allclose(seen, wanted, rtol=0.0, atol=PUSHED_OUT + 1e-6)
+    for recorded, requested in column(runs[name], drawn(runs[name])):
+        assert np.shape(recorded) == np.shape(requested)
+        assert np.allclose(recorded, requested, rtol=0.0, atol=PUSHED_OUT + 1e-6)
 
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):

@@ -15,7 +15,7 @@ from replay.outputs.rerun_log.moments import Bookmark, read_bookmarks
 from replay.outputs.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
 
 
-def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
+def test_missing_binary_is_a_sentence(monkeypatch, tmp_path):
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
         start_viewer()
@@ -54,7 +54,7 @@ def settled(opened, title):
     """Pixels of the view with this title, once two pictures in a row are equal."""
     before = b""
     for _ in range(50):
-        view = next(one for one in opened.state().views if one.name.startswith(title))
+        view = next(item for item in opened.state().views if item.name.startswith(title))
         try:
             picture = opened.screenshot(view)
         except ConnectionError:  # Not laid out yet.
@@ -67,7 +67,7 @@ def settled(opened, title):
 
 
 @pytest.mark.slow
-def test_no_view_reports_an_error_and_one_recording_is_open(opened):
+def test_no_view_reports_an_error_and_a_recording_is_open(opened):
     settled(opened, "Where")
     state = opened.state()
     assert len(state.recordings) == 1
@@ -77,16 +77,16 @@ def test_no_view_reports_an_error_and_one_recording_is_open(opened):
 
 @pytest.mark.slow
 def test_paused_cursor_stands_on_the_leading_moment(opened, recording):
-    place = next(one for one in read_bookmarks(recording) if one.leads)
+    place = next(item for item in read_bookmarks(recording) if item.leads)
     time.sleep(0.5)
-    shown = opened.state().recordings[0]
-    assert (shown.current_timeline, shown.current_time) == ("session", place.session_ns)
+    printed = opened.state().recordings[0]
+    assert (printed.current_timeline, printed.current_time) == ("session", place.session_ns)
 
 
 @pytest.mark.slow
 def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
     listening = [
-        one.laddr for one in psutil.Process(opened.process.pid).net_connections() if one.status == psutil.CONN_LISTEN
+        item.laddr for item in psutil.Process(opened.process.pid).net_connections() if item.status == psutil.CONN_LISTEN
     ]
     assert opened.port in {address.port for address in listening}
     assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}

@@ -82,7 +82,7 @@ def test_reply_of_another_program_on_the_port_is_rejected():
             web_viewer._fetched(url, Mock(poll=lambda: 1), time.monotonic() + 5)
 
 
-def test_a_proxy_of_the_environment_is_not_asked(monkeypatch):
+def test_proxy_of_the_environment_is_bypassed(monkeypatch):
     with server(stay_silent) as proxy:
         for name in ("http_proxy", "HTTP_PROXY", "all_proxy"):
             monkeypatch.setenv(name, proxy)
@@ -102,7 +102,7 @@ def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
     assert b"WebHandle" in files[SCRIPT] and files[PROGRAM][:4] == b"\0asm"
 
 
-def test_a_server_that_always_ends_is_one_sentence(monkeypatch, tmp_path):
+def test_server_that_always_ends_is_a_sentence(monkeypatch, tmp_path):
     ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
     monkeypatch.setattr(web_viewer, "_start_server", ended)
     with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):

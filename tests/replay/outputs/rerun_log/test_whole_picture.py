@@ -74,10 +74,10 @@ def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
     lines = [*layout(parts, f"container/{uuid(first)}")]
     lines += [f"{path} {name}: {plain(value)}" for path in sorted(parts) for name, value in sorted(parts[path].items())]
     lines += map(str, read_bookmarks(read.path))
-    shown = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
+    printed = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
     lines += [
         f"{path} {component}: {in_time(read.column(path[1:], component))}"
-        for path, own in shown.items()
+        for path, own in printed.items()
         for component in sorted(own)
         if not path.startswith("/__")
     ]
@@ -92,11 +92,11 @@ def layout_of(path):
 
 def components(batches):
     """Entity -> component -> its latest value."""
-    found = {}
+    result = {}
     for path, batch in batches:
-        own = found.setdefault(path, {})
+        own = result.setdefault(path, {})
         own |= {name: batch.column(name).to_pylist()[-1] for name in batch.schema.names if ":" in name}
-    return found
+    return result
 
 
 def uuid(number):

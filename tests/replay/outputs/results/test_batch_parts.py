@@ -52,9 +52,9 @@ def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
     pq.write_table(metrics, batch / "run007" / "metrics.parquet")
     summary = json.loads((batch / "run007" / "summary.json").read_text("utf-8"))
     (batch / "run007" / "summary.json").write_text(json.dumps(summary | {"made": "again"}), "utf-8")
-    found = read(batch)["metrics"]["run"].to_pylist()
-    assert set(found) == {*RUNS} - {"run003"}
-    assert found.count("run007") == 1 < found.count("run006")
+    result = read(batch)["metrics"]["run"].to_pylist()
+    assert set(result) == {*RUNS} - {"run003"}
+    assert result.count("run007") == 1 < result.count("run006")
 
 
 def test_what_did_not_change_is_not_written_again(batch):
@@ -82,7 +82,7 @@ def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
 
 
 @pytest.mark.parametrize("length", [0, 4, 1000])
-def test_a_damaged_part_leaves_the_run_folders(batch, length):
+def test_damaged_batch_file_leaves_the_run_folders(batch, length):
     expected = rows(read(batch))
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     file.write_bytes(file.read_bytes()[:length])

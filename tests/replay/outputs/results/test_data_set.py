@@ -50,8 +50,8 @@ def session(name):
 
 def run_of(name):
     # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
-    found = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
-    return replace(found, flags=Flags(np.zeros_like(found.flags.bodies)))
+    result = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
+    return replace(result, flags=Flags(np.zeros_like(result.flags.bodies)))
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +74,13 @@ def tables(top):
 
 def doing(name, kind, frame):
     """The span at a frame, from what was planted: none in the session ``four``."""
-    there = [(first, word) for one, word, first, last in SPANS if one == kind and first <= frame <= last]
-    return max(there)[1] if there and name != "four" else None
+    existing = [(first, word) for item, word, first, last in SPANS if item == kind and first <= frame <= last]
+    return max(existing)[1] if existing and name != "four" else None
 
 
 def faults(results, kind):
     return [
-        (name, label, one) for name, r in results.items() for label, some in getattr(r, kind).items() for one in some
+        (name, label, item) for name, r in results.items() for label, some in getattr(r, kind).items() for item in some
     ]
 
 
@@ -94,20 +94,20 @@ def path(name):
 
 def grouped(pairs):
     """Key -> its values, in order of keys; no key comes last, as ``NULLS LAST`` has it."""
-    found = {}
+    result = {}
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return dict(sorted(found.items(), key=lambda item: (item[0] is None, item[0] or "")))
+        result.setdefault(key, []).append(value)
+    return dict(sorted(result.items(), key=lambda item: (item[0] is None, item[0] or "")))
 
 
 def ranked(counts, *more):
     """Keys by falling count, then in order."""
-    return [(*key, n, *(one[key] for one in more)) for key, n in sorted(counts.items(), key=lambda i: (-i[1], i[0]))]
+    return [(*key, n, *(item[key] for item in more)) for key, n in sorted(counts.items(), key=lambda i: (-i[1], i[0]))]
 
 
 def pairs_missed(results):
-    found = [((label, *bodies(results[name], one.pair)), name) for name, label, one in faults(results, "misses")]
-    return ranked(Counter(key for key, _ in found), {key: len(set(names)) for key, names in grouped(found).items()})
+    result = [((label, *bodies(results[name], item.pair)), name) for name, label, item in faults(results, "misses")]
+    return ranked(Counter(key for key, _ in result), {key: len(set(names)) for key, names in grouped(result).items()})
 
 
 def minutes(results):
@@ -116,8 +116,8 @@ def minutes(results):
 
 
 def students(results):
-    found = grouped((STUDENTS[name], some["exact"]) for name, some in minutes(results).items())
-    return [(student, len(some), mean(some)) for student, some in found.items()]
+    result = grouped((STUDENTS[name], some["exact"]) for name, some in minutes(results).items())
+    return [(student, len(some), mean(some)) for student, some in result.items()]
 
 
 RECOUNTS = {0: pairs_missed, 1: students}
@@ -128,11 +128,11 @@ def test_guide_question_equals_a_recount_of_the_runs(number, results, tables):
     db = duckdb.connect()
     for name, table in tables.items():
         db.register(name, table)
-    told = db.sql(QUESTIONS[number][1]).fetchall()
-    assert len(told) > 1
+    reported = db.sql(QUESTIONS[number][1]).fetchall()
+    assert len(reported) > 1
     if number in RECOUNTS:
         counted = RECOUNTS[number](results)
-        assert told == [
+        assert reported == [
             tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in row) for row in counted
         ]
 
@@ -141,8 +141,8 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
     # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
     recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
     for rate in (20, 34, 100):
-        found = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
-        write_run_folder(found, tmp_path / f"{rate:03d}")
+        result = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
+        write_run_folder(result, tmp_path / f"{rate:03d}")
     tables = read(tmp_path)
     miss = next(row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7)
     head, example = (line.split(",") for line in NOTES[1].splitlines())
@@ -192,16 +192,16 @@ def test_newer_tables_are_refused_and_broken_tables_named(results, tmp_path):
 @pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
 def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
     recorded = replace(session("one"), facts=stated)
-    found = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
-    write_run_folder(found, tmp_path / "one")
+    result = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
+    write_run_folder(result, tmp_path / "one")
     metrics = read(tmp_path)["metrics"]
     assert set(metrics["oracle"].to_pylist()) == {"exact"}
     assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
     for row in metrics.to_pylist():
-        taken = found.document.detectors[row["detector"]].seconds
+        taken = result.document.detectors[row["detector"]].seconds
         slowest = taken.sample_times and taken.sample_times.max
-        told = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
-        assert told == pytest.approx([taken.per_frame_mean, taken.p99, slowest])
+        reported = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
+        assert reported == pytest.approx([taken.per_frame_mean, taken.p99, slowest])
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 

@@ -69,7 +69,7 @@ def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tm
     assert names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
 
 
-def test_an_earlier_run_is_replaced_only_when_asked(result, tmp_path):
+def test_earlier_run_is_replaced_only_on_request(result, tmp_path):
     out = write_run_folder(result, tmp_path / "run")
     (out / "old.parquet").write_text("earlier")
     _list(out, [*names(out)])
@@ -103,7 +103,7 @@ def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
     check_target(tmp_path / "new")
 
 
-def test_a_place_that_cannot_be_written_is_one_sentence(result, tmp_path):
+def test_unwritable_path_is_a_sentence(result, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_run_folder(result, tmp_path / "file" / "run")
@@ -117,7 +117,7 @@ def test_a_run_folder_reads_back(result, tmp_path):
         _ = folder.picture
 
 
-def test_other_folders_and_other_schemas_are_told_from_runs(tmp_path):
+def test_other_folders_and_other_schemas_are_no_runs(tmp_path):
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')

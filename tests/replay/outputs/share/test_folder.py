@@ -68,16 +68,16 @@ def consenting(run, words):
     return replace(folder, document=structs.replace(folder.document, session=session))
 
 
-def test_only_the_consent_to_share_shares(run):
+def test_only_consent_to_sharing_permits_it(run):
     require_consent([consenting(run, "share")])
-    for words in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
+    for text in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
         with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
-            require_consent([consenting(run, "share"), consenting(run, words)])
+            require_consent([consenting(run, "share"), consenting(run, text)])
 
 
 def moment_messages(folder, name="run"):
     text = (folder / f"{name}.js").read_text().splitlines()[0]
-    return {key: base64.b64decode(one) for key, one in json.loads(text[len("window.moments=") : -1]).items()}
+    return {key: base64.b64decode(item) for key, item in json.loads(text[len("window.moments=") : -1]).items()}
 
 
 def control(name):
@@ -103,14 +103,16 @@ def control(name):
 def test_every_moment_has_a_message_with_its_time(run, shared):
     read, sent = control("Request"), moment_messages(shared)
     places = read_bookmarks(run / "run.rrd")
-    times = {name: read.FromString(one).cursor for name, one in sent.items() if name != "layout"}
-    assert {one.timeline.name for one in times.values()} == {"session"} and not any(one.play for one in times.values())
-    for one in places:
-        if one.label == "slow":
-            assert times[f"{one.kind}={one.number}"].moment.time == one.session_ns
-    others = [one for one in places if one.label == "late"]
-    assert others and all(times[f"{one.kind}={one.number}&by=late"].moment.time == one.session_ns for one in others)
-    assert times[""].moment.time == next(one.session_ns for one in places if one.leads)
+    times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
+    assert {item.timeline.name for item in times.values()} == {"session"} and not any(
+        item.play for item in times.values()
+    )
+    for item in places:
+        if item.label == "slow":
+            assert times[f"{item.kind}={item.number}"].moment.time == item.session_ns
+    others = [item for item in places if item.label == "late"]
+    assert others and all(times[f"{item.kind}={item.number}&by=late"].moment.time == item.session_ns for item in others)
+    assert times[""].moment.time == next(item.session_ns for item in places if item.leads)
     assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
     for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
@@ -120,8 +122,10 @@ def test_every_miss_of_the_run_links_to_its_moment(run, shared):
     page, sent = (shared / "index.html").read_text(), moment_messages(shared)
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
     rows = read_run_folder(run).rows("misses")
-    asked = {f"miss={one['number']}" + ("" if one["detector"] == "slow" else f"&by={one['detector']}") for one in rows}
-    assert asked and asked <= links and asked <= sent.keys()
+    requested = {
+        f"miss={item['number']}" + ("" if item["detector"] == "slow" else f"&by={item['detector']}") for item in rows
+    }
+    assert requested and requested <= links and requested <= sent.keys()
 
 
 def texts_of(folder):
@@ -134,17 +138,17 @@ def texts_of(folder):
             yield file.name, repr(pq.read_table(file).to_pylist())
         if file.suffix == ".rrd":
             batches = (chunk.to_record_batch() for chunk in RrdReader(file).stream().to_chunks())
-            yield file.name, repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches])
+            yield file.name, repr([(item.schema, item.to_pylist() if item.num_rows < 50 else "") for item in batches])
 
 
 def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared):
-    seen = {file.name for file in shared.iterdir()}
-    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen
+    recorded = {file.name for file in shared.iterdir()}
+    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
     places = ("anna.lind", str(run), str(run.parent), str(shared.parent))
-    for folder, words in ((run, SECRET), (shared, (*SECRET, *places))):
-        own = [one for one in texts_of(folder) if one[0] not in ("viewer.js", "re_viewer.js")]
-        assert [(word, name) for name, text in own for word in words if word in text.lower()] == []
+    for folder, sentence in ((run, SECRET), (shared, (*SECRET, *places))):
+        own = [item for item in texts_of(folder) if item[0] not in ("viewer.js", "re_viewer.js")]
+        assert [(word, name) for name, text in own for word in sentence if word in text.lower()] == []
     page = (shared / "index.html").read_text(encoding="utf-8")
     assert "S07" in page and replay.read(run)["metrics"]["session"][0].as_py() in page
 
@@ -156,7 +160,7 @@ def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeyp
     monkeypatch.setattr(module, "web_viewer", none)
     why = write_shared_folder([read_run_folder(run)], tmp_path / "sent")
     assert why == "this rerun-sdk ships no viewer for a browser"
-    assert sorted(one.name for one in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
+    assert sorted(item.name for item in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
     page = (tmp_path / "sent" / "index.html").read_text()
     assert "<script" not in page and "slow" in page
 
@@ -191,22 +195,22 @@ def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
     assert write_shared_folder([read_run_folder(forged)], tmp_path / "alone") == "no run holds a picture (run.rrd)"
 
 
-def test_words_of_a_summary_are_text_in_the_page(run, tmp_path):
+def test_summary_strings_are_text_in_the_page(run, tmp_path):
     forged = shutil.copytree(run, tmp_path / "forged")
     (forged / "run.rrd").unlink()
-    told = json.loads((forged / "summary.json").read_text())
-    told["detectors"]["slow"]["spec"] = "</td><script>x</script>"
-    told["session"]["facts"]["pseudonym"] = told["session"]["scene"] = "</title><script>x</script></head>"
-    (forged / "summary.json").write_text(json.dumps(told))
+    reported = json.loads((forged / "summary.json").read_text())
+    reported["detectors"]["slow"]["spec"] = "</td><script>x</script>"
+    reported["session"]["facts"]["pseudonym"] = reported["session"]["scene"] = "</title><script>x</script></head>"
+    (forged / "summary.json").write_text(json.dumps(reported))
     write_shared_folder([read_run_folder(forged)], tmp_path / "sent")
     page = (tmp_path / "sent" / "index.html").read_text()
     assert "<script" not in page and page.count("</title>") == page.count("</head>") == 1
 
 
-def test_runs_share_one_viewer_and_a_list_leads_to_them(run, tmp_path, monkeypatch):
+def test_runs_have_a_common_viewer_and_a_list(run, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
     write_shared_folder([read_run_folder(run)] * 2, tmp_path / "sent")
-    names = {one.name for one in (tmp_path / "sent").iterdir()}
+    names = {item.name for item in (tmp_path / "sent").iterdir()}
     own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
     assert names == own | {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
     text = (tmp_path / "sent" / "index.html").read_text()
@@ -214,7 +218,7 @@ def test_runs_share_one_viewer_and_a_list_leads_to_them(run, tmp_path, monkeypat
     assert [text.count(f'href="run{k}.html"') for k in (1, 2)] == [1, 1] and text.count(title) == 2
     assert 'data-recording="run2"' in (tmp_path / "sent" / "run2.html").read_text()
     write_shared_folder([read_run_folder(run)], tmp_path / "sent", force=True)
-    assert not own & {one.name for one in (tmp_path / "sent").iterdir()}, "an earlier folder is replaced whole"
+    assert not own & {item.name for item in (tmp_path / "sent").iterdir()}, "an earlier folder is replaced whole"
 
 
 def in_time(page):
@@ -250,4 +254,4 @@ def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared,
         assert len(colours) > 500, "the viewer draws"
         assert not page.errors()
         assert serious_faults(page, tmp_path) == []
-        assert all(one.startswith((shared.as_uri(), "data:")) for one in page.requests()) and page.requests()
+        assert all(item.startswith((shared.as_uri(), "data:")) for item in page.requests()) and page.requests()

@@ -29,10 +29,10 @@ def made(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def db(made):
-    found = duckdb.connect()
+    result = duckdb.connect()
     for name, table in read(made[0]).items():
-        found.register(name, table)
-    return found
+        result.register(name, table)
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -112,15 +112,15 @@ QUESTIONS = {
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_filter_clicks_answer_a_question_as_a_recount_does(question, page, db):
     (part, by, choose), columns, recount = QUESTIONS[question]
-    shown = [row for row in rows(page, part, by, **choose) if "fewer than 5" not in row]
+    printed = [row for row in rows(page, part, by, **choose) if "fewer than 5" not in row]
     # Less all others, a total would tell what a row of few students may not: one more row shows no figure.
-    withheld = {row[columns[0]] for row in shown if "not shown" in row}
-    seen = [[row[k] for k in columns] for row in shown if row[columns[0]] not in withheld]
-    seen = [row for row in seen if row[-1] not in ("", "0")]
+    withheld = {row[columns[0]] for row in printed if "not shown" in row}
+    recorded = [[row[k] for k in columns] for row in printed if row[columns[0]] not in withheld]
+    recorded = [row for row in recorded if row[-1] not in ("", "0")]
     expected = [list(row) for row in db.sql(recount).fetchall() if row[0] not in withheld]
     assert len(withheld) <= 1
-    assert len(expected) > 1 and sorted(seen) == sorted(expected)
-    assert [row[-1] for row in seen] == [row[-1] for row in expected]
+    assert len(expected) > 1 and sorted(recorded) == sorted(expected)
+    assert [row[-1] for row in recorded] == [row[-1] for row in expected]
 
 
 WORST = """WITH counts AS (SELECT run, detector, count(*) AS n FROM misses WHERE NOT held GROUP BY ALL),
@@ -137,9 +137,9 @@ def test_the_sessions_with_most_misses_lead_to_their_worst_miss(made, db):
     runs = read_class(made[0])
     worst = {run: (number, detector) for run, number, detector, _ in db.sql(WORST).fetchall()}
     rows = sessions_table(runs, places(runs, made[1].parent)).rows
-    found = {row[0].to.split("/")[-2]: unquote(row[1].to.partition("#")[2]) for row in rows}
-    assert len(found) == 5 and {*list(worst)[:3]} <= found.keys()
-    for run, address in found.items():
+    result = {row[0].to.split("/")[-2]: unquote(row[1].to.partition("#")[2]) for row in rows}
+    assert len(result) == 5 and {*list(worst)[:3]} <= result.keys()
+    for run, address in result.items():
         number, detector = worst[run]
         assert address == f"miss={number}" + ("" if detector == "slow" else f"&by={detector}")
 

@@ -26,18 +26,18 @@ def every(made):
 def test_class_below_five_students_lists_sessions_without_figures(tmp_path, students, nobody, few):
     runs, made = tables_of(tmp_path, 6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
     known = min(students, 6 - nobody)
-    found = every(made)
-    for table in found:
+    result = every(made)
+    for table in result:
         place = [column.name for column in table.columns].index("n")
         assert table.rows or not known
         for row in table.rows:
             hidden = row[place] == "fewer than 5"
-            assert hidden == all(one == "" for one in row[place + 1 :])
+            assert hidden == all(item == "" for item in row[place + 1 :])
             assert hidden >= bool(few)
-    assert any(row[2] == known for row in found[0].rows) != bool(few)
-    notes = " ".join(found[0].notes)
-    said = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
-    assert (said in notes) == bool(nobody)
+    assert any(row[2] == known for row in result[0].rows) != bool(few)
+    notes = " ".join(result[0].notes)
+    output = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
+    assert (output in notes) == bool(nobody)
     counts = class_counts(runs)
     assert counts.startswith(f"{'fewer than 5' if few else known} students, 6 sessions")
     assert bool(made.headlines()) == ("contacts" in counts) != bool(few)
@@ -52,20 +52,20 @@ def test_class_below_five_students_lists_sessions_without_figures(tmp_path, stud
 
 def test_small_cells_cannot_be_derived_from_totals(tmp_path):
     runs, _ = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
-    one = runs.tables["misses"].to_pylist()[0]
+    item = runs.tables["misses"].to_pylist()[0]
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
     counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
     misses = [
-        one | {"place": place, "cause": cause}
+        item | {"place": place, "cause": cause}
         for cause, (students, each) in counts.items()
         for place in [*range(students)] * each
     ]
     misses = pa.Table.from_pylist(misses, schema=runs.tables["misses"].schema)
     made = ClassTables(replace(runs, tables=runs.tables | {"misses": misses}))
-    shown = {row[3]: row[4] for row in made.causes().rows if row[0] == "miss"}
-    assert shown["late"] == "fewer than 5" and shown["search"] == 8
+    printed = {row[3]: row[4] for row in made.causes().rows if row[0] == "miss"}
+    assert printed["late"] == "fewer than 5" and printed["search"] == 8
     # Else its nine misses are the total less the two rows that are shown.
-    assert shown["budget ran out"] == "not shown"
+    assert printed["budget ran out"] == "not shown"
     sessions = sessions_table(runs, places(runs, tmp_path))
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"] and len(sessions.rows) == 5
 
@@ -86,10 +86,10 @@ def test_session_counts_once_and_left_out_sessions_are_listed(tmp_path):
     shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
     (tmp_path / "b" / "bare" / "metrics.parquet").unlink()
     after = every(ClassTables(read_class(tmp_path)))
-    assert [one.rows for one in after] == [one.rows for one in before]
-    said = " ".join(after[0].notes)
-    assert "Runs left out because their session is there already: 1." in said
-    assert "Runs left out because they have no metrics: 1." in said
+    assert [item.rows for item in after] == [item.rows for item in before]
+    output = " ".join(after[0].notes)
+    assert "Runs left out because their session is there already: 1." in output
+    assert "Runs left out because they have no metrics: 1." in output
     assert "Runs left out" not in " ".join(before[0].notes)
 
 

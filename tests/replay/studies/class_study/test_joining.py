@@ -16,7 +16,7 @@ from replay.studies.class_study.refusals import StudyRefusedError
 BOOK = codebook()
 
 
-def test_answers_are_read_sorted_by_student_and_turned_where_reversed(tmp_path):
+def test_answers_are_sorted_by_student_and_reversed_items_flipped(tmp_path):
     answers, _ = a_class(12)
     file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
     read = read_questionnaire(file, BOOK)
@@ -102,14 +102,14 @@ def test_row_that_does_not_fit_its_heading_is_refused(content, sentence, tmp_pat
         (["S07"], ["S07"], []),
     ],
 )
-def test_student_of_only_one_file_is_named(answering, recorded, meant):
+def test_student_missing_in_a_file_is_named(answering, recorded, meant):
     sentences = unmatched_students(answering, recorded)
     assert len(sentences) == len(meant)
-    assert all(words in sentence for sentence, words in zip(sentences, meant, strict=True))
+    assert all(text in sentence for sentence, text in zip(sentences, meant, strict=True))
 
 
-def test_students_are_joined_by_pseudonym_and_never_by_place():
+def test_students_are_joined_by_pseudonym_and_never_by_order():
     answers, contacts = a_class(8)
     table = metrics(contacts)
-    found = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])
-    assert found["contacts_per_min"].to_numpy() == pytest.approx(contacts)
+    result = means_of_students(table[::-1], questionnaire(answers), ["contacts_per_min"])
+    assert result["contacts_per_min"].to_numpy() == pytest.approx(contacts)

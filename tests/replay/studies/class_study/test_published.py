@@ -36,9 +36,9 @@ FOUND = {
 
 @pytest.mark.parametrize("found", FOUND)
 def test_printed_tables_contradictions_are_explained(remarks, found):
-    told = " ".join(one.message for one in remarks if (one.kind, one.row) == found)
-    assert all(words in told for words in FOUND[found])
-    others = {(one.kind, one.row) for one in remarks} - FOUND.keys()
+    reported = " ".join(item.message for item in remarks if (item.kind, item.row) == found)
+    assert all(text in reported for text in FOUND[found])
+    others = {(item.kind, item.row) for item in remarks} - FOUND.keys()
     assert all(kind == AGREES and " on " in row for kind, row in others) and len(others) == 7
 
 
@@ -60,4 +60,4 @@ def test_a_true_multiple_regression_keeps_its_label(tmp_path):
     )
     file = tmp_path / "t.toml"
     file.write_text(f'n = 52\n[[regression]]\ntable = "T"\nlabel = "multiple"\nrows = [{rows}]\n')
-    assert "label" not in {one.row for one in check_published(file)}
+    assert "label" not in {item.row for item in check_published(file)}

@@ -20,11 +20,11 @@ def fit(y, x):
 
 
 def test_regression_equals_stored_pingouin_and_statsmodels_values():
-    wanted = REFERENCE["multiple"]
-    found = fit(SCORES[:, 3], SCORES[:, :3])
-    assert [c.beta for c in found] == pytest.approx(wanted["beta"], abs=1e-10)
-    assert [c.vif for c in found] == pytest.approx(wanted["vif"], abs=1e-10)
-    assert found[0].adjusted_r2 == pytest.approx(wanted["adjusted_r2"], abs=1e-10)
+    requested = REFERENCE["multiple"]
+    result = fit(SCORES[:, 3], SCORES[:, :3])
+    assert [c.beta for c in result] == pytest.approx(requested["beta"], abs=1e-10)
+    assert [c.vif for c in result] == pytest.approx(requested["vif"], abs=1e-10)
+    assert result[0].adjusted_r2 == pytest.approx(requested["adjusted_r2"], abs=1e-10)
     simple = fit(SCORES[:, 3], SCORES[:, :1])
     assert simple[0].beta == pytest.approx(REFERENCE["simple"]["beta"], abs=1e-10)
     assert simple[0].adjusted_r2 == pytest.approx(REFERENCE["simple"]["adjusted_r2"], abs=1e-10)
@@ -69,7 +69,7 @@ def test_permutation_p_is_never_zero():
         (SCORES[:3, 3], SCORES[:3, :2], "no-variance"),
     ],
 )
-def test_what_cannot_be_told_apart_is_refused(y, x, rule):
+def test_collinear_predictors_are_refused(y, x, rule):
     with pytest.raises(StudyRefusedError) as refused:
         fit(y, x)
     assert refused.value.rule == rule

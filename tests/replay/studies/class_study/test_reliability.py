@@ -41,9 +41,9 @@ def test_the_interval_of_a_mean_is_students_own():
 def test_without_the_widening_it_is_what_scipy_gives(statistic):
     """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""
     values = np.random.default_rng(5).exponential(size=400)
-    low, high = interval_of(statistic, values, 1)
+    lower, upper = interval_of(statistic, values, 1)
     other = scipy.stats.bootstrap((values,), statistic, n_resamples=20_000, method="BCa", rng=np.random.default_rng(2))
-    assert (low, high) == pytest.approx(tuple(other.confidence_interval), abs=0.012 * (high - low))
+    assert (lower, upper) == pytest.approx(tuple(other.confidence_interval), abs=0.012 * (upper - lower))
 
 
 def test_constant_items_have_a_point_estimate_and_absent_items_none():
@@ -62,9 +62,9 @@ def test_kmo_of_uncorrelated_items_is_refused():
 
 def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     assert kmo(ANSWERS) == pytest.approx(REFERENCE["kmo"], abs=1e-10)
-    found = bartlett(ANSWERS)
-    assert [found.chi_square, found.p] == pytest.approx(REFERENCE["bartlett"], rel=1e-10, abs=1e-10)
-    assert found.degrees == 171
+    result = bartlett(ANSWERS)
+    assert [result.chi_square, result.p] == pytest.approx(REFERENCE["bartlett"], rel=1e-10, abs=1e-10)
+    assert result.degrees == 171
 
 
 @pytest.mark.parametrize(

@@ -46,12 +46,12 @@ def rules(found):
 
 def test_planted_association_is_detected_and_nothing_else():
     answers, contacts = a_class(52, seed=3)
-    found = analyse(ASKED, questionnaire(answers), metrics(contacts))
-    ease, moved = found.coefficients
+    result = analyse(ASKED, questionnaire(answers), metrics(contacts))
+    ease, moved = result.coefficients
     assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
     assert not moved.associated
-    assert (found.students, found.rows, found.detector, found.recall) == (52, 52, "exact", 1.0)
-    assert not found.refusals
+    assert (result.students, result.rows, result.detector, result.recall) == (52, 52, "exact", 1.0)
+    assert not result.refusals
 
 
 def finding(low, high, p):
@@ -61,17 +61,17 @@ def finding(low, high, p):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
-    found, *others = (
-        finding(*sorted((sign * low, sign * 1.2)), p)
-        for low, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
+    result, *others = (
+        finding(*sorted((sign * lower, sign * 1.2)), p)
+        for lower, p in ((0.1, 0.04), (-0.1, 0.04), (0.1, 0.06), (0.1, None))
     )
-    words = ["undecided: interval holds zero", "not distinguished from chance", "not tested"]
-    assert found.conclusion == "associated" and [one.conclusion for one in others] == words
-    turned = finding(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
-    for before, after in ((found, others[0]), (others[0], found), (found, turned)):
+    text = ["undecided: interval holds zero", "not distinguished from chance", "not tested"]
+    assert result.conclusion == "associated" and [item.conclusion for item in others] == text
+    rotated = finding(*sorted((-sign * 0.1, -sign * 1.2)), 0.04)
+    for before, after in ((result, others[0]), (others[0], result), (result, rotated)):
         assert Sensitivity("hybrid", 0.9, before, after).conclusion == "another conclusion"
     assert Sensitivity("hybrid", 0.9, others[0], others[1]).conclusion == "the same"
-    assert Sensitivity("hybrid", 0.9, found, None).conclusion == "not tested"
+    assert Sensitivity("hybrid", 0.9, result, None).conclusion == "not tested"
 
 
 STATES = {
@@ -121,24 +121,24 @@ def test_behaviour_without_recall_is_refused_and_answers_are_kept(runs):
     answers, contacts = a_class(30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
-        found = analyse(ASKED, questionnaire(answers), table)
-        assert [one.variables for one in found.coefficients] == [EASE]
-        (refused,) = found.refusals
+        result = analyse(ASKED, questionnaire(answers), table)
+        assert [item.variables for item in result.coefficients] == [EASE]
+        (refused,) = result.refusals
         assert refused.rule == rule and "contacts_per_min" in refused.what
-        (plain,) = json.loads(json.dumps(as_json(runs, found), allow_nan=False))["refused"]
+        (plain,) = json.loads(json.dumps(as_json(runs, result), allow_nan=False))["refused"]
         assert plain["rule"] == rule and plain["lift"]
 
 
 def test_misspelt_student_leaves_the_others_in_the_study():
     answers, contacts = a_class(30)
     table = metrics(contacts).replace({"student": {"S07": "s7"}})
-    found = analyse(ASKED, questionnaire(answers), table)
-    assert [(finding.variables, finding.students) for finding in found.coefficients] == [(EASE, 30), (CONTACTS, 29)]
-    assert found.unmatched == (
+    result = analyse(ASKED, questionnaire(answers), table)
+    assert [(finding.variables, finding.students) for finding in result.coefficients] == [(EASE, 30), (CONTACTS, 29)]
+    assert result.unmatched == (
         "'S07' of the questionnaire matches no recording; did you mean 's7'?",
         "'s7' of the recordings is not in the questionnaire; did you mean 'S07'?",
     )
-    (warning,) = [sentence for sentence in found.warnings if "only one file" in sentence]
+    (warning,) = [sentence for sentence in result.warnings if "only one file" in sentence]
     assert "S07" not in warning and warning.startswith("2 students")
 
 
@@ -149,17 +149,17 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
         with pytest.raises(StudyRefusedError, match="small-cell"):
             analyse(codebook(), questionnaire(answers), metrics(contacts))
         return
-    found = analyse(codebook(), questionnaire(answers), metrics(contacts))
-    (one,) = found.coefficients
-    assert one.students == count and one.p is None and found.bartlett is None and "few-students" in rules(found)
-    assert headlines(found) == ["No association was tested"]
+    result = analyse(codebook(), questionnaire(answers), metrics(contacts))
+    (item,) = result.coefficients
+    assert item.students == count and item.p is None and result.bartlett is None and "few-students" in rules(result)
+    assert headlines(result) == ["No association was tested"]
 
 
 @pytest.mark.parametrize(("question", "words"), [
     (("motivation", "arm"), r"'arm'.*without a regression"),
     (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
 ])  # fmt: skip
-def test_a_name_that_cannot_be_asked_about_is_answered(question, words):
+def test_unknown_name_in_a_codebook_is_answered(question, words):
     answers, contacts = a_class(40)
     with pytest.raises(StudyError, match=words):
         analyse(codebook((question,), groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
@@ -169,51 +169,51 @@ def test_a_name_that_cannot_be_asked_about_is_answered(question, words):
 def test_group_with_fewer_than_five_answers_is_not_compared(left):
     answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
-    found = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
-    sizes = {two.outcome: (two.first_students, two.second_students) for two in found.groups}
+    result = analyse(codebook(groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
+    sizes = {two.outcome: (two.first_students, two.second_students) for two in result.groups}
     assert sizes == {"ease of use": (20, 20)} | ({"motivation": (20, 5)} if left == 5 else {})
-    assert rules(found) == (set() if left == 5 else {"small-cell"})
+    assert rules(result) == (set() if left == 5 else {"small-cell"})
     few = ["first"] * (40 - left) + ["second"] * left
-    found = analyse(ARMS, questionnaire(answers, few), metrics(contacts))
-    assert found.group_sizes["second"] == ("5" if left == 5 else "fewer than 5")
+    result = analyse(ARMS, questionnaire(answers, few), metrics(contacts))
+    assert result.group_sizes["second"] == ("5" if left == 5 else "fewer than 5")
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
     answers, contacts = a_class(20)
     answers[4:, 0] = np.nan
-    found = analyse(codebook(), questionnaire(answers), metrics(contacts))
-    assert "ease of use" not in found.reliabilities and "motivation" in found.reliabilities
-    assert found.kmo is None and found.bartlett is None and not found.coefficients
-    assert rules(found) == {"small-cell"}
+    result = analyse(codebook(), questionnaire(answers), metrics(contacts))
+    assert "ease of use" not in result.reliabilities and "motivation" in result.reliabilities
+    assert result.kmo is None and result.bartlett is None and not result.coefficients
+    assert rules(result) == {"small-cell"}
 
 
 def test_student_with_several_sessions_counts_once_by_mean():
     answers, contacts = a_class(30)
     plain, table = metrics(contacts), metrics(contacts, sessions=2)
-    apart = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
-    table["contacts_per_min"] += apart
+    separate = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
+    table["contacts_per_min"] += separate
     table = concat([table, *[plain[:1]] * 18])
-    found, once = (analyse(ASKED, questionnaire(answers), rows) for rows in (table, plain))
-    assert (found.rows, found.students) == (78, 30)
-    for other, one in zip(found.coefficients, once.coefficients, strict=True):
-        assert (other.beta, other.low, other.high, other.p) == pytest.approx((one.beta, one.low, one.high, one.p))
+    result, once = (analyse(ASKED, questionnaire(answers), rows) for rows in (table, plain))
+    assert (result.rows, result.students) == (78, 30)
+    for other, item in zip(result.coefficients, once.coefficients, strict=True):
+        assert (other.beta, other.low, other.high, other.p) == pytest.approx((item.beta, item.low, item.high, item.p))
 
 
 def test_unfittable_detector_counts_as_not_tested():
     answers, contacts = a_class(40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
     table["grasps"] = np.arange(80) // 2 % 7
-    found = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
-    words = {row.before.name: row.conclusion for row in found.sensitivity}
-    assert words == {"contacts_per_min": "not tested", "grasps": "the same"}
-    assert [row is None for row in study_tables(found)["sensitivity"].column("beta")] == [True, False]
+    result = analyse(codebook((EASE, CONTACTS, ("motivation", "grasps"))), questionnaire(answers), table)
+    text = {row.before.name: row.conclusion for row in result.sensitivity}
+    assert text == {"contacts_per_min": "not tested", "grasps": "the same"}
+    assert [row is None for row in study_tables(result)["sensitivity"].column("beta")] == [True, False]
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    found = read_class(made_class(tmp_path_factory.mktemp("class"), 6, 6, contacts=3))
-    found.metrics["run002"]["slow"]["settings"] = "other"
-    return found
+    result = read_class(made_class(tmp_path_factory.mktemp("class"), 6, 6, contacts=3))
+    result.metrics["run002"]["slow"]["settings"] = "other"
+    return result
 
 
 def test_the_page_of_a_study_reads_so(runs, snapshot):
@@ -221,28 +221,28 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     answers, contacts = a_class(40, seed=3)
     answers[:5, 3] = np.nan
     table = metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.9), sessions=2)
-    asked = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", NAMES))
+    requested = codebook((EASE, (*CONTACTS, "grasps"), ("ease of use", "stirs")), groups=("arm", NAMES))
     group = ["first"] * 31 + ["second"] * 9
     table["stirs"] = 1.0
-    found = analyse(asked, questionnaire(answers, group), table)
-    page = study_html(runs, places(runs, runs.top), found, "Class of 2026")
+    result = analyse(requested, questionnaire(answers, group), table)
+    page = study_html(runs, places(runs, runs.top), result, "Class of 2026")
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
     page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
-    few_students = study_html(runs, places(runs, runs.top), replace(found, bartlett=None), "Class of 2026")
+    few_students = study_html(runs, places(runs, runs.top), replace(result, bartlett=None), "Class of 2026")
     assert "All items together" in page and "All items together" not in few_students
 
 
 def test_study_folder_needs_force_and_holds_no_pseudonym(runs, tmp_path):
-    found = study()
-    out = write_study(runs, found, tmp_path / "study", inputs={})
+    result = study()
+    out = write_study(runs, result, tmp_path / "study", inputs={})
     for file in out.iterdir():
         assert "S07" not in file.read_text("utf-8"), file.name
     assert (out / "associations.csv").read_text("utf-8").count("\n") == 3
     with pytest.raises(OutputError, match="--force"):
-        write_study(runs, found, out, inputs={})
-    write_study(runs, found, out, inputs={}, force=True)
+        write_study(runs, result, out, inputs={})
+    write_study(runs, result, out, inputs={}, force=True)
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
     with pytest.raises(OutputError, match="is not a study folder"):
-        write_study(runs, found, tmp_path / "thesis", inputs={}, force=True)
+        write_study(runs, result, tmp_path / "thesis", inputs={}, force=True)

@@ -11,7 +11,7 @@ from sessions import read_session
 
 
 def scores(drawn, short):
-    answers = np.array([[one.answers[f"{short}{k}"] for k in range(1, 5)] for one in drawn], dtype=float)
+    answers = np.array([[item.answers[f"{short}{k}"] for k in range(1, 5)] for item in drawn], dtype=float)
     answers[:, 3] = 6.0 - answers[:, 3]
     return answers.mean(axis=1)
 
@@ -19,8 +19,8 @@ def scores(drawn, short):
 def test_traits_and_touches_go_together_as_the_model_says():
     drawn = draw_class(2500)
     ease, motivation = scores(drawn, "ease"), scores(drawn, "mot")
-    touches = [len(one.touches) for one in drawn]
-    near = [one.near for one in drawn]
+    touches = [len(item.touches) for item in drawn]
+    near = [item.near for item in drawn]
     assert np.corrcoef(ease, motivation)[0, 1] == pytest.approx(0.6 * 0.82, abs=0.06)
     assert np.corrcoef(scores(drawn, "imm"), motivation)[0, 1] == pytest.approx(0.3 * 0.82, abs=0.06)
     assert np.std(motivation) == pytest.approx(np.std(ease), rel=0.03)
@@ -29,7 +29,7 @@ def test_traits_and_touches_go_together_as_the_model_says():
     assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
 
 
-def test_a_larger_class_has_the_smaller_one_in_it():
+def test_larger_class_contains_the_smaller_class():
     assert draw_class(9, 3)[:4] == draw_class(4, 3) != draw_class(4, 4)
 
 

@@ -28,36 +28,36 @@ def summary_of(folder):
 
 
 def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
-    found = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
-    assert found.same == 1
-    assert [row["start"] for row in found.lost] == [pytest.approx(0.04)]
-    assert [row["start"] for row in found.gained] == [pytest.approx(0.12)]
-    (shift,) = found.shifted
+    result = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
+    assert result.same == 1
+    assert [row["start"] for row in result.lost] == [pytest.approx(0.04)]
+    assert [row["start"] for row in result.gained] == [pytest.approx(0.12)]
+    (shift,) = result.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
-    assert found.same_verdicts is False
+    assert result.same_verdicts is False
     before, after = (summary_of(folders / name)["detectors"]["slow"]["seconds"] for name in "ac")
-    assert found.time_ratio == pytest.approx(after["detect"] / before["detect"])
-    assert found.p99_ratio == pytest.approx(after["sample_times"]["p99"] / before["sample_times"]["p99"])
+    assert result.time_ratio == pytest.approx(after["detect"] / before["detect"])
+    assert result.p99_ratio == pytest.approx(after["sample_times"]["p99"] / before["sample_times"]["p99"])
     kinds = {"gained", "lost", "shifted"}
-    assert all(replace(found, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
+    assert all(replace(result, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
 
 
 def test_every_setting_that_differs_is_named_and_no_other(folders):
-    found = diff_runs(folders / "a", folders / "b", different_sessions=True)
-    assert found.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
-    assert (found.only_a, found.only_b) == (("hybrid",), ("sphere",))
+    result = diff_runs(folders / "a", folders / "b", different_sessions=True)
+    assert result.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
+    assert (result.only_a, result.only_b) == (("hybrid",), ("sphere",))
 
 
 def test_a_run_beside_itself_changed_nothing(folders):
-    found = diff_runs(folders / "a", folders / "a")
-    assert not found.changed and not found.settings
-    assert all(one.same_verdicts and one.time_ratio == 1.0 for one in found.detectors.values())
+    result = diff_runs(folders / "a", folders / "a")
+    assert not result.changed and not result.settings
+    assert all(item.same_verdicts and item.time_ratio == 1.0 for item in result.detectors.values())
 
 
 def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, tmp_path, capsys):
     assert main(["diff", str(folders / "a"), str(folders / "c")]) == 1
-    said = capsys.readouterr().err
-    assert "replay different recordings" in said and "add --different-sessions" in said
+    output = capsys.readouterr().err
+    assert "replay different recordings" in output and "add --different-sessions" in output
     assert not diff_runs(folders / "b", folders / "c").detectors["slow"].same, "of one recording they compare"
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)

@@ -13,8 +13,8 @@ from replay.studies.paper.pictures import figure_8
 def test_samples_cover_as_many_poses_in_the_same_time(snapshot, monkeypatch):
     for name, few in {"SIZES": (200, None), "SEARCHERS": ("random",), "LIMIT": 3000}.items():
         monkeypatch.setattr(feature_samples, name, few)
-    found = feature_samples.search_samples("torus-sphere", 8, 1)
-    assert (found.meeting, found.spent) == snapshot
+    result = feature_samples.search_samples("torus-sphere", 8, 1)
+    assert (result.meeting, result.spent) == snapshot
 
 
 def test_nine_in_ten_are_reached_by_the_ninth_of_ten():

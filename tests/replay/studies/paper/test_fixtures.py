@@ -31,21 +31,21 @@ def truth_of(one):
 
 
 @pytest.mark.parametrize(("target", "number"), [*FEW, *(pytest.param(*key, marks=pytest.mark.slow) for key in ALL)])
-def test_the_wanted_number_of_faces_meets_and_exhaustion_agrees(target, number):
-    one = fixture(target, number)
-    assert abs(one.faces - target) <= TOLERANCE * target
-    assert one.family == FAMILY_NAMES[number % 2]
-    assert np.array_equal(one.pairs, truth_of(one))
+def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
+    item = fixture(target, number)
+    assert abs(item.faces - target) <= TOLERANCE * target
+    assert item.family == FAMILY_NAMES[number % 2]
+    assert np.array_equal(item.pairs, truth_of(item))
 
 
 def test_fixture_depends_on_key_number_and_seed():
-    one, again = fixture(100, 0), fixture.__wrapped__(100, 0)
-    assert one is fixture(100, 0) and again is not one
-    assert np.array_equal(one.motion.translations, again.motion.translations)
-    assert np.array_equal(one.pairs, again.pairs)
-    assert [body.mesh.content_hash for body in one.bodies] == [body.mesh.content_hash for body in again.bodies]
-    assert all(len(body.mesh.faces) < 600 for body in one.bodies), "no finer than the target needs"
-    moves = [made.motion.translations.tolist() for made in (one, fixture(100, 2), fixture(100, 0, seed=1))]
+    item, again = fixture(100, 0), fixture.__wrapped__(100, 0)
+    assert item is fixture(100, 0) and again is not item
+    assert np.array_equal(item.motion.translations, again.motion.translations)
+    assert np.array_equal(item.pairs, again.pairs)
+    assert [body.mesh.content_hash for body in item.bodies] == [body.mesh.content_hash for body in again.bodies]
+    assert all(len(body.mesh.faces) < 600 for body in item.bodies), "no finer than the target needs"
+    moves = [made.motion.translations.tolist() for made in (item, fixture(100, 2), fixture(100, 0, seed=1))]
     assert moves[0] != moves[1] != moves[2] != moves[0]
 
 

@@ -14,24 +14,24 @@ some_poses = pytest.mark.parametrize("some", [FEW, pytest.param(ALL, marks=pytes
 
 def groups(some):
     """Poses of the same meshes, for which a detector is made once."""
-    found = groups_of(fixture(*key) for key in some)
-    assert all(pose.bodies is group[0].bodies for group in found for pose in group)
-    assert all(len({pose.motion.times[0] for pose in group}) == len(group) for group in found)
-    return found
+    result = groups_of(fixture(*key) for key in some)
+    assert all(pose.bodies is group[0].bodies for group in result for pose in group)
+    assert all(len({pose.motion.times[0] for pose in group}) == len(group) for group in result)
+    return result
 
 
 @some_poses
 @pytest.mark.parametrize("name", ROWS)
 def test_complete_detector_finds_every_face_and_none_invents(name, some):
     for group in groups(some):
-        found = ask(name, make(name, group[0].bodies), group)
-        assert (found["pairs"] == found["right_pairs"]).all() and (
-            (found["seconds"] > 0) & (found["seconds"] < 60)
+        result = ask(name, make(name, group[0].bodies), group)
+        assert (result["pairs"] == result["right_pairs"]).all() and (
+            (result["seconds"] > 0) & (result["seconds"] < 60)
         ).all()
-        assert ((found["operations"] > 0) == bool(ROWS[name].counters)).all()
+        assert ((result["operations"] > 0) == bool(ROWS[name].counters)).all()
         if ROWS[name].complete:
-            assert (found["right_pairs"] == found["true_pairs"]).all()
-            assert (found["faces"] == found["true_faces"]).all()
+            assert (result["right_pairs"] == result["true_pairs"]).all()
+            assert (result["faces"] == result["true_faces"]).all()
 
 
 @some_poses
@@ -40,8 +40,8 @@ def test_larger_budget_never_finds_fewer_faces(name, some):
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])
         work = ask(name, make(name, bodies), group)["operations"].max()
-        cut = [ask(name, make(name, bodies, budget=max(1, int(share * work))), group) for share in SHARES]
-        assert all((found["pairs"] == found["right_pairs"]).all() for found in cut)
-        faces = np.array([found["faces"] for found in cut])
+        cut = [ask(name, make(name, bodies, budget=max(1, int(fraction * work))), group) for fraction in SHARES]
+        assert all((result["pairs"] == result["right_pairs"]).all() for result in cut)
+        faces = np.array([result["faces"] for result in cut])
         assert (np.diff(faces, axis=0) >= 0).all() and (faces[-1] == true).all()
         assert 0.05 < faces[SHARES.index(0.25)].sum() / true.sum() < 0.95

@@ -21,15 +21,15 @@ def test_printed_values_stand_below_their_explaining_heading(small):
 
 
 def test_a_budget_is_what_a_row_does_in_that_time():
-    asked = {
+    requested = {
         "hybrid": [(100, 0, 0.002), (100, 0, 0.004), (200, 0, 9.0)],
         "obb": [(200, 1, 0.03), (100, 300, 0.01), (100, 500, 0.03)],
     }
     complete = {
         name: np.array([(target, 1, 1, 1, 1, 1, done, seconds) for target, done, seconds in rows], ANSWER)
-        for name, rows in asked.items()
+        for name, rows in requested.items()
     }
-    assert [budget(complete, "obb", 100, share) for share in (1e-9, 0.5, 1.0, 2.0)] == [1, 30, 60, 120]
+    assert [budget(complete, "obb", 100, fraction) for fraction in (1e-9, 0.5, 1.0, 2.0)] == [1, 30, 60, 120]
 
 
 WHOLE = (100, 10, 10, 4, 4, 4, 0, 0.001)
@@ -46,19 +46,19 @@ def test_table_1_means_and_deviations_match_hand_calculation():
     known = {"solid-style": (0.8659, 0.0472), "rapid-style": (0.8803, 0.0615), "hybrid-qaco": (0.9567, 0.0215)}
     assert known.keys() == PAPER.keys()
     for name, figures in known.items():
-        shares = [count / int(target) for target, count in PAPER[name]["detected"].items()]
-        assert len(shares) == 10 and (np.mean(shares), np.std(shares)) == pytest.approx(figures, abs=5e-5)
+        fractions = [count / int(target) for target, count in PAPER[name]["detected"].items()]
+        assert len(fractions) == 10 and (np.mean(fractions), np.std(fractions)) == pytest.approx(figures, abs=5e-5)
     assert sum(PAPER["solid-style"]["detected"].values()) == 4658
     assert (99 / 132, round(105 / 132, 3)) == (PAPER["hybrid-qaco"]["time"], PAPER["solid-style"]["time"])
 
 
 def test_a_known_sample_has_the_known_mean_deviation_and_variance():
-    number, mean, low, high, deviation, variance = spread(np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]))
-    assert (number, mean) == (8, 5.0) and low < mean < high
+    number, mean, lower, upper, deviation, variance = spread(np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]))
+    assert (number, mean) == (8, 5.0) and lower < mean < upper
     assert variance == pytest.approx(32 / 7) and deviation == pytest.approx((32 / 7) ** 0.5)
 
 
-def test_who_watches_sees_the_first_stage_and_can_end_there():
+def test_progress_reports_the_first_stage_and_can_stop_there():
     watching = Mock(stage=Mock(side_effect=InterruptedError))
     with pytest.raises(InterruptedError):
         run_paper(Size((), 0, 0), progress=watching)

@@ -43,10 +43,10 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ["sent_along:Blind", "os:system"])
 def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys):
     tamper(folder, "detectors", slow={"name": name, "settings": {}})
-    for words in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
-        main(words)
-    said = capsys.readouterr().err
-    assert f"--detector slow={name}" in " ".join(said.split()) and "should not have happened" not in said
+    for text in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
+        main(text)
+    output = capsys.readouterr().err
+    assert f"--detector slow={name}" in " ".join(output.split()) and "should not have happened" not in output
     assert not (folder.parent / "sent_along.imported").exists() and "sent_along" not in sys.modules
 
 

@@ -32,7 +32,7 @@ PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 
 
 @given(st.integers(1, 60), st.data())
-def test_what_must_be_there_is_all_that_is_left(count, data):
+def test_only_necessary_faces_are_left(count, data):
     needed = set(data.draw(st.lists(st.integers(0, count - 1), unique=True)))
     assert set(fewest(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
 
@@ -47,7 +47,7 @@ def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
 
     left = fewest(np.arange(count), stands)
     assert stands(left)
-    assert not any(stands(np.delete(left, one)) for one in range(len(left)))
+    assert not any(stands(np.delete(left, item)) for item in range(len(left)))
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_miss_between_samples_ends_at_two_frames_and_two_faces(folder):
     fault = of_run(read_run_folder(folder), miss=1, label="slow")
     done = least(fault)
     assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
-    assert not any(one.stands() and doubts_of(one) <= doubts_of(done) for one in nothing_can_go(done))
+    assert not any(item.stands() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
 
 
@@ -109,10 +109,10 @@ def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     assert fault.pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
 
 
-def test_contained_body_is_shrunk_to_one_in_a_tetrahedron():
+def test_contained_body_is_shrunk_to_a_tetrahedron():
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
-    turned = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
-    motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), turned)
+    rotated = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
+    motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), rotated)
     done = least(Fault("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
     assert Size.of(done) == Size(1, 2, (4, 1))
     assert (done.motion.rotations == np.eye(3)).all()
@@ -142,15 +142,15 @@ def test_written_numbers_read_back_bit_for_bit(folder, tmp_path):
     assert read["body"]("a", "body-1.obj").mesh.vertices.tobytes() == fault.bodies[0].mesh.vertices.tobytes()
 
 
-def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
+def test_unshrinkable_answer_is_explained_in_a_sentence(folder, tmp_path, capsys):
     opened = read_run_folder(folder)
-    for asked, words in (
+    for requested, text in (
         ({"miss": 1, "label": "hybrid"}, "audited no hybrid; it audited: slow, exact2"),
         ({"miss": 1, "label": "exact2"}, "has no miss 1 of exact2"),
         ({"false": 9, "label": "slow"}, "has no false contact 9 of slow"),
     ):
-        with pytest.raises(ShrinkError, match=words):
-            of_run(opened, **asked)
+        with pytest.raises(ShrinkError, match=text):
+            of_run(opened, **requested)
     assert main(["shrink", str(folder)]) == 2
     assert "--miss N or --false N" in capsys.readouterr().err
     moved = Path(shutil.copytree(folder, tmp_path / "run"))
@@ -164,8 +164,8 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
 def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
     session, scene = folder.parent / "s.mcap", tmp_path / "other.toml"
     scene.write_text('[[body]]\nid = "a"\n[[body]]\nid = "b"\nshape = "box"\nsize = [0.9, 0.9, 0.9]\n')
-    asked = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"
-    run(session, detectors=asked, scene=scene, out=tmp_path / "run", picture=False)
+    requested = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"
+    run(session, detectors=requested, scene=scene, out=tmp_path / "run", picture=False)
     made = read_run_folder(tmp_path / "run")
     with pytest.raises(RunFolderError, match=r"run replayed with the scene of other.toml; give it with --scene FILE$"):
         of_run(made, miss=1, label="slow", session=session)

@@ -53,7 +53,7 @@ def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
         a, b, c = body.mesh.triangles.transpose(1, 0, 2)
         assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-6).all()
     first, second = in_last_frame(bodies, motion)
-    meets, depth = triangle_margins([(one, other) for one in first for other in second])
+    meets, depth = triangle_margins([(item, other) for item in first for other in second])
     assert depth[meets].max() > 2e-6 and case["doubts"] == []
 
 
@@ -61,19 +61,19 @@ def test_faces_have_area_and_overlap_beyond_the_tolerance(tmp_path):
 def test_no_shift_by_tolerance_ends_a_coplanar_contact(tmp_path):
     bodies, motion, case = shrunk(tmp_path, cube(), cube(), (0, 0, 0, 1))
     last = motion.take(np.array([len(motion) - 1]))
-    for way in itertools.product((-1, 0, 1), repeat=3):
+    for method in itertools.product((-1, 0, 1), repeat=3):
         moved = last.translations.copy()
-        moved[0, 1] += 1.9e-6 * np.array(way) / max(1.0, np.linalg.norm(way))
+        moved[0, 1] += 1.9e-6 * np.array(method) / max(1.0, np.linalg.norm(method))
         shifted = Motion(last.times, moved, last.rotations)
-        assert create_detector("exact", bodies).detect(shifted).verdict[0, 0] == Verdict.CONTACT, way
+        assert create_detector("exact", bodies).detect(shifted).verdict[0, 0] == Verdict.CONTACT, method
     assert "overlap by more than 2 micrometres" in " ".join(case["doubts"])
 
 
-def test_what_cannot_be_well_posed_is_said(tmp_path, capsys):
+def test_ill_posed_case_is_explained(tmp_path, capsys):
     segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
     _, _, case = shrunk(tmp_path, cube(), segment, TURNED)
-    for words in (*case["doubts"], capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
-        assert "without an area" in " ".join(words.split())
+    for text in (*case["doubts"], capsys.readouterr().out, (tmp_path / "case" / "README.md").read_text()):
+        assert "without an area" in " ".join(text.split())
 
 
 def test_face_no_higher_than_the_tolerance_is_thin_anywhere():

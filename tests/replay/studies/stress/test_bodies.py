@@ -16,21 +16,21 @@ def run_cases(detectors, cases, **more):
 
 @pytest.mark.parametrize("number", [number for number in CASES if number != 29])
 def test_exact_passes_or_speaks_of_frames(number):
-    (one,) = run_cases(["exact"], [number])
-    assert one.invented == one.within == one.refused == one.changed == 0 and one.asked > 0
-    assert (one.missed > 0) == (number in (30, 32, 33, 44, 48))
-    assert one.promised == (number not in (30, 31, 32, 33, 44, 48))
-    assert StressResult(100, 1, 0.0, (one,)).broken == []
+    (item,) = run_cases(["exact"], [number])
+    assert item.invented == item.within == item.refused == item.changed == 0 and item.asked > 0
+    assert (item.missed > 0) == (number in (30, 32, 33, 44, 48))
+    assert item.promised == (number not in (30, 31, 32, 33, 44, 48))
+    assert StressResult(100, 1, 0.0, (item,)).broken == []
 
 
 def test_a_detector_of_intervals_misses_none_of_them():
-    for one in run_cases(["continuous"], [30, 31, 32, 33, 41, 43, 44, 48]):
-        assert one.words == "passed" and one.promised and one.reason == "", one
+    for item in run_cases(["continuous"], [30, 31, 32, 33, 41, 43, 44, 48]):
+        assert item.words == "passed" and item.promised and item.reason == "", item
 
 
 def test_python_fcl_errors_on_resting_glass_need_tau():
-    told = run_cases(["hybrid"], [41, 42])
-    assert all(one.missed == one.invented == one.refused == 0 for one in told) and told[1].within > 0
+    reported = run_cases(["hybrid"], [41, 42])
+    assert all(item.missed == item.invented == item.refused == 0 for item in reported) and reported[1].within > 0
     (strict,) = run_cases(["hybrid"], [42], tau=0.0)
     assert strict.within == 0 and strict.missed + strict.invented > 0
 
@@ -42,18 +42,18 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
         (slab, [0.1, 0.2, 0.995], 1), (slab, [0.1, 0.2, 0.985], 0), (box_mesh(), [0.5, 0.0, 0.0], 0),
     ):  # fmt: skip
         scene = of_instants("", (box_mesh(), other), at([place]))
-        one = ask_case("support.planted_detectors:Blamed", 41, [scene], seed=0, tau=0.01)
-        assert (one.within, one.missed, one.reason) == (within, 1 - within, "")
+        item = ask_case("support.planted_detectors:Blamed", 41, [scene], seed=0, tau=0.01)
+        assert (item.within, item.missed, item.reason) == (within, 1 - within, "")
 
 
 def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
-    (one,) = run_cases(["sphere"], [27])
-    assert one.missed == one.invented == 0 and one.asked == 24
-    assert one.refused + one.unconfirmed == 24
+    (item,) = run_cases(["sphere"], [27])
+    assert item.missed == item.invented == 0 and item.asked == 24
+    assert item.refused + item.unconfirmed == 24
 
 
-def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
+def test_answer_that_depends_on_blocks_is_detected(monkeypatch):
     monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
-    (one,) = run_cases(["exact"], [43])
-    assert (one.asked, one.changed) == (4, 3) and "blocks 1" in one.reason
-    assert len(StressResult(100, 1, 0.0, (one,)).broken) == 1
+    (item,) = run_cases(["exact"], [43])
+    assert (item.asked, item.changed) == (4, 3) and "blocks 1" in item.reason
+    assert len(StressResult(100, 1, 0.0, (item,)).broken) == 1

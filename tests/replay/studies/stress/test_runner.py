@@ -93,15 +93,17 @@ def test_python_fcl_behind_hybrid_fails_where_products_overflow():
     ],
 )
 def test_wrong_detector_that_claims_exactness_breaks_the_gate(detector, kind, counts, broken):
-    told = StressResult(1, 1, 0.0, (Tally(detector, kind, 3, "shared vertex", 5, 9, **counts),)).as_json()["broken"]
-    assert len(told) == broken
-    assert not told or "exact claims exactness and failed 9 of 9 questions of 03 shared vertex (seed 5)" in told[0]
+    reported = StressResult(1, 1, 0.0, (Tally(detector, kind, 3, "shared vertex", 5, 9, **counts),)).as_json()["broken"]
+    assert len(reported) == broken
+    assert (
+        not reported or "exact claims exactness and failed 9 of 9 questions of 03 shared vertex (seed 5)" in reported[0]
+    )
 
 
 def test_containment_is_missed_by_clear_and_false_for_contact():
-    said, truth = (np.array(words, dtype=np.uint8) for words in ([0, 1], [Verdict.CONTAINED] * 2))
-    found = judged(said, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
-    assert found["missed"].tolist() == [True, False] and found["invented"].tolist() == [False, True]
+    output, truth = (np.array(text, dtype=np.uint8) for text in ([0, 1], [Verdict.CONTAINED] * 2))
+    result = judged(output, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
+    assert result["missed"].tolist() == [True, False] and result["invented"].tolist() == [False, True]
 
 
 def test_all_means_every_row_that_decides_on_meshes(monkeypatch):

@@ -12,7 +12,7 @@ from replay.studies.stress.triangle_pairs import verdicts_of
 
 
 @pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
-def test_exact_asked_in_batches_says_what_the_predicate_says(number, monkeypatch):
+def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
     monkeypatch.setattr(triangle_pairs, "BATCH", 16)
     pairs = FAMILIES[number - 1].pairs(40)
     assert np.array_equal(verdicts_of("exact", pairs) == Verdict.CONTACT, triangles_intersect(pairs))
