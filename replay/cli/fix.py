@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 ENGINE_WORDS = "Write files for unity, unreal, godot or mujoco."
 OUT_WORDS = "Folder for the files.  [default: fix-ENGINE]"
-FALSE_WORDS = "Of the reported contact time at most so much may be false."
-MISSED_WORDS = "Of the contact time at most so much may be missed."
+FALSE_WORDS = "Largest fraction of the reported contact time that may be false."
+MISSED_WORDS = "Largest fraction of the contact time that may be missed."
 LIMIT_WORDS = "Cut and search so long; then take the best pieces found by then."
 
 
