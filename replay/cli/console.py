@@ -153,15 +153,18 @@ def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list
 
 
 def show(made: "RenderableType | list[str]") -> None:
-    """Print for people: a ``str`` is a line, a ``list`` are lines; what is piped has no spaces at the ends of lines."""
+    """Print for people: a ``str`` is a line, a ``list`` are lines; what is piped has no spaces at the ends of lines.
+
+    Nothing is cropped: a path longer than the terminal is wide runs over into the next line, and can be copied whole.
+    """
     if isinstance(made, str | list):
         for line in [made] if isinstance(made, str) else made:
             print(_folded(safe_text(line), sys.stdout))
     elif sys.stdout.isatty():
-        stdout_console().print(made)
+        stdout_console().print(made, crop=False)
     else:
         with (console := stdout_console()).capture() as held:
-            console.print(made)
+            console.print(made, crop=False)
         print("\n".join(line.rstrip() for line in held.get().splitlines()))
 
 

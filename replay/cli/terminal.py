@@ -80,7 +80,11 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Command:
-    """A command to be copied, below the text of a label; a long one is continued before an option."""
+    """A command to be copied, below the text of a label; a long one is continued before an option.
+
+    An option too long for a line is continued after a comma, from the first column: a shell joins such lines as they
+    are, in double quotes too, so that indentation would become part of the argument.
+    """
 
     text: str
 
@@ -88,10 +92,25 @@ class Command:
         """On one line where it fits, else with ``\\`` at the end of each but the last."""
         del console
         indent, room = " " * 8, min(options.max_width, WIDEST)
-        words = shown(self.text)
-        if len(indent) + len(words) > room:
-            words = words.replace(" --", f" \\\n{indent}  --")
-        yield Text(indent + words, no_wrap=True, overflow="ignore")
+        command = shown(self.text)
+        if len(indent) + len(command) <= room:
+            yield Text(indent + command, no_wrap=True, overflow="ignore")
+            return
+        lines = (indent + command).replace(" --", f" \\\n{indent}  --").split("\n")
+        pieces = [piece for line in lines for piece in _continued(line, room)]
+        yield Text("\n".join(pieces), no_wrap=True, overflow="ignore")
+
+
+def _continued(line: str, room: int) -> list[str]:
+    """Pieces of a line of a command, each at most as wide as the room where commas allow it."""
+    pieces = []
+    while len(line) > room:
+        comma = line.rfind(",", 0, room - 1)
+        if comma < 0:
+            break
+        pieces.append(line[: comma + 1] + "\\")
+        line = line[comma + 1 :]
+    return [*pieces, line]
 
 
 GAP: Final = 2

@@ -1,6 +1,9 @@
 """A terminal shows every cell whole, and red is for misses alone."""
 
 import io
+import shlex
+import shutil
+import subprocess
 from types import SimpleNamespace
 
 import pytest
@@ -15,7 +18,7 @@ from replay.base.tables import markdown, table
 from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.many_sessions import session_table
-from replay.cli.terminal import line, terminal
+from replay.cli.terminal import Command, Paragraph, line, terminal
 from sessions import write_session
 
 WIDTHS = (60, 80, 100, 140)
@@ -123,3 +126,26 @@ def test_of_many_sessions_twenty_are_listed(count, notes):
     run = SessionOfBatch.of(document_with(session=session))
     made = session_table(SimpleNamespace(audit={}, runs={f"s{k}": run for k in range(count)}))
     assert len(made.rows) == 21 and tuple(made.notes) == notes and made.rows[-1][1] == 3 * count
+
+
+COMMAND = 'replay run long/session.mcap --detectors "collider[shape=compound,cut=beaker+flask,rate_hz=50]" --out b'
+
+
+@pytest.mark.skipif(shutil.which("sh") is None, reason="no POSIX shell")
+@pytest.mark.parametrize("width", [30, 60, 80, 200])
+def test_continued_command_reads_as_one_by_a_shell(width):
+    console = Console(file=io.StringIO(), width=width)
+    console.print(Command(COMMAND), crop=False)
+    printed = console.file.getvalue()
+    words = subprocess.run(["sh", "-c", f"printf '%s\\n' {printed}"], capture_output=True, text=True, check=True).stdout
+    assert words.splitlines() == shlex.split(COMMAND)
+    if width >= 60:
+        assert max(map(len, printed.splitlines())) <= width
+
+
+def test_long_paths_are_printed_whole_on_narrow_terminals(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    path = "folder/" * 20 + "report.html"
+    console_module.show(Paragraph("Read it  ", path))
+    console_module.show(Command(f"replay view {path} --false 3"))
+    assert capsys.readouterr().out.count(path) == 2
