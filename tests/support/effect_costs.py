@@ -10,7 +10,7 @@ from sessions.synthetic.scenes import SCENES
 
 
 def row(scene):
-    """One row: share of the run's time of each effect in the second run of a process, and how many effects do not run."""
+    """Share of the run's time of each effect in the second run of a process, and how many effects do not run."""
     session, _ = replay.synthetic_session(scene)
     replay.run(session, detectors=())
     document = replay.run(session, detectors=()).document
