@@ -64,8 +64,8 @@ def box_best(mesh: TriangleMesh) -> Box:
 
 def _fitted(points: FloatArray, axes: FloatArray) -> Box:
     along = points @ axes
-    low, high = along.min(axis=0), along.max(axis=0)
-    middle = low / 2 + high / 2
+    lower, upper = along.min(axis=0), along.max(axis=0)
+    middle = lower / 2 + upper / 2
     reach = float(np.abs(points).max())
-    half = np.maximum(high - middle, middle - low) + FIT_ULPS * EPS * reach
+    half = np.maximum(upper - middle, middle - lower) + FIT_ULPS * EPS * reach
     return Box(axes @ middle, axes, half)

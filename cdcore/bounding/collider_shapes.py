@@ -19,8 +19,8 @@ AROUND: Final = 48
 
 def box_collider(mesh: TriangleMesh, grown: float = 0.0) -> TriangleMesh:
     """The box along the body's axes, ``grown`` by metres on every side."""
-    low, high = mesh.bounds
-    corners = list(product(*zip(low - grown, high + grown, strict=True)))
+    least, most = mesh.bounds
+    corners = list(product(*zip(least - grown, most + grown, strict=True)))
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
     return TriangleMesh(corners, faces)
@@ -28,14 +28,14 @@ def box_collider(mesh: TriangleMesh, grown: float = 0.0) -> TriangleMesh:
 
 def sphere_collider(mesh: TriangleMesh) -> TriangleMesh:
     """A sphere about the middle of the box, its radius the largest half extent."""
-    low, high = mesh.bounds
-    return _capsule(mesh, float((high - low).max()) / 2, 0.0, 1)
+    least, most = mesh.bounds
+    return _capsule(mesh, float((most - least).max()) / 2, 0.0, 1)
 
 
 def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
     """A capsule along the longest side of the box, its radius half the longer of the other two."""
-    low, high = mesh.bounds
-    size = high - low
+    least, most = mesh.bounds
+    size = most - least
     axis = int(size.argmax())
     radius = float(np.delete(size, axis).max()) / 2
     return _capsule(mesh, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
@@ -56,12 +56,12 @@ def _capsule(mesh: TriangleMesh, radius: float, half: float, axis: int) -> Trian
 
     ``half``: of the straight part, metres.
     """
-    low, high = mesh.bounds
+    least, most = mesh.bounds
     polar = np.linspace(0, np.pi / 2, AROUND // 4 + 1)[1:, None]
-    turn = 2 * np.pi * np.arange(AROUND) / AROUND
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND
     out, along = radius * np.sin(polar), half + radius * np.cos(polar)
-    upper = np.stack(np.broadcast_arrays(out * np.sin(turn), along, out * np.cos(turn)), axis=-1).reshape(-1, 3)
+    upper = np.stack(np.broadcast_arrays(out * np.sin(angle), along, out * np.cos(angle)), axis=-1).reshape(-1, 3)
     upper = np.concatenate([[[0.0, half + radius, 0.0]], upper])
     points = np.unique(np.concatenate([upper, upper * [1, -1, 1]]), axis=0)
     hull = hull_of(np.roll(points, axis - 1, axis=1))
-    return mesh if hull is None else TriangleMesh(hull.vertices + (low + high) / 2, hull.faces)
+    return mesh if hull is None else TriangleMesh(hull.vertices + (least + most) / 2, hull.faces)

@@ -7,8 +7,8 @@ import numpy as np
 
 from cdcore.bounding.box import Box
 from cdcore.broad.sphere_stage import Arrays
-from cdcore.kernels.box_box import apart_on_all_axes, box_seen_from, pose_seen_from
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
+from cdcore.kernels.box_box import relative_box, relative_pose, separated_on_all_axes
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, IntArray
 from cdcore.protocol import Motion
 
@@ -27,17 +27,17 @@ def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: A
 
     ``boxes``: centres, axes, one a row, halves and sizes; ``room``: as ``box_room`` makes it.
     """
-    become_part_of_caller()
+    always_inlined()
     rotation, translation = poses
     centres, axes, halves, sizes = boxes
-    turn, move, m, d = room
-    place_a, place_b = translation[t, a], translation[t, b]
-    largest_a = max(abs(place_a[0]), abs(place_a[1]), abs(place_a[2]))
-    largest_b = max(abs(place_b[0]), abs(place_b[1]), abs(place_b[2]))
+    relative_rotation, move, m, d = room
+    move_a, move_b = translation[t, a], translation[t, b]
+    largest_a = max(abs(move_a[0]), abs(move_a[1]), abs(move_a[2]))
+    largest_b = max(abs(move_b[0]), abs(move_b[1]), abs(move_b[2]))
     pad = BOX_PAD_ULPS * EPS * (sizes[a] + sizes[b] + largest_a + largest_b) + UNDERFLOW_PAD
-    pose_seen_from(rotation[t, a], place_a, rotation[t, b], place_b, turn, move)
-    box_seen_from(centres[a], axes[a], centres[b], axes[b], turn, move, m, d)
-    return not apart_on_all_axes(m, d, halves[a], halves[b], pad)
+    relative_pose(rotation[t, a], move_a, rotation[t, b], move_b, relative_rotation, move)
+    relative_box(centres[a], axes[a], centres[b], axes[b], relative_rotation, move, m, d)
+    return not separated_on_all_axes(m, d, halves[a], halves[b], pad)
 
 
 @kernel

@@ -19,7 +19,7 @@ from cdcore.protocol import Motion
 
 STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""
-MARGIN_SHARE: Final = 1.0 - 1e-6
+MARGIN_FRACTION: Final = 1.0 - 1e-6
 """Share of a margin that steps may use up: taking one off rounds by 1e-16 of it, and 1e9 frames may follow."""
 FIRST_REACH, LEAST_REACH, MOST_REACH = 4.0, 1.5, 16.0
 """How many steps ahead a pair is asked about: more while that succeeds, fewer where its surfaces are too near.
@@ -52,23 +52,27 @@ def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, before: FloatAr
         steps[body] = 0.0
         if not valid[0, body]:
             continue
-        turned, moved, size, changed = 0.0, 0.0, radii[body], False
+        rotation_change, moved, size, changed = 0.0, 0.0, radii[body], False
         for i in range(3):
-            way = translation[0, body, i] - before[body, 9 + i]
+            offset = translation[0, body, i] - before[body, 9 + i]
             for j in range(3):
-                turn = rotation[0, body, i, j] - before[body, 3 * i + j]
-                turned, way, changed = turned + turn * turn, way + turn * centres[body, j], changed or turn != 0.0
+                change = rotation[0, body, i, j] - before[body, 3 * i + j]
+                rotation_change, offset, changed = (
+                    rotation_change + change * change,
+                    offset + change * centres[body, j],
+                    changed or change != 0.0,
+                )
                 before[body, 3 * i + j] = rotation[0, body, i, j]
-            moved, changed = moved + way * way, changed or translation[0, body, i] != before[body, 9 + i]
+            moved, changed = moved + offset * offset, changed or translation[0, body, i] != before[body, 9 + i]
             before[body, 9 + i] = translation[0, body, i]
             size += abs(translation[0, body, i]) + abs(centres[body, i])
         if changed:
-            step = (np.sqrt(turned) * radii[body] + np.sqrt(moved)) * (1.0 + 1e-9) + STEP_ULPS * EPS * size
+            step = (np.sqrt(rotation_change) * radii[body] + np.sqrt(moved)) * (1.0 + 1e-9) + STEP_ULPS * EPS * size
             steps[body] = step if step == step else np.inf
 
 
 @kernel
-def look_at_volumes(
+def decide_by_volumes(
     poses: Arrays, valid: BoolArray, spheres: Arrays, boxes: Arrays, ends: tuple[IntArray, IntArray],
     memory: Arrays, near: IntArray, verdict: ByteArray,
 ) -> int:  # fmt: skip
@@ -82,19 +86,19 @@ def look_at_volumes(
     first, second = ends
     before, steps, margins, clearances = memory
     count, room = 0, box_room()
-    seen = np.empty((1, len(first)), dtype=np.uint8)
+    sphere_verdict = np.empty((1, len(first)), dtype=np.uint8)
     note_moves(poses, valid, spheres, before, steps)
-    sphere_verdicts(poses, valid, spheres, ends, seen)
+    sphere_verdicts(poses, valid, spheres, ends, sphere_verdict)
     for p in range(len(first)):
         a, b = first[p], second[p]
         step = steps[a] + steps[b]
         margins[p] -= step
         clearances[p] -= step
-        if seen[0, p] == NO_POSE:
+        if sphere_verdict[0, p] == NO_POSE:
             verdict[p] = NO_POSE
         elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
             verdict[p] = CLEAR
-            if seen[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, room):
+            if sphere_verdict[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, room):
                 near[count] = p
                 count += 1
     return count
@@ -124,12 +128,12 @@ class LivePairs:
         self._reach, self._waits = [FIRST_REACH] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
         self._clock = (0.0, 0.0, 0.0, 0.0)
-        self._looks = self._surfaces = self._insides = 0
+        self._samples = self._surfaces = self._insides = 0
 
     def near(self, now: Motion) -> list[int]:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
         poses = now.rotations, now.translations
-        count = look_at_volumes(poses, now.valid, *self._volumes, self._memory, self._named, self.verdict)
+        count = decide_by_volumes(poses, now.valid, *self._volumes, self._memory, self._named, self.verdict)
         near: list[int] = self._named[:count].tolist()
         return near
 
@@ -142,10 +146,10 @@ class LivePairs:
         margin = float(self._steps[a] + self._steps[b]) * self._reach[pair]
         return margin if margin < np.inf else 0.0
 
-    def keep_apart(self, pair: int, margin: float, apart: bool) -> None:
-        """Keep the verdict of a pair until its bodies moved by the margin that surfaces are ``apart``, if they are."""
-        if apart:
-            self._margins[pair] = margin * MARGIN_SHARE
+    def keep_margin(self, pair: int, margin: float, separated: bool) -> None:
+        """Keep the verdict of a pair until its bodies moved by the margin, if its surfaces are ``separated`` by it."""
+        if separated:
+            self._margins[pair] = margin * MARGIN_FRACTION
             self._reach[pair] = min(2.0 * self._reach[pair], MOST_REACH)
         elif margin > 0.0:
             self._waits[pair] = WAIT if self._reach[pair] == LEAST_REACH else 0
@@ -160,17 +164,17 @@ class LivePairs:
     @property
     def work(self) -> Counter[str]:
         """As ``Live.work``."""
-        return Counter(looks=self._looks, surface_queries=self._surfaces, containment_tests=self._insides)
+        return Counter(looks=self._samples, surface_queries=self._surfaces, containment_tests=self._insides)
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
         start, verdict = perf_counter(), self.verdict
         columns = self.near(now)
-        found = perf_counter()
+        volumes_done = perf_counter()
         for column in columns:
             margin = self._margin(column)
-            verdict[column], apart = self._decide(now, column, margin)
-            self.keep_apart(column, margin, apart)
+            verdict[column], separated = self._decide(now, column, margin)
+            self.keep_margin(column, margin, separated)
         surfaces = perf_counter()
         if self._inside is not None and columns:
             clear = [column for column in columns if verdict[column] == CLEAR]
@@ -180,7 +184,7 @@ class LivePairs:
                 if column in self._holed:
                     self._margins[column] = min(self._margins[column], clearance)
             self._insides += len(clear)
-        self._looks += 1
+        self._samples += 1
         self._surfaces += len(columns)
-        self._clock = start, found, surfaces, perf_counter()
+        self._clock = start, volumes_done, surfaces, perf_counter()
         return verdict.copy()

@@ -41,8 +41,8 @@ def sphere_verdicts(
         for k in range(bodies):
             x, y, z, largest = centres[k, 0], centres[k, 1], centres[k, 2], 0.0
             for i in range(3):
-                turned = (rotation[t, k, i, 0] * x + rotation[t, k, i, 1] * y) + rotation[t, k, i, 2] * z
-                world[k, i] = turned + translation[t, k, i]
+                rotated = (rotation[t, k, i, 0] * x + rotation[t, k, i, 1] * y) + rotation[t, k, i, 2] * z
+                world[k, i] = rotated + translation[t, k, i]
                 largest = max(largest, abs(translation[t, k, i]))
             size[k] = size_at_rest[k] + largest
         for p in range(len(first)):
@@ -53,12 +53,12 @@ def sphere_verdicts(
             tests += 1
             square = 0.0
             for i in range(3):
-                way = world[a, i] - world[b, i]
-                square += way * way
+                offset = world[a, i] - world[b, i]
+                square += offset * offset
             reach = radii[a] + radii[b] + UNDERFLOW_PAD
             # Asked this way round, a distance that overflowed to NaN is a candidate.
-            apart = np.sqrt(square) > reach + PAD_ULPS * EPS * (size[a] + size[b])
-            verdict[t, p] = CLEAR if apart else CANDIDATE
+            separated = np.sqrt(square) > reach + PAD_ULPS * EPS * (size[a] + size[b])
+            verdict[t, p] = CLEAR if separated else CANDIDATE
     return tests
 
 

@@ -218,13 +218,13 @@ def _load_class(module_name: str, class_name: str) -> Any:
     raise LookupError(f"{module_name} has no class {class_name!r}; {hint}")
 
 
-def _checked(name: str, found: type[Any]) -> type[Any]:
-    lacks = [part for part in ("Settings", "detect", "stream") if not hasattr(found, part)]
-    lacks += sorted(getattr(found, "__abstractmethods__", ()))
+def _checked(name: str, detector_class: type[Any]) -> type[Any]:
+    lacks = [attribute for attribute in ("Settings", "detect", "stream") if not hasattr(detector_class, attribute)]
+    lacks += sorted(getattr(detector_class, "__abstractmethods__", ()))
     if lacks:
         text = f"{name!r} is no detector: it defines no {', '.join(lacks)}; see cdcore.FrameDetector"
         raise UnknownDetectorError(text)
-    return found
+    return detector_class
 
 
 def create_detector(

@@ -108,33 +108,35 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         """Say whether the frame was tested, and whether the solids meet there."""
         del faces
         settings = self.settings
-        looked = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        sampled = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
-        return Explanation(looked=looked, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
+        return Explanation(looked=sampled, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         surfaces, offset = FrameLooks(self._trees, self.pairs), self._offset
 
         def decide(now: Motion, column: int, margin: float) -> tuple[int, bool]:
-            found = surfaces.decide(now, column, margin)
-            if offset is None or found[0] == Verdict.CONTACT:
-                return found
+            answer = surfaces.decide(now, column, margin)
+            if offset is None or answer[0] == Verdict.CONTACT:
+                return answer
             near = offset.near(now, FIRST, np.array([column]))[0]
             return int(Verdict.CONTACT if near else Verdict.CLEAR), False
 
-        looks = LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
+        live = LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
         rate_hz, offset_s = self.settings.rate_hz, self.settings.sampling_offset_s
-        return LiveHeld(looks, self.pairs, rate_hz, offset_s) if rate_hz else looks
+        return LiveHeld(live, self.pairs, rate_hz, offset_s) if rate_hz else live
 
     def _fresh_memory(self) -> HeldLooks:
         return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
     def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
-        looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
-        seen, work, seconds = self._decide(motion.take(np.flatnonzero(looks)))
-        verdict, held = memory.hold(seen, known[looks], looks, known)
-        return self._detection(motion, verdict, containment=self._containment.words, work=work | held, seconds=seconds)
+        sampled, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
+        sample_verdict, work, seconds = self._decide(motion.take(np.flatnonzero(sampled)))
+        verdict, hold_work = memory.hold(sample_verdict, known[sampled], sampled, known)
+        return self._detection(
+            motion, verdict, containment=self._containment.labels, work=work | hold_work, seconds=seconds
+        )
 
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
@@ -150,9 +152,9 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             )
         clock.append(perf_counter())
         frames, columns = true_places(verdict == Verdict.CLEAR)
-        asked = self._containment.mark(motion, frames, columns, verdict)
+        containment_tests = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
-        return verdict, answer.work | {"containment_tests": asked}, self._seconds(clock)
+        return verdict, answer.work | {"containment_tests": containment_tests}, self._seconds(clock)
 
 
 def _solids_of(body: Body, shape: str) -> Solids:

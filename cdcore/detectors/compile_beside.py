@@ -25,22 +25,22 @@ def compile_kernels() -> None:
     large, small = (
         Body(name, TriangleMesh(size * tetrahedron, FACES)) for name, size in (("large", 1), ("small", 0.1))
     )
-    places = np.zeros((3, 2, 3))
-    places[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
-    turns = np.tile(np.eye(3), (3, 2, 1, 1))
-    motion = Motion([0.0, 1.0, 2.0], places, turns)
+    translations = np.zeros((3, 2, 3))
+    translations[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
+    rotations = np.tile(np.eye(3), (3, 2, 1, 1))
+    motion = Motion([0.0, 1.0, 2.0], translations, rotations)
     # Only the search: a whole detector would compile the volumes before it, as the run does at the same time.
     search = SearchStage([large, small], np.array([[0, 1]]), create_detector("hybrid-qaco", [large, small]).settings)
     search.decide(motion, np.ones((3, 1), dtype=np.bool_), search.fresh_memory(), faces=True)
-    (at_large, at_small), faces = zip(turns[0], places[0], strict=True), np.array([[0, 1]])
+    (at_large, at_small), faces = zip(rotations[0], translations[0], strict=True), np.array([[0, 1]])
     margins = MarginStage((large, small), 1e-6)
-    margins.near((0, 1), turns[1:2], places[1:2])
-    margins.shallow((0, 1), faces, turns[0], places[0])
+    margins.near((0, 1), rotations[1:2], translations[1:2])
+    margins.shallow((0, 1), faces, rotations[0], translations[0])
     section_of_faces(large, at_large, small, at_small, faces)
     exact = create_detector("exact", [large, small])
     exact.detect(motion, faces=True)
-    places[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
-    exact.detect(Motion([0.0], places[:1], turns[:1]), faces=True)
+    translations[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
+    exact.detect(Motion([0.0], translations[:1], rotations[:1]), faces=True)
 
 
 if __name__ == "__main__":

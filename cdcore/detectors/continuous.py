@@ -49,11 +49,11 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
 
     Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
     CONTACT: the surfaces meet at either end or between, seen exactly on triangles. ``toi`` holds, for every contact
-    that begins in the interval, seconds (low, high): proven clear before ``low``, in contact at ``high``, at most 1e-6
-    s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin is
-    more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
-    UNRESOLVED: neither, with a reason in ``reasons``; so too where holes leave open what is inside at either end, or
-    a body passes through a hole on the way without contact. Where a pose is missing before a frame, or the track has a
+    that begins in the interval, seconds (low, high): proven clear before ``lower``, in contact at ``upper``, at most
+    1e-6 s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin
+    is more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
+    UNRESOLVED: neither, with a reason in ``reasons``; so too where holes leave open what is inside at either end, or a
+    body passes through a hole on the way without contact. Where a pose is missing before a frame, or the track has a
     gap or a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
 
     Between frames body origins move along lines and rotations turn at a constant rate along the shorter arc. It says in
@@ -81,7 +81,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         ordered, _ = ordered_by_name(bodies, pairs)
         tolerance, effort = settings.tolerance, settings.effort
         self._segments = SegmentStage(self._trees, ordered, tolerance=tolerance, effort=effort)
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        self._containment = ContainmentStage(bodies, pairs, enabled=settings.containment)
         self._passages = HolePassages(self._containment, ordered, tolerance=tolerance, effort=effort)
 
     def _fresh_memory(self) -> list[Motion]:
@@ -98,45 +98,45 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         surfaces = decide_motion(self._trees, self.pairs, motion)
         clock.append(perf_counter())
         has_pose = pair_has_pose(motion, self.pairs)
-        way = motion.linked[:, self.pairs[:, 0]] & motion.linked[:, self.pairs[:, 1]]
-        way[:1] = False
+        has_interval = motion.linked[:, self.pairs[:, 0]] & motion.linked[:, self.pairs[:, 1]]
+        has_interval[:1] = False
         before = np.zeros_like(surfaces.hits)
         before[1:] = surfaces.hits[:-1]
-        known = way.copy()
+        known = has_interval.copy()
         known[:1] = has_pose[:1]
         verdict = np.where(known, np.uint8(Verdict.CLEAR), np.uint8(Verdict.NO_POSE))
-        verdict[surfaces.hits | (before & way)] = Verdict.CONTACT
+        verdict[surfaces.hits | (before & has_interval)] = Verdict.CONTACT
         reasons = {
             (t, p): GAP_BEFORE if has_pose[t - 1, p] else LOST_BEFORE
             for t, p in np.argwhere(has_pose & (verdict == Verdict.NO_POSE)).tolist()
         }
         # A contact in a frame without an interval before it begins, as far as is known, in that frame.
-        begun = np.argwhere(surfaces.hits & ~way)
+        begun = np.argwhere(surfaces.hits & ~has_interval)
         toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun.tolist() if t >= first}
-        searched = way & ~before & motion.changed[:, self.pairs].any(axis=2)
+        searched = has_interval & ~before & motion.changed[:, self.pairs].any(axis=2)
         legs = self._near_legs(motion, searched)
         work = {"intervals": int(searched.sum())} | self._search(motion, legs, verdict, reasons, toi)
         clock.append(perf_counter())
         frames, columns = surfaces.near
         clear = verdict[frames, columns] == Verdict.CLEAR
         # as one end of an interval without contact is, so is the whole way
-        asked = self._containment.mark(motion, frames[clear], columns[clear], verdict)
-        asked += self._mark_ways_through_holes(motion, surfaces, way, verdict)
-        asked += self._passages.mark(motion, *legs, verdict)
+        containment_tests = self._containment.mark(motion, frames[clear], columns[clear], verdict)
+        containment_tests += self._mark_intervals_through_holes(motion, surfaces, has_interval, verdict)
+        containment_tests += self._passages.mark(motion, *legs, verdict)
         clock.append(perf_counter())
         return self._detection(
             block,
             verdict[first:].copy(),
             covers="intervals",
-            containment=self._containment.words,
-            work=work | {"face_tests_at_frames": surfaces.work["face_tests"], "containment_tests": asked},
+            containment=self._containment.labels,
+            work=work | {"face_tests_at_frames": surfaces.work["face_tests"], "containment_tests": containment_tests},
             seconds=self._seconds(clock),
             reasons={(t - first, p): why for (t, p), why in reasons.items()},
             toi={(t - first, p): seconds for (t, p), seconds in toi.items()},
         )
 
-    def _mark_ways_through_holes(
-        self, motion: Motion, surfaces: MotionAnswer, way: BoolArray, verdict: ByteArray
+    def _mark_intervals_through_holes(
+        self, motion: Motion, surfaces: MotionAnswer, has_interval: BoolArray, verdict: ByteArray
     ) -> int:
         """Give an interval without contact the answer of its beginning too, where a body can pass through a hole."""
         holed = self._containment.holed
@@ -145,11 +145,11 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         at_frames = np.zeros_like(verdict)
         frames, columns = surfaces.near
         chosen = np.isin(columns, holed)
-        asked = self._containment.mark(motion, frames[chosen], columns[chosen], at_frames)
+        containment_tests = self._containment.mark(motion, frames[chosen], columns[chosen], at_frames)
         before = np.zeros_like(at_frames)
-        before[1:] = np.where(way[1:], at_frames[:-1], Verdict.CLEAR)
+        before[1:] = np.where(has_interval[1:], at_frames[:-1], Verdict.CLEAR)
         verdict[(verdict == Verdict.CLEAR) & (before != Verdict.CLEAR)] = Verdict.UNRESOLVED
-        return asked
+        return containment_tests
 
     def _near_legs(self, motion: Motion, searched: BoolArray) -> tuple[IntArray, IntArray]:
         """Frames and columns (K,) of the intervals, of those to search (T, P), in which bounding spheres meet."""
@@ -165,14 +165,14 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         poses = motion.rotations, motion.translations
         answer = self._segments.decide(motion.times, *poses, frames, columns)
         for row in np.flatnonzero(answer.states != FREE).tolist():
-            place, state = (int(frames[row]), int(columns[row])), int(answer.states[row])
-            low, high = answer.impact[row].tolist()
-            if state == HIT or verdict[place] == Verdict.CONTACT:
-                verdict[place] = Verdict.CONTACT
-                toi[place] = low, high if state == HIT else float(motion.times[place[0]])
+            pair_frame, state = (int(frames[row]), int(columns[row])), int(answer.states[row])
+            lower, upper = answer.impact[row].tolist()
+            if state == HIT or verdict[pair_frame] == Verdict.CONTACT:
+                verdict[pair_frame] = Verdict.CONTACT
+                toi[pair_frame] = lower, upper if state == HIT else float(motion.times[pair_frame[0]])
             else:
-                verdict[place] = Verdict.UNRESOLVED
-                reasons[place] = f"{self._segments.reason(state)} ({low:.6f} to {high:.6f} s)"
+                verdict[pair_frame] = Verdict.UNRESOLVED
+                reasons[pair_frame] = f"{self._segments.reason(state)} ({lower:.6f} to {upper:.6f} s)"
         unresolved = int((verdict == Verdict.UNRESOLVED).sum())
         return {"unresolved": unresolved, "searched": len(frames)} | answer.work
 

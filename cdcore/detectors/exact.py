@@ -44,7 +44,7 @@ class ExactDetector(PairDetector[ContainmentSettings]):
         super().__init__(bodies, pairs, settings)
         self._trees = box_trees_of([body.mesh for body in bodies])
         self._surfaces = MotionSearch(self._trees, pairs)
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        self._containment = ContainmentStage(bodies, pairs, enabled=settings.containment)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
@@ -54,13 +54,16 @@ class ExactDetector(PairDetector[ContainmentSettings]):
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         answer = self._surfaces.decide(motion, faces=faces)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
-        start, asked = perf_counter(), 0
+        start, containment_tests = perf_counter(), 0
         if self.settings.containment:
             # what a bounding volume keeps apart contains nothing
-            asked = self._containment.mark(motion, *answer.near, verdict)
+            containment_tests = self._containment.mark(motion, *answer.near, verdict)
         seconds = answer.seconds | {"containment": perf_counter() - start}
-        work, sections = answer.work | {"containment_tests": asked}, sections_of(self.bodies, self.pairs, motion)
+        work, sections = (
+            answer.work | {"containment_tests": containment_tests},
+            sections_of(self.bodies, self.pairs, motion),
+        )
         return self._detection(
-            motion, verdict, face_sets=answer.sets if faces else None, containment=self._containment.words, work=work,
+            motion, verdict, face_sets=answer.sets if faces else None, containment=self._containment.labels, work=work,
             seconds=seconds, section_source=sections,
         )  # fmt: skip

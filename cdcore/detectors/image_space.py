@@ -60,10 +60,10 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
             return [self._overlap(pair, placed) for placed in zip(*pose_a, *pose_b, strict=True)]
 
         answers, which = ask_changed_poses(motion, self.pairs, frames, columns, ask)
-        for seen, _, _ in answers:
+        for overlap, _, _ in answers:
             work["images"] += 1
-            work["rays"] += seen.rays
-            work["layers"] += seen.layers
+            work["rays"] += overlap.rays
+            work["layers"] += overlap.layers
         for frame, column, answer in zip(frames.tolist(), columns.tolist(), which.tolist(), strict=True):
             _, verdict[frame, column], why = answers[answer]
             if why:
@@ -83,37 +83,40 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         """What the rays saw of a pair at rotation, place, rotation, place; the verdict, and why it is INVALID."""
         triangles = [self.bodies[body].mesh.triangles for body in pair]
         placed = [place_points(triangles[0], *poses[:2]), place_points(triangles[1], *poses[2:])]
-        low, high = [one.min(axis=(0, 1)) for one in placed], [one.max(axis=(0, 1)) for one in placed]
-        if (low[0] > high[1]).any() or (low[1] > high[0]).any():
+        lower, upper = (
+            [corners.min(axis=(0, 1)) for corners in placed],
+            [corners.max(axis=(0, 1)) for corners in placed],
+        )
+        if (lower[0] > upper[1]).any() or (lower[1] > upper[0]).any():
             return NOTHING, Verdict.CLEAR, ""
         refusals = sorted(
             f"{self.bodies[body].name} {why}" for body in pair if (why := _refusal(self.bodies[body].mesh))
         )
         if refusals:
             return NOTHING, Verdict.INVALID, " and ".join(refusals)
-        seen = overlap_of_placed(placed[0], placed[1], self.settings.resolution)
-        if seen.volume <= 0.0:
-            return seen, Verdict.NOT_FOUND, ""
-        contained = seen.inside >= 0 or any(
-            self._parts_are_inside_or_beside(pair[body], placed[body], placed[1 - body]) for body in (0, 1)
+        overlap = overlap_of_placed(placed[0], placed[1], self.settings.resolution)
+        if overlap.volume <= 0.0:
+            return overlap, Verdict.NOT_FOUND, ""
+        contained = overlap.inside >= 0 or any(
+            self._components_are_inside_or_beside(pair[body], placed[body], placed[1 - body]) for body in (0, 1)
         )
-        return seen, Verdict.CONTAINED if contained else Verdict.CONTACT, ""
+        return overlap, Verdict.CONTAINED if contained else Verdict.CONTACT, ""
 
-    def _parts_are_inside_or_beside(self, body: int, own: FloatArray, other: FloatArray) -> bool:
+    def _components_are_inside_or_beside(self, body: int, own: FloatArray, other: FloatArray) -> bool:
         """Whether each connected part of a body lies wholly inside another one or wholly beside it, and one inside.
 
         ``own`` (f, 3, 3) and ``other`` (g, 3, 3) are placed faces. A body of one part was asked about already.
         """
         labels = self.bodies[body].mesh.components
-        parts = np.unique(labels)
-        if len(parts) == 1:
+        components = np.unique(labels)
+        if len(components) == 1:
             return False
         inside = 0
-        for part in parts:
-            seen = overlap_of_placed(own[labels == part], other, self.settings.resolution)
-            if seen.volume > 0.0 and seen.inside != 0:
+        for component in components:
+            overlap = overlap_of_placed(own[labels == component], other, self.settings.resolution)
+            if overlap.volume > 0.0 and overlap.inside != 0:
                 return False
-            inside += seen.inside == 0
+            inside += overlap.inside == 0
         return inside > 0
 
 

@@ -66,16 +66,16 @@ class MeshDetector(PairDetector[Any]):
         self._epsilon: float | None = getattr(settings, "epsilon", None)
         self._broad = BroadPhase(bodies, pairs, boxes="boxes" in self.stages)
         self._meshes = MeshStage(bodies, pairs)
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        self._containment = ContainmentStage(bodies, pairs, enabled=settings.containment)
         # How far one body moved as seen from the other depends on which is which.
-        self._ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._ordered, self._swapped = ordered_by_name(bodies, pairs)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         if self._epsilon:
             return super().live()
-        looks = LivePairs(self._broad, self._meshes.decide_now, self._containment.question, self._containment.holed)
-        return LiveHeld(looks, self.pairs, self._rate_hz, self._offset_s) if self._rate_hz else looks
+        live = LivePairs(self._broad, self._meshes.decide_now, self._containment.question, self._containment.holed)
+        return LiveHeld(live, self.pairs, self._rate_hz, self._offset_s) if self._rate_hz else live
 
     def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
         """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
@@ -88,40 +88,40 @@ class MeshDetector(PairDetector[Any]):
         return _HeldMeshes(len(self.pairs), self._rate_hz, self._offset_s)
 
     def _run(self, motion: Motion, memory: _HeldMeshes, faces: bool) -> Detection:
-        known, looks = pair_has_pose(motion, self.pairs), memory.looks(motion.times)
-        seen = motion if looks.all() else motion.take(np.flatnonzero(looks))
-        asked = known[looks] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
-        near = self._broad.candidates(seen)
-        frames, columns = (part[asked[near.frames, near.columns]] for part in (near.frames, near.columns))
-        meshes = self._meshes.decide(seen, frames, columns, faces=faces)
+        known, sampled = pair_has_pose(motion, self.pairs), memory.looks(motion.times)
+        samples = motion if sampled.all() else motion.take(np.flatnonzero(sampled))
+        queried = known[sampled] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
+        near = self._broad.candidates(samples)
+        frames, columns = (entries[queried[near.frames, near.columns]] for entries in (near.frames, near.columns))
+        meshes = self._meshes.decide(samples, frames, columns, faces=faces)
         near.verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
         near.clock.append(perf_counter())
-        contained = self._containment.mark(seen, frames[~meshes.hits], columns[~meshes.hits], near.verdict)
+        contained = self._containment.mark(samples, frames[~meshes.hits], columns[~meshes.hits], near.verdict)
         near.clock.append(perf_counter())
-        verdict, held = memory.hold(near.verdict, asked, looks, known)
+        verdict, hold_work = memory.hold(near.verdict, queried, sampled, known)
         # The look, counted from 1, that answers a pair after each look; 0: one before the block.
-        last, face_sets, sections = last_answers(asked), None, None
+        last, face_sets, sections = last_answers(queried), None, None
         newest = last[-1]
         if faces:
-            pairs, answering = len(self.pairs), last[np.cumsum(looks)]
+            pairs, answering = len(self.pairs), last[np.cumsum(sampled)]
             sets, which = [NO_FACES, *memory.faces, *meshes.sets], np.zeros(last.shape, dtype=np.int64)
             which[0] = 1 + np.arange(pairs)
             which[frames + 1, columns] = 1 + pairs + meshes.which
             frame, pair = np.nonzero(verdict == Verdict.CONTACT)
             face_sets = FaceSets.from_shared(frame, pair, which[answering[frame, pair], pair], sets)
-            sections = self._sections(seen, answering, memory.poses.copy())
+            sections = self._sections(samples, answering, memory.poses.copy())
             memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
         fresh = np.flatnonzero(newest)
-        memory.poses[fresh] = _poses_of(seen, newest[fresh] - 1, self.pairs[fresh])
-        work = near.work | held | {
-            "pair_looks": int(asked.sum()), "mesh_queries": meshes.queries, "reused": meshes.reused,
+        memory.poses[fresh] = _poses_of(samples, newest[fresh] - 1, self.pairs[fresh])
+        work = near.work | hold_work | {
+            "pair_looks": int(queried.sum()), "mesh_queries": meshes.queries, "reused": meshes.reused,
             "containment_tests": contained, "face_pairs": sum(len(faces) for faces in meshes.sets),
         }  # fmt: skip
         return self._detection(
             motion,
             verdict,
             face_sets=face_sets,
-            containment=self._containment.words,
+            containment=self._containment.labels,
             work=work,
             seconds=self._seconds(near.clock),
             section_source=sections,
@@ -129,24 +129,24 @@ class MeshDetector(PairDetector[Any]):
 
     def _after_moves(self, motion: Motion, known: BoolArray, memory: _HeldMeshes, epsilon: float) -> BoolArray:
         """Which pair-frames, (T, P), are asked because of a move since the last question."""
-        asked = np.zeros(known.shape, dtype=np.bool_)
+        queried = np.zeros(known.shape, dtype=np.bool_)
         for column, ends in enumerate(self.pairs):
             frames = np.flatnonzero(known[:, column])
             poses = np.concatenate([memory.poses[[column]], _poses_of(motion, frames, ends)])
             if epsilon == 0.0:
-                asked[frames, column] = (poses[1:] != poses[:-1]).any(axis=(1, 2))
+                queried[frames, column] = (poses[1:] != poses[:-1]).any(axis=(1, 2))
                 continue
-            centre, radius = (part[self._ordered[column, 0]] for part in self._broad.spheres.spheres)
-            ordered = poses[:, ::-1] if self._turned[column] else poses
-            asked[frames, column] = _moved(ordered, centre, float(radius), epsilon)
-        return asked
+            centre, radius = (entries[self._ordered[column, 0]] for entries in self._broad.spheres.spheres)
+            ordered = poses[:, ::-1] if self._swapped[column] else poses
+            queried[frames, column] = _moved(ordered, centre, float(radius), epsilon)
+        return queried
 
-    def _sections(self, seen: Motion, last: IntArray, before: FloatArray) -> SectionSource:
+    def _sections(self, samples: Motion, last: IntArray, before: FloatArray) -> SectionSource:
         """Segments at the poses at which the faces were found, not at those of a frame that holds the answer."""
 
         def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
             row, ends = int(last[frame, pair]), self.pairs[pair]
-            poses = _poses_of(seen, np.array(row - 1), ends) if row else before[pair]
+            poses = _poses_of(samples, np.array(row - 1), ends) if row else before[pair]
             a, b = ((self.bodies[k], (pose[:9].reshape(3, 3), pose[9:])) for k, pose in zip(ends, poses, strict=True))
             return section_of_faces(*a, *b, faces)
 
@@ -155,8 +155,8 @@ class MeshDetector(PairDetector[Any]):
 
 def _poses_of(motion: Motion, frames: IntArray, ends: IntArray) -> FloatArray:
     """Rotation by rows and translation of both ends (2,) or (K, 2) of a pair at frames (K,), as (K, 2, 12)."""
-    turn, move = motion.rotations[frames[..., None], ends], motion.translations[frames[..., None], ends]
-    return np.concatenate([turn.reshape(*turn.shape[:-2], 9), move], axis=-1)
+    rotation, move = motion.rotations[frames[..., None], ends], motion.translations[frames[..., None], ends]
+    return np.concatenate([rotation.reshape(*rotation.shape[:-2], 9), move], axis=-1)
 
 
 def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float) -> BoolArray:
@@ -165,15 +165,15 @@ def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float)
     Seen from the second body, the ball of the first moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the
     map, the centre moves by itself. Each question sets the pose that the next are compared with, so errors do not add.
     """
-    turns, moves = poses[..., :9].reshape(-1, 2, 3, 3), poses[..., 9:]
-    back = turns[:, 1].transpose(0, 2, 1)
-    turn = back @ turns[:, 0]
-    place = np.einsum("kab,b->ka", turn, centre) + np.einsum("kab,kb->ka", back, moves[:, 0] - moves[:, 1])
-    asked, moved = 0, np.zeros(len(poses), dtype=np.bool_)
+    rotations, moves = poses[..., :9].reshape(-1, 2, 3, 3), poses[..., 9:]
+    back = rotations[:, 1].transpose(0, 2, 1)
+    rotation = back @ rotations[:, 0]
+    centres = np.einsum("kab,b->ka", rotation, centre) + np.einsum("kab,kb->ka", back, moves[:, 0] - moves[:, 1])
+    queried, moved = 0, np.zeros(len(poses), dtype=np.bool_)
     for k in range(1, len(poses)):
-        way = np.linalg.norm(turn[k] - turn[asked]) * radius + np.linalg.norm(place[k] - place[asked])
-        if not way <= epsilon:  # so that what is not a number has moved
-            moved[k], asked = True, k
+        path = np.linalg.norm(rotation[k] - rotation[queried]) * radius + np.linalg.norm(centres[k] - centres[queried])
+        if not path <= epsilon:  # so that what is not a number has moved
+            moved[k], queried = True, k
     return moved[1:]
 
 
@@ -192,8 +192,8 @@ class StaticDetector(MeshDetector):
     """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
 
     A query is a sphere test and, where spheres overlap, a mesh query. ``work``: ``pair_looks``, the queries done,
-    ``held`` pair-frames answered from the query before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a
-    held answer can be wrong by that distance.
+    ``hold_work`` pair-frames answered from the query before, ``mesh_queries`` among the queries. With ``epsilon`` above
+    0 a held answer can be wrong by that distance.
 
     Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
     """

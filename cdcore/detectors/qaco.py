@@ -66,11 +66,11 @@ class QacoDetector(PairDetector[Any]):
         """Search the whole motion again and keep what each stage did."""
         spheres, boxes = self._broad.by_stage(motion)
         stage = NotingStage(self.bodies, self.pairs, self.settings, self._search.empty)
-        found = stage.decide(motion, boxes, stage.fresh_memory(), faces=True)
+        search_answer = stage.decide(motion, boxes, stage.fresh_memory(), faces=True)
         searched = np.zeros_like(spheres)
-        for place in stage.noted:
-            searched[place] = True
-        sets = found.face_sets() if self._meshes is None else None
+        for pair_frame in stage.noted:
+            searched[pair_frame] = True
+        sets = search_answer.face_sets() if self._meshes is None else None
         return Watched(spheres, boxes, searched, stage, self.settings, sets)
 
     def _fresh_memory(self) -> list[PairMemory]:
@@ -80,36 +80,36 @@ class QacoDetector(PairDetector[Any]):
         broad = self._broad.candidates(motion)
         near = np.zeros(broad.verdict.shape, dtype=np.bool_)
         near[broad.frames, broad.columns] = True
-        found = self._search.decide(motion, near, memory, faces=faces)
+        search_answer = self._search.decide(motion, near, memory, faces=faces)
         broad.verdict[near] = Verdict.NOT_FOUND
-        broad.verdict[found.hits] = Verdict.CONTACT
+        broad.verdict[search_answer.hits] = Verdict.CONTACT
         broad.clock.append(perf_counter())
-        sets, containment = found.face_sets(), (CONTAINMENT_REFUSED,) * len(self.pairs)
+        sets, containment = search_answer.face_sets(), (CONTAINMENT_REFUSED,) * len(self.pairs)
         if self._meshes is not None:
-            sets = self._decide_on_meshes(self._meshes, motion, broad, found, faces)
-            containment = self._containment.words
+            sets = self._decide_on_meshes(self._meshes, motion, broad, search_answer, faces)
+            containment = self._containment.labels
         return self._detection(
             motion,
             broad.verdict,
             face_sets=sets if faces else None,
             containment=containment,
-            work=broad.work | found.work,
+            work=broad.work | search_answer.work,
             seconds=self._seconds(broad.clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
     def _decide_on_meshes(
-        self, stage: MeshStage, motion: Motion, broad: BroadAnswer, found: SearchAnswer, faces: bool
+        self, stage: MeshStage, motion: Motion, broad: BroadAnswer, search_answer: SearchAnswer, faces: bool
     ) -> FaceSets:
         """Ask meshes what the search left open, and whether one body is inside the other; the faces of all contacts."""
         frames, columns = broad.frames, broad.columns
         if not faces:
-            left = ~found.hits[frames, columns]
+            left = ~search_answer.hits[frames, columns]
             frames, columns = frames[left], columns[left]
         meshes = stage.decide(motion, frames, columns, faces=faces)
-        hits = meshes.hits | found.hits[frames, columns]
+        hits = meshes.hits | search_answer.hits[frames, columns]
         broad.verdict[frames, columns] = np.where(hits, Verdict.CONTACT, Verdict.CLEAR)
-        sets = _joined_faces(found, meshes, frames, columns) if faces else found.face_sets()
+        sets = _joined_faces(search_answer, meshes, frames, columns) if faces else search_answer.face_sets()
         broad.clock.append(perf_counter())
         contained = self._containment.mark(motion, frames[~hits], columns[~hits], broad.verdict)
         broad.clock.append(perf_counter())
@@ -153,17 +153,17 @@ class HybridQacoDetector(QacoDetector):
         super().__init__(bodies, pairs, settings)
         if settings.decide == "mesh":
             self._meshes = MeshStage(bodies, pairs)
-            self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+            self._containment = ContainmentStage(bodies, pairs, enabled=settings.containment)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         return LiveSearch(self._broad, self._search) if self._meshes is None else super().live()
 
 
-def _joined_faces(found: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:
+def _joined_faces(search_answer: SearchAnswer, meshes: MeshAnswer, frames: IntArray, columns: IntArray) -> FaceSets:
     """Faces of the meshes; those the search confirmed where FCL, which may leave out degenerate faces, lists none."""
-    searched = np.zeros(found.hits.shape, dtype=np.int64)
-    for frame, column, which_set in found.entries:
+    searched = np.zeros(search_answer.hits.shape, dtype=np.int64)
+    for frame, column, which_set in search_answer.entries:
         searched[frame, column] = len(meshes.sets) + which_set
-    which = np.where(meshes.hits | ~found.hits[frames, columns], meshes.which, searched[frames, columns])
-    return FaceSets.from_shared(frames, columns, which, [*meshes.sets, *found.sets])
+    which = np.where(meshes.hits | ~search_answer.hits[frames, columns], meshes.which, searched[frames, columns])
+    return FaceSets.from_shared(frames, columns, which, [*meshes.sets, *search_answer.sets])

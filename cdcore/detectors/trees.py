@@ -37,7 +37,7 @@ class TreeDetector(PairDetector[TreeSettings]):
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
         self._trees = TreeStage(bodies, pairs, self.name, settings)
-        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        self._containment = ContainmentStage(bodies, pairs, enabled=settings.containment)
         self._broad = BroadPhase(bodies, pairs, boxes=False)
 
     def live(self) -> Live:
@@ -53,19 +53,19 @@ class TreeDetector(PairDetector[TreeSettings]):
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion) if self.spheres_first else self._broad.everywhere(motion)
         verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
-        found = self._trees.decide(motion, frames, columns, every=faces and self.settings.mode == "all")
-        verdict[frames, columns] = np.where(found.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
-        verdict[frames[found.hits], columns[found.hits]] = Verdict.CONTACT
+        answer = self._trees.decide(motion, frames, columns, every=faces and self.settings.mode == "all")
+        verdict[frames, columns] = np.where(answer.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
+        verdict[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
         clock.append(perf_counter())
-        left = ~found.hits & ~found.truncated
-        asked = self._containment.mark(motion, frames[left], columns[left], verdict)
+        left = ~answer.hits & ~answer.truncated
+        containment_tests = self._containment.mark(motion, frames[left], columns[left], verdict)
         clock.append(perf_counter())
         return self._detection(
             motion,
             verdict,
-            face_sets=FaceSets.from_shared(frames, columns, found.which, found.sets) if faces else None,
-            containment=self._containment.words,
-            work=near.work | found.work | {"containment_tests": asked},
+            face_sets=FaceSets.from_shared(frames, columns, answer.which, answer.sets) if faces else None,
+            containment=self._containment.labels,
+            work=near.work | answer.work | {"containment_tests": containment_tests},
             seconds=self._seconds(clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )

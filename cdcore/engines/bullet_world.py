@@ -7,7 +7,7 @@ from weakref import finalize
 
 import numpy as np
 
-from cdcore.engines.engine_solids import EngineSolid, places_apart
+from cdcore.engines.engine_solids import EngineSolid, spread_positions
 from cdcore.engines.refusals import mesh_may_be_refused, needs_engine, quiet
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
@@ -28,21 +28,23 @@ class BulletWorld:
         finalize(self, _disconnect, pybullet, self._client)
         with mesh_may_be_refused("Bullet", pybullet.error):
             self._bodies = [self._body(solid, settings.margin_m) for solid in solids]
-        self._away, self._unturned = places_apart(solids)
+        self._away, self._unturned = spread_positions(solids)
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
+    def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
         """As ``EngineWorld.touching``: pairs for which Bullet lists a point of contact."""
         engine, client = self._engine, self._client
         self._put(range(len(valid)), self._away, self._unturned)
         engine.performCollisionDetection(physicsClientId=client)
-        self._put(np.flatnonzero(valid).tolist(), places, turns)
+        self._put(np.flatnonzero(valid).tolist(), translations, rotations)
         engine.performCollisionDetection(physicsClientId=client)
         return [contact[1:3] for contact in engine.getContactPoints(physicsClientId=client)]
 
-    def _put(self, bodies: Any, places: FloatArray, turns: FloatArray) -> None:
+    def _put(self, bodies: Any, translations: FloatArray, rotations: FloatArray) -> None:
         for k in bodies:
-            place, turn = places[k].tolist(), turns[k].tolist()
-            self._engine.resetBasePositionAndOrientation(self._bodies[k], place, turn, physicsClientId=self._client)
+            translation, rotation = translations[k].tolist(), rotations[k].tolist()
+            self._engine.resetBasePositionAndOrientation(
+                self._bodies[k], translation, rotation, physicsClientId=self._client
+            )
 
     def _body(self, solid: EngineSolid, margin: float) -> int:
         engine, client = self._engine, self._client

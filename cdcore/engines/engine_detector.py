@@ -46,11 +46,11 @@ class EngineWorld(Protocol):
         MissingEngineError where it is not installed, InvalidMeshError where it refuses a mesh.
         """
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> Any:
+    def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> Any:
         """Numbers of two solids for every contact in the engine's list, (k, 2).
 
-        ``places`` (N, 3) metres, ``turns`` (N, 4) quaternions x, y, z, w; rows that are not ``valid`` (N,) have no
-        pose and touch nothing.
+        ``translations`` (N, 3) metres, ``rotations`` (N, 4) quaternions x, y, z, w; rows that are not ``valid`` (N,)
+        have no pose and touch nothing.
         """
         ...
 
@@ -93,8 +93,8 @@ class EngineDetector(PairDetector[SettingsT]):
         del faces
         meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
         settings = self.settings
-        looked = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
-        return Explanation(looked=looked, shapes_meet=meet)
+        sampled = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        return Explanation(looked=sampled, shapes_meet=meet)
 
     def _fresh_memory(self) -> HeldLooks:
         return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
@@ -103,24 +103,24 @@ class EngineDetector(PairDetector[SettingsT]):
         """Which pairs the engine lists, (P,)."""
         valid = motion.valid[frame, self._order]
         # A pose that is not valid may hold anything.
-        turns = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))
-        places = np.where(valid[:, None], motion.translations[frame, self._order], 0.0)
-        touching = self._world.touching(*engine_poses(self._solids, turns, places), valid)
+        rotations = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))
+        translations = np.where(valid[:, None], motion.translations[frame, self._order], 0.0)
+        touching = self._world.touching(*engine_poses(self._solids, rotations, translations), valid)
         hits = np.zeros((len(valid), len(valid)), dtype=np.bool_)
-        low, high = np.sort(np.reshape(touching, (-1, 2)).astype(np.int64), axis=1).T
-        hits[low, high] = True
+        lower, upper = np.sort(np.reshape(touching, (-1, 2)).astype(np.int64), axis=1).T
+        hits[lower, upper] = True
         return hits[tuple(self._columns.T)]
 
     def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
-        looks, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
-        frames = np.flatnonzero(looks)
+        sampled, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
+        frames = np.flatnonzero(sampled)
         hits, seconds = np.zeros((len(frames), len(self.pairs)), dtype=np.bool_), np.zeros(len(motion))
         for row, frame in enumerate(frames.tolist()):
             start = perf_counter()
             hits[row] = self._touch(motion, frame)
             seconds[frame] = perf_counter() - start
-        seen = contact_or_clear(hits, motion.take(frames), self.pairs)
-        verdict, work = memory.hold(seen, known[looks], looks, known)
+        sample_verdict = contact_or_clear(hits, motion.take(frames), self.pairs)
+        verdict, work = memory.hold(sample_verdict, known[sampled], sampled, known)
         verdict[self._refused & (verdict != Verdict.NO_POSE)] = Verdict.INVALID
         why = f"not supported: {self.title} tests no triangle mesh against another"
         in_vain = [(int(frame), int(pair)) for frame, pair in np.argwhere(verdict == Verdict.INVALID)]

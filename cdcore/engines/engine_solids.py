@@ -17,7 +17,7 @@ from cdcore.protocol import Body
 LARGEST: Final = 1e5
 """Metres: the corners are kept in float32, in which a body of this size is known to a centimetre."""
 
-CONVEX_SHARE: Final = 1e-6
+CONVEX_FRACTION: Final = 1e-6
 """A mesh whose volume is less than its hull's by no more than this share is convex; files keep seven digits."""
 
 
@@ -42,14 +42,14 @@ def engine_solid(body: Body, shape: str, engine: str, least_thickness: float) ->
 
     InvalidMeshError for a body so large that an engine of float32 does not know its corners.
     """
-    low, high = body.mesh.bounds
-    size = float((high - low).max())
+    lower, upper = body.mesh.bounds
+    size = float((upper - lower).max())
     if size > LARGEST:
         raise InvalidMeshError(
             f"{engine} keeps float32, too coarse for {body.name}, which is {size:g} m large; "
             f"give it in metres, at most {LARGEST:g} m"
         )
-    middle = (low + high) / 2
+    middle = (lower + upper) / 2
     if shape == "mesh" and not is_convex(body.mesh):
         return EngineSolid(body.name, body.mesh.vertices - middle, middle, body.mesh.faces)
     solid = thickened(body.mesh.referenced_vertices - middle, least_thickness)
@@ -65,7 +65,7 @@ def is_convex(mesh: TriangleMesh) -> bool:
     if hull is None:
         return False
     full = _volume(hull)
-    return abs(full - abs(_volume(mesh))) <= CONVEX_SHARE * full
+    return abs(full - abs(_volume(mesh))) <= CONVEX_FRACTION * full
 
 
 def thickened(points: FloatArray, least: float) -> FloatArray:
@@ -82,11 +82,11 @@ def engine_poses(
 ) -> tuple[FloatArray, FloatArray]:
     """Where the middles are, (N, 3) metres, and quaternions (N, 4) as x, y, z, w."""
     middles = np.array([solid.middle for solid in solids]).reshape(-1, 3)
-    places = translations + np.einsum("nij,nj->ni", rotations, middles)
-    return places, Rotation.from_matrix(rotations).as_quat()
+    positions = translations + np.einsum("nij,nj->ni", rotations, middles)
+    return positions, Rotation.from_matrix(rotations).as_quat()
 
 
-def places_apart(solids: list[EngineSolid]) -> tuple[FloatArray, FloatArray]:
+def spread_positions(solids: list[EngineSolid]) -> tuple[FloatArray, FloatArray]:
     """Places (N, 3) along one axis at which no two solids are near each other, and quaternions (N, 4) of no turn."""
     widths = np.array([2.0 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
     along = np.cumsum(widths) - widths / 2.0

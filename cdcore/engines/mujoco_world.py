@@ -40,11 +40,11 @@ class MujocoWorld:
             self._model = spec.compile()
         self._data, self._engine = mujoco.MjData(self._model), mujoco
 
-    def touching(self, places: FloatArray, turns: FloatArray, _valid: BoolArray) -> Any:
+    def touching(self, translations: FloatArray, rotations: FloatArray, _valid: BoolArray) -> Any:
         """As ``EngineWorld.touching``; a pair without a pose is the caller's to leave out."""
         data = self._data
-        data.mocap_pos[:] = places
-        data.mocap_quat[:] = np.roll(turns, 1, axis=1)
+        data.mocap_pos[:] = translations
+        data.mocap_quat[:] = np.roll(rotations, 1, axis=1)
         self._engine.mj_kinematics(self._model, data)
         self._engine.mj_collision(self._model, data)
         return data.contact.geom

@@ -11,7 +11,7 @@ from weakref import finalize
 
 import numpy as np
 
-from cdcore.engines.engine_solids import EngineSolid, places_apart
+from cdcore.engines.engine_solids import EngineSolid, spread_positions
 from cdcore.engines.refusals import needs_engine, quiet
 from cdcore.errors import InvalidMeshError
 from cdcore.numerics import BoolArray, FloatArray, IntArray
@@ -43,7 +43,7 @@ class PhysxWorld:
 
             schemas = [*map(str, physx_schema_paths()), str(ovphysx.newton_schema_root())]
         self._engine, self._count = ovphysx, len(solids)
-        self._away, self._unturned = places_apart(solids)
+        self._away, self._unturned = spread_positions(solids)
         with quiet(), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if not ovphysx.PhysX.get_cpu_mode():  # it is asked once a process
@@ -55,18 +55,18 @@ class PhysxWorld:
             self._put(self._away, self._unturned)
         finalize(self, _close, self._physx, self._stage, self._paths)
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> IntArray:
+    def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> IntArray:
         """As ``EngineWorld.touching``: pairs of bodies for which PhysX reports a point of contact."""
         self._put(self._away, self._unturned)
         self._physx.step_sync(STEP)
-        there = valid[:, None]
-        self._put(np.where(there, places, self._away), np.where(there, turns, self._unturned))
+        present = valid[:, None]
+        self._put(np.where(present, translations, self._away), np.where(present, rotations, self._unturned))
         self._physx.step_sync(STEP)
         return self._reported()
 
-    def _put(self, places: FloatArray, turns: FloatArray) -> None:
+    def _put(self, translations: FloatArray, rotations: FloatArray) -> None:
         """Bodies at poses at once, and on their way to them: bodies with no target sleep and report nothing."""
-        rows = {3: places.astype(np.float32), 4: turns.astype(np.float32)}
+        rows = {3: translations.astype(np.float32), 4: rotations.astype(np.float32)}
         kind = self._engine.types.SimObjectType.RIGID_BODY
         for attributes in (["position", "orientation"], ["kinematicTargetPosition", "kinematicTargetOrientation"]):
             with self._physx.write_sync(kind, attributes) as session:

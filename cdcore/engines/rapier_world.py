@@ -25,14 +25,14 @@ class RapierWorld:
         with mesh_may_be_refused("Rapier", rapier3d.RapierError):
             self._shapes = [_shape(rapier3d, solid) for solid in solids]
 
-    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
+    def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
         """As ``EngineWorld.touching``: pairs with an active contact, which Rapier would push apart."""
         engine, world = self._engine, self._engine.PhysicsWorld()
         world.integration_parameters.normalized_prediction_distance = self._prediction
         body_of = {}
         for k in np.flatnonzero(valid).tolist():
-            x, y, z, w = turns[k].tolist()
-            pose = engine.Isometry3(engine.Vec3(*places[k].tolist()), engine.Rotation3(w, x, y, z))
+            x, y, z, w = rotations[k].tolist()
+            pose = engine.Isometry3(engine.Vec3(*translations[k].tolist()), engine.Rotation3(w, x, y, z))
             body = world.add_body(engine.RigidBody.kinematic_position_based(position=pose))
             collider = engine.Collider.new(self._shapes[k])
             handle = world.add_collider(collider.active_collision_types(engine.ActiveCollisionTypes.all()), body)

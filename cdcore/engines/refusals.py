@@ -25,8 +25,8 @@ def mesh_may_be_refused(engine: str, refusal: type[Exception]) -> Iterator[None]
     try:
         yield
     except refusal as error:
-        words = " ".join(str(error).split())
-        raise InvalidMeshError(f"{engine} refuses a mesh, repair it or leave it out: {words}") from error
+        message = " ".join(str(error).split())
+        raise InvalidMeshError(f"{engine} refuses a mesh, repair it or leave it out: {message}") from error
 
 
 @contextmanager

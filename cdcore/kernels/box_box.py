@@ -9,14 +9,14 @@ complex deformable models using AABB trees (1997), for the six-axis form.
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.numerics import FloatArray
 
 
 @hot_kernel
-def apart_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray, pad: float) -> bool:
+def separated_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray, pad: float) -> bool:
     """Whether one of the six face normals keeps the boxes apart; it may leave boxes together that are not."""
-    stay_one_function()
+    never_inlined()
     for i in range(3):
         reach = abs(m[i, 0]) * half_b[0] + abs(m[i, 1]) * half_b[1] + abs(m[i, 2]) * half_b[2]
         if abs(d[i]) > half_a[i] + reach + pad:
@@ -31,7 +31,7 @@ def apart_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b:
 @hot_kernel
 def gap_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray) -> float:
     """A distance that the boxes certainly keep: the longest gap along a face normal; not positive without one."""
-    stay_one_function()
+    never_inlined()
     longest = -np.inf
     for i in range(3):
         gap = abs(d[i]) - half_a[i]
@@ -47,10 +47,10 @@ def gap_on_face_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: F
 
 
 @hot_kernel
-def apart_on_all_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray, pad: float) -> bool:
+def separated_on_all_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: FloatArray, pad: float) -> bool:
     """Whether one of the six face normals or nine products of edges keeps the boxes apart."""
-    stay_one_function()
-    if apart_on_face_axes(m, d, half_a, half_b, pad):
+    never_inlined()
+    if separated_on_face_axes(m, d, half_a, half_b, pad):
         return True
     for i in range(3):
         u, v = (i + 1) % 3, (i + 2) % 3
@@ -64,35 +64,44 @@ def apart_on_all_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half_b: 
 
 
 @hot_kernel
-def pose_seen_from(
-    turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray, turn: FloatArray, move: FloatArray
+def relative_pose(
+    rotation_a: FloatArray,
+    move_a: FloatArray,
+    rotation_b: FloatArray,
+    move_b: FloatArray,
+    rotation: FloatArray,
+    move: FloatArray,
 ) -> None:
-    """The pose of B in A's frame: ``turn`` (3, 3) and ``move`` (3,)."""
-    stay_one_function()
+    """The pose of B in A's frame: ``rotation`` (3, 3) and ``move`` (3,)."""
+    never_inlined()
     for i in range(3):
         move[i] = 0.0
         for k in range(3):
-            move[i] += turn_a[k, i] * (move_b[k] - move_a[k])
+            move[i] += rotation_a[k, i] * (move_b[k] - move_a[k])
         for j in range(3):
-            turn[i, j] = turn_a[0, i] * turn_b[0, j] + turn_a[1, i] * turn_b[1, j] + turn_a[2, i] * turn_b[2, j]
+            rotation[i, j] = (
+                rotation_a[0, i] * rotation_b[0, j]
+                + rotation_a[1, i] * rotation_b[1, j]
+                + rotation_a[2, i] * rotation_b[2, j]
+            )
 
 
 @hot_kernel
-def box_seen_from(
-    centre_a: FloatArray, axes_a: FloatArray, centre_b: FloatArray, axes_b: FloatArray, turn: FloatArray,
+def relative_box(
+    centre_a: FloatArray, axes_a: FloatArray, centre_b: FloatArray, axes_b: FloatArray, rotation: FloatArray,
     move: FloatArray, m: FloatArray, d: FloatArray,
 ) -> None:  # fmt: skip
     """``m`` and ``d`` of two boxes whose axes are the rows of ``axes``, with B's pose in A's frame."""
-    stay_one_function()
+    never_inlined()
     for i in range(3):
-        placed = turn[i, 0] * centre_b[0] + turn[i, 1] * centre_b[1] + turn[i, 2] * centre_b[2]
+        placed = rotation[i, 0] * centre_b[0] + rotation[i, 1] * centre_b[1] + rotation[i, 2] * centre_b[2]
         d[i] = placed + move[i] - centre_a[i]
-    way_x, way_y, way_z = d[0], d[1], d[2]
+    offset_x, offset_y, offset_z = d[0], d[1], d[2]
     for i in range(3):
         x, y, z = axes_a[i, 0], axes_a[i, 1], axes_a[i, 2]
-        d[i] = x * way_x + y * way_y + z * way_z
-        u = x * turn[0, 0] + y * turn[1, 0] + z * turn[2, 0]
-        v = x * turn[0, 1] + y * turn[1, 1] + z * turn[2, 1]
-        w = x * turn[0, 2] + y * turn[1, 2] + z * turn[2, 2]
+        d[i] = x * offset_x + y * offset_y + z * offset_z
+        u = x * rotation[0, 0] + y * rotation[1, 0] + z * rotation[2, 0]
+        v = x * rotation[0, 1] + y * rotation[1, 1] + z * rotation[2, 1]
+        w = x * rotation[0, 2] + y * rotation[1, 2] + z * rotation[2, 2]
         for j in range(3):
             m[i, j] = u * axes_b[j, 0] + v * axes_b[j, 1] + w * axes_b[j, 2]

@@ -86,13 +86,13 @@ def kernel_folder() -> Path | None:
     # Two installations may share a folder of the user's.
     installation = f"vrlab-kernels-{sha256(str(package).encode()).hexdigest()[:8]}"
     given = NUMBA_SETTINGS.CACHE_DIR
-    places = [Path(given)] if given else [package / "__pycache__", user_cache_path("vrlab-replay", appauthor=False)]
-    for place in places:
-        folder = place / f"{installation}-{content}"
+    parents = [Path(given)] if given else [package / "__pycache__", user_cache_path("vrlab-replay", appauthor=False)]
+    for parent in parents:
+        folder = parent / f"{installation}-{content}"
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             TemporaryFile(dir=folder).close()
-            for earlier in place.glob(f"{installation}-*"):
+            for earlier in parent.glob(f"{installation}-*"):
                 if earlier != folder:
                     rmtree(earlier, ignore_errors=True)
             return folder
@@ -157,8 +157,8 @@ def hot_kernel(function: Function) -> Function:
     if INTERPRETED:
         return function
     options = JIT_OPTIONS | {"_nrt": False, "no_cpython_wrapper": True} | quick_compilers()[1]
-    mark_as_part: Any = register_jitable(**options)
-    return cast(Function, mark_as_part(function))
+    mark_as_callee: Any = register_jitable(**options)
+    return cast(Function, mark_as_callee(function))
 
 
 class Compiled(event.Listener):
@@ -232,11 +232,11 @@ def records(rows: NDArray[np.void]) -> NDArray[np.void]:
     return rows.view(np.recarray) if INTERPRETED else rows
 
 
-def stay_one_function() -> None:
+def never_inlined() -> None:
     """Called once in a kernel's body: the kernel is not inlined into its callers. Python does nothing."""
 
 
-def become_part_of_caller() -> None:
+def always_inlined() -> None:
     """Called once in a kernel's body: the kernel is inlined wherever it is called. Python does nothing."""
 
 
@@ -257,5 +257,5 @@ def _mark_when_compiled(mark: Callable[[], None], attribute: str) -> None:
 
 
 if not INTERPRETED:
-    _mark_when_compiled(stay_one_function, "noinline")
-    _mark_when_compiled(become_part_of_caller, "alwaysinline")
+    _mark_when_compiled(never_inlined, "noinline")
+    _mark_when_compiled(always_inlined, "alwaysinline")

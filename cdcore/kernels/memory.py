@@ -87,7 +87,7 @@ def entries_of(array: NDArray[Any]) -> NDArray[Any]:
     return array.reshape(-1)
 
 
-doubles_of, words_of = _of(types.float64), _of(types.int64)
+doubles_of, integers_of = _of(types.float64), _of(types.int64)
 """In a kernel: the memory of a contiguous array that the kernel was handed as such."""
 
 
@@ -96,8 +96,8 @@ def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
         number, address = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [address, number, number, number])
         declare: Any = cgutils.get_or_insert_function
-        place = builder.bitcast(builder.gep(arguments[0], [arguments[1]]), address)
-        builder.call(declare(builder.module, kind, "llvm.prefetch.p0i8"), [place, number(0), number(3), number(1)])
+        pointer = builder.bitcast(builder.gep(arguments[0], [arguments[1]]), address)
+        builder.call(declare(builder.module, kind, "llvm.prefetch.p0i8"), [pointer, number(0), number(3), number(1)])
         return context.get_dummy_value()
 
     return types.void(memory, types.int64), generate

@@ -96,7 +96,7 @@ class KnownFunctions:
         """The signature that fits, as numba finds it."""
         # Operators come as the functions of Python that they are.
         kind = function if isinstance(function, types.Type) else self._rules.resolve_value_type(function)
-        if function is getitem and _takes_one_member(*arguments):
+        if function is getitem and _takes_member(*arguments):
             return arguments[0].types[arguments[1].literal_value](*arguments)
         if keywords or not isinstance(kind, types.Function):
             if isinstance(kind, types.Dispatcher):
@@ -115,7 +115,7 @@ def _for_all_numbers(argument: Any) -> Any:
     return types.int64 if argument == types.int32 else getattr(argument, "literal_type", argument)
 
 
-def _takes_one_member(value: Any, index: Any) -> bool:
+def _takes_member(value: Any, index: Any) -> bool:
     return isinstance(value, types.BaseTuple) and isinstance(index, types.IntegerLiteral)
 
 
@@ -138,23 +138,23 @@ class KernelLower(Lower):
         kind_of: Any = self.typeof
         value_of: Any = self.loadvar
         function = self.context.typing_context.resolve_value_type(op)
-        wanted = self.fndesc.calltypes[expr].args
+        operand_types = self.fndesc.calltypes[expr].args
         operands = [
-            self.context.cast(self.builder, value_of(one.name), kind_of(one.name), kind)
-            for one, kind in zip((expr.lhs, expr.rhs), wanted, strict=True)
+            self.context.cast(self.builder, value_of(operand.name), kind_of(operand.name), kind)
+            for operand, kind in zip((expr.lhs, expr.rhs), operand_types, strict=True)
         ]
-        signature = _signature_of(self.context.typing_context, function, wanted)
+        signature = _signature_of(self.context.typing_context, function, operand_types)
         value = self.context.get_function(function, signature)(self.builder, operands)
         return self.context.cast(self.builder, value, signature.return_type, resty)
 
     def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
         """``value[index]``; a member of a tuple is taken out of it, where numba compiles and calls a function."""
-        if not _takes_one_member(*signature.args):
+        if not _takes_member(*signature.args):
             usual: Any = super().lower_getitem
             return usual(resty, expr, value, index, signature)
         value_of: Any = self.loadvar
-        members, place = signature.args
-        member = self.builder.extract_value(value_of(value.name), place.literal_value % len(members))
+        members, member_index = signature.args
+        member = self.builder.extract_value(value_of(value.name), member_index.literal_value % len(members))
         if self.context.enable_nrt:
             self.context.nrt.incref(self.builder, signature.return_type, member)
         return self.context.cast(self.builder, member, signature.return_type, resty)

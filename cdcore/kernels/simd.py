@@ -174,11 +174,11 @@ dot = _operation("abcxyz", lambda m, *v: m.dot(v[:3], v[3:]), _dot)
 """``dot(a, b, c, x, y, z)``: a x + b y + c z, added in that order."""
 moved = _operation("sabcxyz", lambda m, c, *v: m.builder.fadd(c, m.dot(v[:3], v[3:])), lambda s, *v: s + _dot(*v))
 """``moved(s, a, b, c, x, y, z)``: s + (a x + b y + c z)."""
-turn = _operation(
+minor = _operation(
     "abcd", lambda m, a, b, c, d: m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d)),
     lambda a, b, c, d: a * b - c * d,
 )  # fmt: skip
-"""``turn(a, b, c, d)``: a b - c d."""
+"""``minor(a, b, c, d)``: a b - c d."""
 triple = _operation(
     "abcdefghi", _triple,
     lambda wx, wy, wz, ux, uy, uz, vx, vy, vz: (
@@ -199,10 +199,10 @@ outside: Callable[..., int] = _operation(
 """``outside(a, b)``: bit k where |a| > b in lane k."""
 
 
-def _shuffled(*places: int) -> Callable[[Lanes], Lanes]:
-    order = ir.Constant(ir.VectorType(ir.IntType(32), 4), list(places))
+def _shuffled(*addresses: int) -> Callable[[Lanes], Lanes]:
+    order = ir.Constant(ir.VectorType(ir.IntType(32), 4), list(addresses))
     undefined = ir.Constant(_vector(four), ir.Undefined)
-    return _operation("a", lambda m, a: m.builder.shuffle_vector(a, undefined, order), lambda a: a[list(places)])
+    return _operation("a", lambda m, a: m.builder.shuffle_vector(a, undefined, order), lambda a: a[list(addresses)])
 
 
 following4 = _shuffled(1, 2, 0, 1)
@@ -222,8 +222,8 @@ def _start(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def _lanes_at(context: Any, builder: Any, signature: Any, arguments: Any, kind: Any) -> Any:
-    place = builder.gep(_start(context, builder, signature, arguments), [arguments[1]])
-    return builder.bitcast(place, _vector(kind).as_pointer())
+    address = builder.gep(_start(context, builder, signature, arguments), [arguments[1]])
+    return builder.bitcast(address, _vector(kind).as_pointer())
 
 
 def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -237,8 +237,8 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 def _doubles_from(context: Any, builder: Any, signature: Any, arguments: Any, first: Any, offsets: Any) -> list[Any]:
     start = _start(context, builder, signature, arguments)
-    places = [builder.add(first, ir.Constant(_INDEX, offset)) for offset in offsets]
-    return [builder.load(builder.gep(start, [place]), align=8) for place in places]
+    addresses = [builder.add(first, ir.Constant(_INDEX, offset)) for offset in offsets]
+    return [builder.load(builder.gep(start, [address]), align=8) for address in addresses]
 
 
 def _row16(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -31,23 +31,23 @@ def meeting_faces_placed(
 
 def near_faces(first: FloatArray, second: FloatArray, reach: float) -> IntArray:
     """Face pairs (k, 2) of placed triangles whose boxes are no further apart than ``reach`` along any axis, sorted."""
-    low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
+    lower_a, upper_a, lower_b, upper_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
     if reach > 0.0:
         # The sum rounds once: a step outward keeps every face pair within reach.
-        low_a, high_a = np.nextafter(low_a - reach, -np.inf), np.nextafter(high_a + reach, np.inf)
+        lower_a, upper_a = np.nextafter(lower_a - reach, -np.inf), np.nextafter(upper_a + reach, np.inf)
     # coordinates that overflowed to NaN are near nothing, and keep nothing else away
-    rows = np.flatnonzero(((low_a <= np.fmax.reduce(high_b)) & (high_a >= np.fmin.reduce(low_b))).all(axis=1))
-    columns = np.flatnonzero(((low_b <= np.fmax.reduce(high_a)) & (high_b >= np.fmin.reduce(low_a))).all(axis=1))
+    rows = np.flatnonzero(((lower_a <= np.fmax.reduce(upper_b)) & (upper_a >= np.fmin.reduce(lower_b))).all(axis=1))
+    columns = np.flatnonzero(((lower_b <= np.fmax.reduce(upper_a)) & (upper_b >= np.fmin.reduce(lower_a))).all(axis=1))
     # an axis a row, so that each comparison runs along the memory
-    low, high = (np.ascontiguousarray(corner[columns].T) for corner in (low_b, high_b))
+    lower, upper = (np.ascontiguousarray(corner[columns].T) for corner in (lower_b, upper_b))
     step = max(1, PAIRS_AT_ONCE // max(1, len(columns)))
-    found = [np.zeros((0, 2), dtype=np.int64)]
+    blocks = [np.zeros((0, 2), dtype=np.int64)]
     for start in range(0, len(rows), step):
-        part = rows[start : start + step]
-        near = np.ones((len(part), len(columns)), dtype=np.bool_)
+        block = rows[start : start + step]
+        near = np.ones((len(block), len(columns)), dtype=np.bool_)
         for axis in range(3):
-            near &= low_a[part, axis, None] <= high[axis]
-            near &= low[axis] <= high_a[part, axis, None]
+            near &= lower_a[block, axis, None] <= upper[axis]
+            near &= lower[axis] <= upper_a[block, axis, None]
         i, j = np.nonzero(near)
-        found.append(np.stack([part[i], columns[j]], axis=1))
-    return np.concatenate(found)
+        blocks.append(np.stack([block[i], columns[j]], axis=1))
+    return np.concatenate(blocks)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.clearance import certainly_apart
+from cdcore.narrow.continuous.clearance import certainly_separated
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Motion
@@ -23,10 +23,12 @@ class ContactOffset:
     def near(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """Which of K pair-frames without contact are within reach, (K,)."""
 
-        def apart(column: int, pose_a: Poses, pose_b: Poses) -> list[bool]:
+        def separated(column: int, pose_a: Poses, pose_b: Poses) -> list[bool]:
             trees = [self._trees[body] for body in self._pairs[column]]
-            answer: list[bool] = certainly_apart(trees, pose_a, pose_b, np.full(len(pose_a[0]), self._reach)).tolist()
+            answer: list[bool] = certainly_separated(
+                trees, pose_a, pose_b, np.full(len(pose_a[0]), self._reach)
+            ).tolist()
             return answer
 
-        answers, which = ask_changed_poses(motion, self._pairs, frames, columns, apart)
+        answers, which = ask_changed_poses(motion, self._pairs, frames, columns, separated)
         return ~np.array(answers, dtype=np.bool_)[which]

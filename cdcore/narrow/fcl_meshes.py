@@ -69,30 +69,30 @@ class FclMeshes:
 
     def faces(self, a: int, b: int) -> NDArray[np.int32]:
         """The face pairs of two placed bodies that meet, (k, 2), unique and sorted."""
-        found = _FacePairs()
-        if not fcl.collide(self._bodies[a], self._bodies[b], self._all, found):
+        result = _FacePairs()
+        if not fcl.collide(self._bodies[a], self._bodies[b], self._all, result):
             return np.zeros((0, 2), dtype=np.int32)
-        keys = np.unique(np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64))
+        keys = np.unique(np.array(result.first, dtype=np.int64) << 32 | np.array(result.second, dtype=np.int64))
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
     def gap(self, a: int, b: int) -> tuple[float, FloatArray]:
         """Metres between the surfaces of two placed bodies that do not meet, and the nearest points (2, 3) of both."""
-        found = fcl.DistanceResult()
-        metres = fcl.distance(self._bodies[a], self._bodies[b], fcl.DistanceRequest(True), found)
-        return float(metres), np.array(found.nearest_points)
+        result = fcl.DistanceResult()
+        metres = fcl.distance(self._bodies[a], self._bodies[b], fcl.DistanceRequest(True), result)
+        return float(metres), np.array(result.nearest_points)
 
     def at_poses(
         self, ask: Callable[[int, int], Answer], a: int, b: int, poses_a: Poses, poses_b: Poses
     ) -> list[Answer]:
         """What ``touch`` or ``faces`` says of two bodies at each of K pairs of poses of a ``Motion``."""
         first, second = self._bodies[a], self._bodies[b]
-        turn_a, move_a = first.setRotation, first.setTranslation
-        turn_b, move_b = second.setRotation, second.setTranslation
+        matrix_a, move_a = first.setRotation, first.setTranslation
+        matrix_b, move_b = second.setRotation, second.setTranslation
         answers = []
         for rotation_a, translation_a, rotation_b, translation_b in zip(*poses_a, *poses_b, strict=True):
-            turn_a(rotation_a)
+            matrix_a(rotation_a)
             move_a(translation_a)
-            turn_b(rotation_b)
+            matrix_b(rotation_b)
             move_b(translation_b)
             answers.append(ask(a, b))
         return answers

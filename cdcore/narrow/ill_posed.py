@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.bvh.box_tree import box_trees_of
-from cdcore.narrow.continuous.clearance import certainly_apart
+from cdcore.narrow.continuous.clearance import certainly_separated
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
-from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
+from cdcore.narrow.margins.separating_moves import can_be_separated, shell_vectors
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, BoolArray, FloatArray, place_points
@@ -49,12 +49,12 @@ class MarginStage:
         for rows in (chosen, np.arange(len(faces))) if len(chosen) < len(faces) else (chosen,):
             corners = [self._triangles[body][faces[rows, side]] for side, body in enumerate(pair)]
             placed = np.stack(
-                [place_points(*one) for one in zip(corners, rotations, translations, strict=True)], axis=1
+                [place_points(*pose) for pose in zip(corners, rotations, translations, strict=True)], axis=1
             )
-            low, high, _ = overlap_bounds(placed)
-            if (low > self._tau).any():
+            lower, upper, _ = overlap_bounds(placed)
+            if (lower > self._tau).any():
                 return False
-        return all(triangle_margins(placed[[row]])[1][0] <= self._tau for row in np.flatnonzero(high > self._tau))
+        return all(triangle_margins(placed[[row]])[1][0] <= self._tau for row in np.flatnonzero(upper > self._tau))
 
     def loose(
         self, pair: tuple[int, int], faces: NDArray[np.integer], rotations: FloatArray, translations: FloatArray
@@ -62,7 +62,7 @@ class MarginStage:
         """Whether some move of the surfaces by tau ends the contact; parameters as for ``shallow``."""
         placed = [self._placed(body, rotations[side], translations[side]) for side, body in enumerate(pair)]
         shells = [self._shell(body) @ rotations[side].T for side, body in enumerate(pair)]
-        return come_apart(placed[0], placed[1], shells[0], shells[1], faces, self._tau)
+        return can_be_separated(placed[0], placed[1], shells[0], shells[1], faces, self._tau)
 
     def near(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
         """Whether two surfaces that do not meet are at most tau apart, at each of K poses (K, 2, 3, 3), (K, 2, 3)."""
@@ -72,7 +72,7 @@ class MarginStage:
         trees = [self._tree(body) for body in pair]
         size = np.abs(translations).sum(axis=(1, 2)) + trees[0].reach + trees[1].reach
         pose_a, pose_b = ((rotations[:, side], translations[:, side]) for side in (0, 1))
-        answer = ~certainly_apart(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
+        answer = ~certainly_separated(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
         for row in np.flatnonzero(answer):
             first, second = (
                 self._placed(body, rotations[row, side], translations[row, side]) for side, body in enumerate(pair)
@@ -85,8 +85,8 @@ class MarginStage:
         pairs = np.stack([first[close[:, 0]], second[close[:, 1]]], axis=1)
         if triangles_intersect(pairs).any():
             return False
-        apart = overlap_bounds(pairs)[2]
-        nearest = np.argsort(apart, kind="stable")[: int((apart <= self._tau).sum())]
+        gaps = overlap_bounds(pairs)[2]
+        nearest = np.argsort(gaps, kind="stable")[: int((gaps <= self._tau).sum())]
         return any(triangle_margins(pairs[[row]])[1][0] <= self._tau for row in nearest)
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:

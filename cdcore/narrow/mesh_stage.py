@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion, Verdict, ordered_by_name
 
@@ -37,7 +37,7 @@ class MeshStage:
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray) -> None:
         self._meshes = FclMeshes([body.mesh for body in bodies])
-        self._pairs, self._turned = ordered_by_name(bodies, pairs)
+        self._pairs, self._swapped = ordered_by_name(bodies, pairs)
         self._ends = self._pairs.tolist()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, faces: bool = False) -> MeshAnswer:
@@ -47,8 +47,8 @@ class MeshStage:
             a, b = self._ends[column]
             if not faces:
                 return self._meshes.at_poses(self._meshes.touch, a, b, pose_a, pose_b)
-            found = self._meshes.at_poses(self._meshes.faces, a, b, pose_a, pose_b)
-            return [turned_faces(pairs) for pairs in found] if self._turned[column] else found
+            face_pairs = self._meshes.at_poses(self._meshes.faces, a, b, pose_a, pose_b)
+            return [swapped_faces(pairs) for pairs in face_pairs] if self._swapped[column] else face_pairs
 
         answers, which = ask_changed_poses(motion, self._pairs, frames, columns, ask)
         hits = np.array([len(pairs) > 0 for pairs in answers] if faces else answers, dtype=np.bool_)[which]

@@ -44,15 +44,15 @@ def ask_changed_poses(
     which, answers = np.zeros(len(frames), dtype=np.int64), list[Answer]()
     for column, rows in rows_of_columns(columns):
         at = frames[rows, None], pairs[column]
-        turn, move = motion.rotations[at], motion.translations[at]
+        rotation, move = motion.rotations[at], motion.translations[at]
         fresh = np.ones(len(rows), dtype=np.bool_)
-        fresh[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2, 3)) | (move[1:] != move[:-1]).any(axis=(1, 2))
+        fresh[1:] = (rotation[1:] != rotation[:-1]).any(axis=(1, 2, 3)) | (move[1:] != move[:-1]).any(axis=(1, 2))
         which[rows] = len(answers) + np.cumsum(fresh) - 1
-        answers += ask(column, (turn[fresh, 0], move[fresh, 0]), (turn[fresh, 1], move[fresh, 1]))
+        answers += ask(column, (rotation[fresh, 0], move[fresh, 0]), (rotation[fresh, 1], move[fresh, 1]))
     return answers, which
 
 
-def turned_faces(faces: NDArray[np.int32]) -> NDArray[np.int32]:
+def swapped_faces(faces: NDArray[np.int32]) -> NDArray[np.int32]:
     """The same face pairs (k, 2), first and second exchanged, sorted again."""
     swapped = faces[:, ::-1]
     return np.ascontiguousarray(swapped[np.lexsort((swapped[:, 1], swapped[:, 0]))])

@@ -57,8 +57,8 @@ class BoxNodes(NamedTuple):
 
 def build_trees(bodies: Sequence[FloatArray], rule: Rule, leaf_faces: int) -> list[tuple[BoxNodes, int]]:
     """Over the faces (f, 3, 3) of each body a tree with at most ``leaf_faces`` a leaf, and its depth."""
-    place = np.cumsum([len(corners) for corners in bodies]) // FACES_TOGETHER
-    groups = groupby(range(len(bodies)), lambda k: place[k])
+    position = np.cumsum([len(corners) for corners in bodies]) // FACES_TOGETHER
+    groups = groupby(range(len(bodies)), lambda k: position[k])
     return [tree for _, some in groups for tree in _build_group([bodies[k] for k in some], rule, leaf_faces)]
 
 
@@ -78,10 +78,10 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
         sizes = stop - start
         first = np.cumsum(sizes) - sizes
         node = np.repeat(np.arange(len(start)), sizes)
-        place = np.arange(len(node)) + np.repeat(start - first, sizes)
-        taken = order[place]
+        position = np.arange(len(node)) + np.repeat(start - first, sizes)
+        taken = order[position]
         boxes, key = rule(scaled.take(taken, axis=2), node, first)
-        order[place] = taken[np.lexsort((taken, key, node))]
+        order[position] = taken[np.lexsort((taken, key, node))]
         opened, cut = sizes > leaf_faces, sizes // 2
         if key.dtype == np.bool_:
             before = sizes - np.add.reduceat(key.astype(np.int64), first)
@@ -90,14 +90,14 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
         child = np.full(len(start), -1, dtype=np.int64)
         child[opened] = count + 2 * np.arange(opened.sum())
         levels.append((np.full(len(start), len(levels) + 1), tree, child, start, stop, *boxes))
-        low, middle, high = start[opened], start[opened] + cut[opened], stop[opened]
-        start, stop = np.column_stack([low, middle]).ravel(), np.column_stack([middle, high]).ravel()
+        lower, middle, upper = start[opened], start[opened] + cut[opened], stop[opened]
+        start, stop = np.column_stack([lower, middle]).ravel(), np.column_stack([middle, upper]).ravel()
         tree = tree[opened].repeat(2)
-    depth, tree, child, start, stop, axes, low, high = (
-        np.concatenate(part, axis=-1) for part in zip(*levels, strict=True)
+    depth, tree, child, start, stop, axes, lower, upper = (
+        np.concatenate(columns, axis=-1) for columns in zip(*levels, strict=True)
     )
-    centre = np.ldexp((axes * (low / 2 + high / 2)[:, None]).sum(axis=0), exponent[tree])
-    half = np.ldexp(high / 2 - low / 2, exponent[tree])
+    centre = np.ldexp((axes * (lower / 2 + upper / 2)[:, None]).sum(axis=0), exponent[tree])
+    half = np.ldexp(upper / 2 - lower / 2, exponent[tree])
     number = np.empty_like(tree)  # of a node within its tree
     for k, nodes in enumerate(np.split(np.argsort(tree, kind="stable"), np.bincount(tree).cumsum()[:-1])):
         number[nodes] = np.arange(len(nodes))
@@ -143,11 +143,11 @@ def tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple
     mean = np.add.reduceat(corners.mean(axis=0), first, axis=1) / np.diff(first, append=len(node))
     spread = corners - mean.take(node, axis=1)
     principal = principal_axes(np.add.reduceat((spread[:, :, None] * spread[:, None]).sum(axis=0), first, axis=2))
-    turned = coordinates_along(principal.take(node, axis=2), corners)
-    (low, high), (least, most) = extents(turned, first), extents(corners, first)
-    keep = half_surface(high - low) < half_surface(most - least)
+    rotated = coordinates_along(principal.take(node, axis=2), corners)
+    (lower, upper), (least, most) = extents(rotated, first), extents(corners, first)
+    keep = half_surface(upper - lower) < half_surface(most - least)
     axes = np.where(keep, principal, body_axes(len(first)))
-    return (axes, np.where(keep, low, least), np.where(keep, high, most)), np.where(keep[node], turned, corners)
+    return (axes, np.where(keep, lower, least), np.where(keep, upper, most)), np.where(keep[node], rotated, corners)
 
 
 def principal_axes(matrices: FloatArray) -> FloatArray:
@@ -156,12 +156,12 @@ def principal_axes(matrices: FloatArray) -> FloatArray:
     # Rows of the matrices go on in rows of the axes: both turn in one step.
     both = np.concatenate([matrices, body_axes(count)], axis=1)
     m, sines = both[:, :3], np.empty((2, 1, count))
-    for turn in range(3 * SWEEPS):
-        p, q = ((0, 1), (0, 2), (1, 2))[turn % 3]
+    for sweep in range(3 * SWEEPS):
+        p, q = ((0, 1), (0, 2), (1, 2))[sweep % 3]
         # The smaller of the angles that make the entry 0.
-        off, apart = 2.0 * m[p, q], m[q, q] - m[p, p]
-        length = np.sqrt(off * off + apart * apart)
-        tangent = off / np.where(length > 0, apart + np.copysign(length, apart), np.inf)
+        off, difference = 2.0 * m[p, q], m[q, q] - m[p, p]
+        length = np.sqrt(off * off + difference * difference)
+        tangent = off / np.where(length > 0, difference + np.copysign(length, difference), np.inf)
         cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
         np.multiply(tangent, cosine, out=sines[1, 0])
         np.negative(sines[1], out=sines[0])
@@ -189,11 +189,11 @@ def by_surface_area(corners: FloatArray, node: IntArray, first: IntArray) -> tup
     boxes, along = tighter_boxes(corners, node, first)
     side, centroids = boxes[2] - boxes[1], along.mean(axis=0)
     spans = np.concatenate([along.min(axis=0), -along.max(axis=0)])
-    cost, place = cheapest_cuts(spans, centroids, node, first)
+    cost, position = cheapest_cuts(spans, centroids, node, first)
     cost[side < SHORTEST_SPLIT * side.max(axis=0)] = np.inf
-    place[cost == np.inf] = np.inf
+    position[cost == np.inf] = np.inf
     best = cost.argmin(axis=0)[node]
-    return boxes, centroids[best, np.arange(len(node))] >= place[best, node]
+    return boxes, centroids[best, np.arange(len(node))] >= position[best, node]
 
 
 def cheapest_cuts(
@@ -203,12 +203,12 @@ def cheapest_cuts(
 
     ``spans`` (6, E): least coordinates of a face and its largest, negative; ``along`` (3, E) its centroid's.
     """
-    low = np.minimum.reduceat(along, first, axis=1)
-    width = (np.maximum.reduceat(along, first, axis=1) - low) / BINS
-    share = (along - low[:, node]) / np.where(width > 0, width, 1.0)[:, node]
+    lower = np.minimum.reduceat(along, first, axis=1)
+    width = (np.maximum.reduceat(along, first, axis=1) - lower) / BINS
+    fraction = (along - lower[:, node]) / np.where(width > 0, width, 1.0)[:, node]
     rows = node + len(first) * np.arange(3)[:, None]
-    slot = (BINS * rows + np.minimum(BINS - 1, share.astype(np.int64))).ravel()
-    counts = np.bincount(slot, minlength=BINS * low.size).reshape(*low.shape, BINS).cumsum(axis=-1)
+    slot = (BINS * rows + np.minimum(BINS - 1, fraction.astype(np.int64))).ravel()
+    counts = np.bincount(slot, minlength=BINS * lower.size).reshape(*lower.shape, BINS).cumsum(axis=-1)
     boxes = np.full((6, *counts.shape), np.inf)
     for bound, coordinate in zip(boxes.reshape(6, -1), spans, strict=True):
         np.minimum.at(bound, slot, np.tile(coordinate, 3))
@@ -218,4 +218,4 @@ def cheapest_cuts(
     with np.errstate(invalid="ignore"):
         cost = number * before + (total - number) * after
     cost[(number == 0) | (number == total)] = np.inf
-    return cost.min(axis=-1), low + (cost.argmin(axis=-1) + 1) * width
+    return cost.min(axis=-1), lower + (cost.argmin(axis=-1) + 1) * width

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import place_face, placed_pair_meets
-from cdcore.narrow.pair_frames import Poses, ask_changed_poses, turned_faces
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
 from cdcore.narrow.triangles.filter import UNDECIDED
@@ -75,7 +75,7 @@ class TreeStage:
         self._counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
         self._corners = [body.mesh.triangles for body in bodies]
         self.trees, depths = zip(*TREES_OF[kind]([body.mesh for body in bodies]), strict=True)
-        self._ordered, self._turned = ordered_by_name(bodies, pairs)
+        self._ordered, self._swapped = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._budget = UNLIMITED if settings.budget is None else settings.budget
         # writable: the kernels are compiled for such arrays
@@ -92,20 +92,20 @@ class TreeStage:
         def ask(column: int, pose_a: Poses, pose_b: Poses) -> Iterable[tuple[NDArray[np.int32], bool]]:
             a, b = self._ends[column]
             poses = self._poses(a, b, pose_a, pose_b)
-            found, counts, ended = self.search(a, b, poses, every=every, budget=self._budget)
-            order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
+            pair_rows, counts, ended = self.search(a, b, poses, every=every, budget=self._budget)
+            order = np.lexsort((pair_rows[:, 2], pair_rows[:, 1], pair_rows[:, 0]))
             if not every:
-                _, order = np.unique(found[:, 0], return_index=True)
-            bounds = np.searchsorted(found[order, 0], np.arange(1, len(ended)))
-            sets = np.split(found[order, 1:].astype(np.int32), bounds)
+                _, order = np.unique(pair_rows[:, 0], return_index=True)
+            bounds = np.searchsorted(pair_rows[order, 0], np.arange(1, len(ended)))
+            sets = np.split(pair_rows[order, 1:].astype(np.int32), bounds)
             left = np.flatnonzero(ended == UNDECIDED).tolist()
             for k in left:
-                first, second = ((turns[k], moves[k]) for turns, moves in (pose_a, pose_b))
+                first, second = ((rotations[k], moves[k]) for rotations, moves in (pose_a, pose_b))
                 meeting = meeting_faces_placed(self._corners[a], first, self._corners[b], second)
                 sets[k] = meeting[: None if every else 1]
             for name, count in zip((*work,), (*counts.sum(axis=0).tolist(), len(left)), strict=True):
                 work[name] += count
-            return zip(map(turned_faces, sets) if self._turned[column] else sets, ended == CUT_SHORT, strict=True)
+            return zip(map(swapped_faces, sets) if self._swapped[column] else sets, ended == CUT_SHORT, strict=True)
 
         answers, which = ask_changed_poses(motion, self._ordered, frames, columns, ask)
         sets = [faces for faces, _ in answers]
@@ -119,16 +119,16 @@ class TreeStage:
     ) -> tuple[IntArray, IntArray, ByteArray]:
         """Look for faces of two bodies that meet in K poses: ``every`` one, or the first; at most ``budget`` tests.
 
-        Returns ``found`` (M, 3) row, face of A, face of B, in order of discovery; ``counts`` (K, C) of each row, node
-        and leaf tests first; and ``ended`` (K,): 0 where done, CUT_SHORT, or UNDECIDED: ask every pair of faces.
+        Returns ``pair_rows`` (M, 3) row, face of A, face of B, in order of discovery; ``counts`` (K, C) of each row,
+        node and leaf tests first; and ``ended`` (K,): 0 where done, CUT_SHORT, or UNDECIDED: ask every pair of faces.
         """
         counts = np.zeros((len(poses.pad), len(self._counters)), dtype=np.int64)
         ended = np.zeros(len(poses.pad), dtype=np.uint8)
-        found = search_rows(
+        pair_rows = search_rows(
             self._kind.search, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
             ended,
         )  # fmt: skip
-        return found, counts, ended
+        return pair_rows, counts, ended
 
     def decide_now(
         self, last_met: dict[int, tuple[int, int]], now: Motion, column: int, margin: float
@@ -140,7 +140,7 @@ class TreeStage:
         """
         a, b = self._ends[column]
         poses = self._now
-        poses.turn_a[0], poses.turn_b[0] = now.rotations[0, a], now.rotations[0, b]
+        poses.rotation_a[0], poses.rotation_b[0] = now.rotations[0, a], now.rotations[0, b]
         poses.move_a[0], poses.move_b[0] = now.translations[0, a], now.translations[0, b]
         away = math.hypot(*poses.move_a[0].tolist()) + math.hypot(*poses.move_b[0].tolist())
         size = self._reach[a] + self._reach[b] + away
@@ -156,11 +156,11 @@ class TreeStage:
         reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if tried else ((0.0, UNLIMITED),)
         for extra, budget in reaches:
             poses.pad[0] = tight + extra
-            found, counts, ended = self.search(a, b, poses, every=False, budget=budget)
+            pair_rows, counts, ended = self.search(a, b, poses, every=False, budget=budget)
             if ended[0] == UNDECIDED:
                 return self._exhaustive(now, column), False
-            if len(found):
-                last_met[column] = found[0, 1], found[0, 2]
+            if len(pair_rows):
+                last_met[column] = pair_rows[0, 1], pair_rows[0, 2]
                 return CONTACT, False
             if not ended[0]:
                 break
@@ -172,17 +172,17 @@ class TreeStage:
     def _meet_again(self, a: int, b: int, faces: tuple[int, int]) -> bool:
         """Whether two faces meet in the pose of now; False too where only integers can tell."""
         now, pair = self._now, self._pair
-        place_face(self._corners[a], faces[0], now.turn_a[0], now.move_a[0], pair, 0)
-        place_face(self._corners[b], faces[1], now.turn_b[0], now.move_b[0], pair, 9)
+        place_face(self._corners[a], faces[0], now.rotation_a[0], now.move_a[0], pair, 0)
+        place_face(self._corners[b], faces[1], now.rotation_b[0], now.move_b[0], pair, 9)
         return placed_pair_meets(pair, self._digits) == 1
 
     def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> PairPoses:
         """The poses to ask about; the pad is infinite where they lie so far out that it no longer holds."""
-        (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
+        (rotation_a, move_a), (rotation_b, move_b) = pose_a, pose_b
         with np.errstate(over="ignore"):
             size = self._reach[a] + self._reach[b] + np.linalg.norm(move_a, axis=1) + np.linalg.norm(move_b, axis=1)
         size[~(size <= LARGEST_SIZE)] = np.inf
-        return PairPoses(turn_a, move_a, turn_b, move_b, position_pad(1.0, SKEW) * size + UNDERFLOW_PAD)
+        return PairPoses(rotation_a, move_a, rotation_b, move_b, position_pad(1.0, SKEW) * size + UNDERFLOW_PAD)
 
 
 def _reach(triangles: FloatArray) -> float:

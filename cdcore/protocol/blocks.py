@@ -62,7 +62,7 @@ def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, 
     """
     rank = np.empty(len(bodies), dtype=np.int64)
     rank[sorted(range(len(bodies)), key=lambda k: bodies[k].name)] = np.arange(len(bodies))
-    turned = rank[pairs[:, 0]] > rank[pairs[:, 1]]
+    swapped = rank[pairs[:, 0]] > rank[pairs[:, 1]]
     ordered = pairs.copy()
-    ordered[turned] = pairs[turned][:, ::-1]
-    return ordered, turned
+    ordered[swapped] = pairs[swapped][:, ::-1]
+    return ordered, swapped

@@ -71,18 +71,20 @@ class Detection:
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
         counts = np.bincount(self.verdict.ravel(), minlength=len(Verdict)).tolist()
-        words = ", ".join(f"{count:,} {word.name}" for word, count in zip(Verdict, counts, strict=True) if count)
-        return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {words or 'nothing'})"
+        labels = ", ".join(f"{count:,} {word.name}" for word, count in zip(Verdict, counts, strict=True) if count)
+        return (
+            f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {labels or 'nothing'})"
+        )
 
     def _repr_html_(self) -> str:
         """A table for a notebook: how many frames of each pair got which verdict, most contact first."""
-        words = [word for word in Verdict if (self.verdict == word).any()]
+        labels = [word for word in Verdict if (self.verdict == word).any()]
         order = np.argsort(-counts_as_contact(self.verdict).sum(axis=0), kind="stable")
-        head = "".join(f"<th>{word.name}</th>" for word in words)
+        head = "".join(f"<th>{word.name}</th>" for word in labels)
         rows = ""
         for pair in order[:MOST_PAIRS].tolist():
             a, b = self.pairs[pair].tolist()
-            cells = "".join(f"<td>{np.count_nonzero(self.verdict[:, pair] == word):,}</td>" for word in words)
+            cells = "".join(f"<td>{np.count_nonzero(self.verdict[:, pair] == word):,}</td>" for word in labels)
             rows += f"<tr><th>{escape(f'{self.names[a]}-{self.names[b]}')}</th>{cells}</tr>"
         rest = f"<p>and {len(order) - MOST_PAIRS} more pairs</p>" if len(order) > MOST_PAIRS else ""
         return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
@@ -96,11 +98,11 @@ class Detection:
         NotRecordedError
             The detector was not asked for faces.
         """
-        return self._faces_asked().counts(*self.verdict.shape)
+        return self._requested_faces().counts(*self.verdict.shape)
 
     def faces(self, frame: int, pair: int) -> IntArray:
         """Face pairs of one frame and pair (column), (k, 2) int64, unique and sorted; k = 0 without contact."""
-        return self._faces_asked().at(*self._place(frame, pair))
+        return self._requested_faces().at(*self._checked_index(frame, pair))
 
     def section(self, frame: int, pair: int) -> FloatArray:
         """Intersection segments of the faces that meet, (k, 2, 3) world metres; degenerate ones have equal ends.
@@ -110,7 +112,7 @@ class Detection:
         faces = self.faces(frame, pair)
         if self.section_source is None:
             raise NotRecordedError(f"{self.detector} computes no intersection segments; use a detector on meshes")
-        return self.section_source(*self._place(frame, pair), faces)
+        return self.section_source(*self._checked_index(frame, pair), faces)
 
     def take(self, frames: IntArray) -> Detection:
         """What was found in some frames (n,), increasing; without work, seconds and segments."""
@@ -135,14 +137,14 @@ class Detection:
     @cached_property
     def faces_digest(self) -> str:
         """SHA-256 of all face pairs, sorted by stamp, body names and faces."""
-        sets = self._faces_asked()
+        sets = self._requested_faces()
         digest, order = self._begin_digest("faces/1")
         rank = np.argsort(order)
-        turned = [self.names[i] > self.names[j] for i, j in self.pairs.tolist()]
+        swapped = [self.names[i] > self.names[j] for i, j in self.pairs.tolist()]
         for entry in np.lexsort((rank[sets.pair], sets.frame)).tolist():
             column = sets.pair[entry]
             faces = sets.faces[sets.start[entry] : sets.stop[entry]]
-            if turned[column]:
+            if swapped[column]:
                 faces = faces[np.lexsort(faces.T), ::-1]
             head = np.array([rank[column], len(faces)], dtype="<i8")
             stamp = self.times[sets.frame[entry]].astype("<f8")
@@ -153,10 +155,10 @@ class Detection:
         """A digest of the names of all pairs, and the columns in the order of these names."""
         names = [sorted(self.names[k] for k in pair) for pair in self.pairs.tolist()]
         order = sorted(range(len(names)), key=names.__getitem__)
-        words = [kind, self.covers, *("\x1f".join(names[column]) for column in order)]
-        return hashlib.sha256("\x1e".join(words).encode()), order
+        labels = [kind, self.covers, *("\x1f".join(names[column]) for column in order)]
+        return hashlib.sha256("\x1e".join(labels).encode()), order
 
-    def _faces_asked(self) -> FaceSets:
+    def _requested_faces(self) -> FaceSets:
         if self.face_sets is None:
             raise NotRecordedError(
                 f"this result of {self.detector!r} holds no face pairs; "
@@ -164,7 +166,7 @@ class Detection:
             )
         return self.face_sets
 
-    def _place(self, frame: int, pair: int) -> tuple[int, int]:
+    def _checked_index(self, frame: int, pair: int) -> tuple[int, int]:
         frames, pairs = self.verdict.shape
         if not (-frames <= frame < frames and -pairs <= pair < pairs):
             raise IndexError(f"no frame {frame} and pair {pair}; there are {frames} frames and {pairs} pairs")

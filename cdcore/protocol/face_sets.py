@@ -49,11 +49,11 @@ class FaceSets:
 
         Entries may come in any order; each set is sorted and unique.
         """
-        sizes = np.array([len(one) for one in sets], dtype=np.int64)
+        sizes = np.array([len(rows_of_set) for rows_of_set in sets], dtype=np.int64)
         stop = np.cumsum(sizes)
         keep = np.flatnonzero(sizes[which])
         order = keep[np.lexsort((pair[keep], frame[keep]))]
-        rows = [np.asarray(one, dtype=np.int32).reshape(-1, 2) for one in sets]
+        rows = [np.asarray(rows_of_set, dtype=np.int32).reshape(-1, 2) for rows_of_set in sets]
         faces = np.concatenate([NO_FACES, *rows])
         number = which[order].astype(np.int64)
         start = (stop - sizes)[number]
@@ -61,9 +61,9 @@ class FaceSets:
 
     def at(self, frame: int, pair: int) -> IntArray:
         """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""
-        low, high = np.searchsorted(self.frame, [frame, frame + 1])
-        entry = low + int(np.searchsorted(self.pair[low:high], pair))
-        if entry >= high or self.pair[entry] != pair:
+        lower, upper = np.searchsorted(self.frame, [frame, frame + 1])
+        entry = lower + int(np.searchsorted(self.pair[lower:upper], pair))
+        if entry >= upper or self.pair[entry] != pair:
             return np.zeros((0, 2), dtype=np.int64)
         return self.faces[self.start[entry] : self.stop[entry]].astype(np.int64)
 
@@ -75,16 +75,16 @@ class FaceSets:
 
     def take(self, frames: IntArray) -> FaceSets:
         """Those of some frames (n,), increasing, numbered from 0; the rows of ``faces`` are shared."""
-        low, high = (np.searchsorted(self.frame, frames, side) for side in ("left", "right"))
-        sizes = high - low
-        kept = np.arange(sizes.sum()) + np.repeat(low - (np.cumsum(sizes) - sizes), sizes)
+        lower, upper = (np.searchsorted(self.frame, frames, side) for side in ("left", "right"))
+        sizes = upper - lower
+        kept = np.arange(sizes.sum()) + np.repeat(lower - (np.cumsum(sizes) - sizes), sizes)
         numbers = np.repeat(np.arange(len(frames)), sizes)
         return FaceSets(numbers, self.pair[kept], self.start[kept], self.stop[kept], self.faces)
 
     @classmethod
-    def join(cls, parts: Iterable[tuple[int, FaceSets]]) -> FaceSets:
+    def join(cls, numbered_blocks: Iterable[tuple[int, FaceSets]]) -> FaceSets:
         """Put blocks after each other; each comes with the number of its first frame."""
-        blocks = list(parts)
+        blocks = list(numbered_blocks)
         rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
         return cls(
             np.concatenate([sets.frame + first for first, sets in blocks]),

@@ -93,17 +93,21 @@ class FrameDetector(PairDetector[Any]):
 
     def _as_verdicts(self, answer: Any) -> ByteArray:
         """The answer of a look as verdicts, (P,) uint8."""
-        there = np.asarray(answer)
-        if there.shape != (len(self.pairs),):
+        verdicts = np.asarray(answer)
+        if verdicts.shape != (len(self.pairs),):
             raise InvalidPairError(
-                f"{self.name}.look answered with shape {there.shape}; give one per pair: ({len(self.pairs)},)"
+                f"{self.name}.look answered with shape {verdicts.shape}; give one per pair: ({len(self.pairs)},)"
             )
-        members = not isinstance(answer, np.ndarray) and all(isinstance(one, Verdict) for one in answer)
-        if members or there.dtype == bool:
-            return there.astype(np.uint8)
-        if there.dtype == np.uint8 and there.max() <= max(Verdict):
-            return there
-        what = there.dtype if there.dtype != np.uint8 else f"uint8 with the value {there.max()}, which is no Verdict"
+        members = not isinstance(answer, np.ndarray) and all(isinstance(member, Verdict) for member in answer)
+        if members or verdicts.dtype == bool:
+            return verdicts.astype(np.uint8)
+        if verdicts.dtype == np.uint8 and verdicts.max() <= max(Verdict):
+            return verdicts
+        what = (
+            verdicts.dtype
+            if verdicts.dtype != np.uint8
+            else f"uint8 with the value {verdicts.max()}, which is no Verdict"
+        )
         raise OwnDetectorError(
             f"{self.name}.look answered with {what}; answer with bools, uint8 values of Verdict, or Verdict members"
         )

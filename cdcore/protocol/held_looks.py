@@ -62,21 +62,21 @@ class HeldLooks:
         return looks
 
     def hold(
-        self, seen: ByteArray, answered: BoolArray, looks: BoolArray, known: BoolArray
+        self, sample_verdict: ByteArray, answered: BoolArray, looks: BoolArray, known: BoolArray
     ) -> tuple[ByteArray, dict[str, int]]:
         """Verdicts of a block (T, P), and counters of looks and of pair-frames that hold an earlier answer.
 
-        ``seen`` (L, P): verdicts at the looks, ``answered`` (L, P): which of them count; ``looks`` (T,); ``known``
-        (T, P): where both bodies have a pose, elsewhere the verdict is NO_POSE.
+        ``sample_verdict`` (L, P): verdicts at the looks, ``answered`` (L, P): which of them count; ``looks`` (T,);
+        ``known`` (T, P): where both bodies have a pose, elsewhere the verdict is NO_POSE.
         """
-        believed = np.concatenate([self._verdict[None], seen])
+        believed = np.concatenate([self._verdict[None], sample_verdict])
         # Most pairs are answered at every look.
         gaps = np.flatnonzero(~answered.all(axis=0))
         believed[:, gaps] = np.take_along_axis(believed[:, gaps], last_answers(answered[:, gaps]), axis=0)
         self._verdict = believed[-1]
         verdict = np.where(known, believed.take(np.cumsum(looks), axis=0), np.uint8(Verdict.NO_POSE))
-        held = np.count_nonzero(known) - np.count_nonzero(answered)
-        return verdict, {"looks": int(looks.sum()), "held": int(held)}
+        held_count = np.count_nonzero(known) - np.count_nonzero(answered)
+        return verdict, {"looks": int(looks.sum()), "held": int(held_count)}
 
 
 class LiveHeld:
@@ -100,8 +100,8 @@ class LiveHeld:
         """As ``Live.look``."""
         tick = float(tick_of(now.times[0], self._rate_hz, self._offset_s))
         if tick > self._tick:
-            seen, self._tick = self._live.look(now), tick
-            self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
+            sample_verdict, self._tick = self._live.look(now), tick
+            self._believed = np.where(sample_verdict != Verdict.NO_POSE, sample_verdict, self._believed)
             self.seconds = self._live.seconds
         else:
             self.seconds = {}

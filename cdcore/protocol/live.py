@@ -49,12 +49,12 @@ class LiveBlocks:
 
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
-        found = self._answer(now)
-        self.seconds = {stage: float(np.sum(spent)) for stage, spent in found.seconds.items()}
-        self.work.update({name: int(np.sum(count)) for name, count in found.work.items()})
-        noted = Reasons(found.reasons, found.verdict, ()).noted
+        detection = self._answer(now)
+        self.seconds = {stage: float(np.sum(spent)) for stage, spent in detection.seconds.items()}
+        self.work.update({name: int(np.sum(count)) for name, count in detection.work.items()})
+        noted = Reasons(detection.reasons, detection.verdict, ()).noted
         self.reasons = {pair: why for (_, pair), why in noted.items()}
-        verdict: ByteArray = found.verdict[0]
+        verdict: ByteArray = detection.verdict[0]
         return verdict
 
 
@@ -73,7 +73,7 @@ def stream_live(detector: Detector, motions: Iterable[Motion]) -> Iterator[Detec
         if head is None:
             # It says what does not change from frame to frame; asked before the session, which it would make forget.
             head, session = detector.detect(motion.frames(0, 1)), live_session(detector)
-        yield _looks(head, session, motion)
+        yield _live_samples(head, session, motion)
 
 
 def live_session(detector: Detector) -> Live:
@@ -81,17 +81,17 @@ def live_session(detector: Detector) -> Live:
     if hasattr(detector, "live"):
         live: Live = detector.live()
         return live
-    asked: list[Motion] = []
-    answers = detector.stream(iter(asked.pop, None))
+    pending: list[Motion] = []
+    answers = detector.stream(iter(pending.pop, None))
 
     def answer(now: Motion) -> Detection:
-        asked.append(now)
+        pending.append(now)
         return next(answers)
 
     return LiveBlocks(answer)
 
 
-def _looks(head: Detection, session: Live, motion: Motion) -> Detection:
+def _live_samples(head: Detection, session: Live, motion: Motion) -> Detection:
     before = session.work.copy()
     verdict = np.empty((len(motion), len(head.pairs)), dtype=np.uint8)
     spent, whole = [], np.zeros(len(motion))
@@ -104,8 +104,8 @@ def _looks(head: Detection, session: Live, motion: Motion) -> Detection:
         spent.append(session.seconds)
         if isinstance(session, LiveBlocks):
             reasons |= {(k, pair): why for pair, why in session.reasons.items()}
-    stages = dict.fromkeys(stage for one in spent for stage in one)
-    seconds = {stage: np.array([one.get(stage, 0.0) for one in spent]) for stage in stages}
+    stages = dict.fromkeys(stage for stage_seconds in spent for stage in stage_seconds)
+    seconds = {stage: np.array([stage_seconds.get(stage, 0.0) for stage_seconds in spent]) for stage in stages}
     seconds[REST] = np.maximum(whole - sum(seconds.values(), np.zeros(len(motion))), 0.0)
     work = {name: count - before[name] for name, count in session.work.items()}
     return replace(

@@ -65,27 +65,27 @@ class Motion:
         linked: ArrayLike | None = None, names: Sequence[str] | None = None, copy: bool = True,
     ) -> None:  # fmt: skip
         clock = _times(times)
-        place = _array(translations, "translations", (len(clock), None, 3), copy=copy)
-        turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3), copy=copy)
-        self._check(clock, NO_MATRICES, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
+        position = _array(translations, "translations", (len(clock), None, 3), copy=copy)
+        rotation = _array(rotations, "rotations", (len(clock), position.shape[1], 3, 3), copy=copy)
+        self._check(clock, NO_MATRICES, position, rotation, _mask(valid, position.shape[:2], "valid"), linked, names)
 
     def _check(
-        self, clock: FloatArray, matrices: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray,
+        self, clock: FloatArray, matrices: FloatArray, position: FloatArray, rotation: FloatArray, mask: BoolArray,
         linked: ArrayLike | None, names: Sequence[str] | None,
     ) -> None:  # fmt: skip
         """Check arrays of our own, filled from matrices if there are any, and keep them, in one pass over all poses."""
         changed = np.empty(mask.shape, dtype=np.bool_)
         # a read-only view whatever was given: else the kernel would be compiled for both kinds
         bad, repaired, worst = _kernels().check_poses(
-            readonly(matrices[:]), place, turn, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
+            readonly(matrices[:]), position, rotation, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
         )
         if bad >= 0:
             where, (frame, body) = _where(bad, mask, clock, names), divmod(bad, mask.shape[1])
             if matrices.size and matrices[frame, body, 3].tolist() != LAST_ROW:
                 what = f"last row is {matrices[frame, body, 3].tolist()}, not 0 0 0 1"
                 raise InvalidPoseError(f"{where}{what}; pass column-convention matrices")
-            raise InvalidPoseError(where + _fault(place[frame, body], turn[frame, body]))
-        self._keep(clock, place, turn, mask, _known(mask, linked), repaired, worst)
+            raise InvalidPoseError(where + _fault(position[frame, body], rotation[frame, body]))
+        self._keep(clock, position, rotation, mask, _known(mask, linked), repaired, worst)
         self.__dict__["changed"] = readonly(changed)
 
     def _keep(self, *values: object) -> None:
@@ -129,8 +129,8 @@ class Motion:
             what = f"quaternion {given} has norm {math.hypot(*given):.6g}, not 1"
             what += "; flag the pose as not valid or repair it"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what)
-        place = _array(translations, "translations", (len(clock), mask.shape[1], 3))
-        return cls(clock, place, rotation_from_quaternion(q), mask, linked=linked, names=names)
+        position = _array(translations, "translations", (len(clock), mask.shape[1], 3))
+        return cls(clock, position, rotation_from_quaternion(q), mask, linked=linked, names=names)
 
     @classmethod
     def from_matrices(
@@ -141,9 +141,9 @@ class Motion:
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
-        place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
+        position, rotation = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
         motion = object.__new__(cls)
-        motion._check(clock, matrices, place, turn, mask, linked, names)
+        motion._check(clock, matrices, position, rotation, mask, linked, names)
         return motion
 
     def __len__(self) -> int:
@@ -162,36 +162,36 @@ class Motion:
         """
         # Of a motion that was checked the pass that did it has filled this in.
         changed = np.empty(self.valid.shape, dtype=np.bool_)
-        turn, place = (np.ascontiguousarray(array) for array in (self.rotations, self.translations))
-        _kernels().note_changes(readonly(place[:]), readonly(turn[:]), self.valid, changed)
+        rotation, position = (np.ascontiguousarray(array) for array in (self.rotations, self.translations))
+        _kernels().note_changes(readonly(position[:]), readonly(rotation[:]), self.valid, changed)
         return readonly(changed)
 
     def frames(self, start: int, stop: int) -> Motion:
         """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
         rows = slice(start, stop)
-        part = self._part(rows, self.linked[rows])
+        selection = self._selection(rows, self.linked[rows])
         # A live engine takes one frame after the other, and asks none of them.
         if stop - start > 1 and "changed" in self.__dict__:
-            part.__dict__["changed"] = self.changed[rows]
-        return part
+            selection.__dict__["changed"] = self.changed[rows]
+        return selection
 
     def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
         linked = self.linked[frames].copy()
         linked[1:][np.diff(frames) != 1] = False
-        part = self._part(frames, linked)
+        selection = self._selection(frames, linked)
         for name in ("times", "translations", "rotations", "valid", "linked"):
-            readonly(part.__dict__[name])
-        return part
+            readonly(selection.__dict__[name])
+        return selection
 
-    def _part(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
-        part = object.__new__(Motion)
-        part.__dict__.update(
+    def _selection(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
+        selection = object.__new__(Motion)
+        selection.__dict__.update(
             times=self.times[rows], translations=self.translations[rows], rotations=self.rotations[rows],
             valid=self.valid[rows], linked=linked, renormalised=self.renormalised,
             worst_orthonormality=self.worst_orthonormality,
         )  # fmt: skip
-        return part
+        return selection
 
     def blocks(self, frames: int) -> Iterator[Motion]:
         """The motion in consecutive blocks of at most this many frames."""
@@ -238,8 +238,8 @@ def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy:
         raise InvalidPoseError(f"{what} are not an array of numbers ({error})") from None
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
-        wanted = ", ".join("N" if size is None else str(size) for size in shape)
-        raise InvalidPoseError(f"{what} have shape {array.shape}; give ({wanted})")
+        expected = ", ".join("N" if size is None else str(size) for size in shape)
+        raise InvalidPoseError(f"{what} have shape {array.shape}; give ({expected})")
     return array
 
 
@@ -259,13 +259,13 @@ def _where(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] |
     return f"frame {frame} ({clock[frame]:.6f} s), body {name}: "
 
 
-def _fault(place: FloatArray, turn: FloatArray) -> str:
+def _fault(position: FloatArray, rotation: FloatArray) -> str:
     """What is wrong with one pose that was refused, and what to do."""
     with np.errstate(invalid="ignore", over="ignore"):
-        error, determinant = float(np.abs(turn.T @ turn - np.eye(3)).max()), float(np.linalg.det(turn))
-    if not np.isfinite(place).all():
-        what = f"translation {place.tolist()} is not finite"
-    elif not np.isfinite(turn).all():
+        error, determinant = float(np.abs(rotation.T @ rotation - np.eye(3)).max()), float(np.linalg.det(rotation))
+    if not np.isfinite(position).all():
+        what = f"translation {position.tolist()} is not finite"
+    elif not np.isfinite(rotation).all():
         what = "rotation is not finite"
     elif determinant < 0:
         what = "matrix is a reflection, not a rotation (determinant below 0)"

@@ -24,10 +24,10 @@ INSIDE_UNDECIDED: Final = "inside undecided: "
 
 NO_REASON: Final = "the detector gives no reason"
 
-Place = tuple[int, int]
+PairFrame = tuple[int, int]
 
 
-class Reasons(Mapping[Place, str]):
+class Reasons(Mapping[PairFrame, str]):
     """Reasons by (frame, pair): those that the detector noted, else the one it gives for the containment of the pair.
 
     Few are noted one by one: a hole leaves a pair undecided for minutes.
@@ -39,14 +39,14 @@ class Reasons(Mapping[Place, str]):
     containment : (P,) as in ``Detection``, or none.
     """
 
-    def __init__(self, noted: Mapping[Place, str], verdict: ByteArray, containment: Sequence[str]) -> None:
-        self.noted: Mapping[Place, str] = noted.noted if isinstance(noted, Reasons) else noted
+    def __init__(self, noted: Mapping[PairFrame, str], verdict: ByteArray, containment: Sequence[str]) -> None:
+        self.noted: Mapping[PairFrame, str] = noted.noted if isinstance(noted, Reasons) else noted
         self._verdict, self._containment = verdict, containment
 
-    def __getitem__(self, place: Place) -> str:
-        if place in self.noted:
-            return self.noted[place]
-        frame, pair = place
+    def __getitem__(self, pair_frame: PairFrame) -> str:
+        if pair_frame in self.noted:
+            return self.noted[pair_frame]
+        frame, pair = pair_frame
         frames, pairs = self._verdict.shape
         if 0 <= frame < frames and 0 <= pair < pairs:
             verdict = self._verdict[frame, pair]
@@ -54,9 +54,9 @@ class Reasons(Mapping[Place, str]):
                 return self._of_pair(pair, PARTLY_DECIDED)
             if verdict == Verdict.INVALID:
                 return self._of_pair(pair, REFUSED)
-        raise KeyError(place)
+        raise KeyError(pair_frame)
 
-    def __iter__(self) -> Iterator[Place]:
+    def __iter__(self) -> Iterator[PairFrame]:
         yield from self.noted
         for frame, pair in self._undecided():
             if (frame, pair) not in self.noted:
@@ -70,8 +70,10 @@ class Reasons(Mapping[Place, str]):
 
     def _undecided(self) -> list[list[int]]:
         """Frames and pairs that need a reason."""
-        places: list[list[int]] = np.argwhere(is_one_of(self._verdict, (Verdict.UNRESOLVED, Verdict.INVALID))).tolist()
-        return places
+        pair_frames: list[list[int]] = np.argwhere(
+            is_one_of(self._verdict, (Verdict.UNRESOLVED, Verdict.INVALID))
+        ).tolist()
+        return pair_frames
 
     def _of_pair(self, pair: int, beginning: str) -> str:
         """The reason after the beginning of what is said of the containment of a pair."""

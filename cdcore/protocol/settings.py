@@ -25,7 +25,7 @@ class Allowed:
     """What a setting may be: a test, and the same in words."""
 
     holds: Callable[[object], bool]
-    wanted: str
+    expected: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ def check_settings(settings: Any) -> None:
             item.type if isinstance(item.type, str) else item.type.__name__
         )
         if allowed is not None and not allowed.holds(value):
-            raise InvalidSettingError(f"{item.name}={short(value)} is not allowed; give {allowed.wanted}")
+            raise InvalidSettingError(f"{item.name}={short(value)} is not allowed; give {allowed.expected}")
 
 
 def flag(default: bool) -> Any:
@@ -64,8 +64,8 @@ def flag(default: bool) -> Any:
 
 def whole(default: int | None, least: int, most: int) -> Any:
     """A field that is a whole number within bounds."""
-    wanted = f"a whole number of {least} or more, at most {most}"
-    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted))
+    expected = f"a whole number of {least} or more, at most {most}"
+    return _field(default, Allowed(lambda value: _is_whole(value, least, most), expected))
 
 
 def number(default: float | None, least: float, most: float, *, above: bool = False, unit: str = "") -> Any:
@@ -75,8 +75,8 @@ def number(default: float | None, least: float, most: float, *, above: bool = Fa
         return _is_number(value) and least <= value <= most and not (above and value == least)  # type: ignore[operator]
 
     bounds = f"above {least:g}, at most {most:g}" if above else f"from {least:g} to {most:g}"
-    wanted = f"{unit or 'a number'} {bounds}"
-    return _field(default, Allowed(holds, wanted))
+    expected = f"{unit or 'a number'} {bounds}"
+    return _field(default, Allowed(holds, expected))
 
 
 def choice(default: Any, among: Iterable[Any]) -> Any:
@@ -88,9 +88,9 @@ def choice(default: Any, among: Iterable[Any]) -> Any:
     return _field(default, allowed)
 
 
-def text(default: str, wanted: str) -> Any:
-    """A field that is a text, which ``wanted`` says in words."""
-    return _field(default, Allowed(lambda value: isinstance(value, str), wanted))
+def text(default: str, expected: str) -> Any:
+    """A field that is a text, which ``expected`` says in words."""
+    return _field(default, Allowed(lambda value: isinstance(value, str), expected))
 
 
 def _field(default: Any, allowed: Allowed) -> Any:
@@ -98,7 +98,7 @@ def _field(default: Any, allowed: Allowed) -> Any:
     if default is None:
         number_or_word = allowed
         allowed = Allowed(
-            lambda value: value is None or number_or_word.holds(value), f"{number_or_word.wanted} or None"
+            lambda value: value is None or number_or_word.holds(value), f"{number_or_word.expected} or None"
         )
     return field(default=default, metadata={ALLOWED: allowed})
 

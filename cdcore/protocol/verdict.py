@@ -44,11 +44,11 @@ def is_undecided(verdict: ByteArray) -> BoolArray:
     return is_one_of(verdict, UNDECIDED_VERDICTS)
 
 
-def is_one_of(codes: ByteArray, words: Sequence[IntEnum]) -> BoolArray:
+def is_one_of(codes: ByteArray, members: Sequence[IntEnum]) -> BoolArray:
     """Whether each code is one of some words of its glossary, same shape."""
     # One comparison of bytes a word: ``np.isin`` takes 80 times as long (2026-11, 2.4 million codes).
     # A plain number: beside one of an enumeration NumPy widens all codes to 64 bits.
-    found: BoolArray = codes == int(words[0])
-    for word in words[1:]:
-        found |= codes == int(word)
-    return found
+    matches: BoolArray = codes == int(members[0])
+    for word in members[1:]:
+        matches |= codes == int(word)
+    return matches

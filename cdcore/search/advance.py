@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cdcore.kernels.box_box import pose_seen_from
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.box_box import relative_pose
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray
 from cdcore.search.evaluation import evaluate
 from cdcore.search.local_descent import descend, drawn_pair, is_over, local_round
@@ -15,42 +15,44 @@ COLONY, LOCAL, RANDOM = 0, 1, 2
 SEARCH, SEARCH_ON = 0, 1
 """What to do: take the poses, look at the start and search; go on with a search."""
 
-PLACE_PAD = 1024.0 * EPS
+PLACING_PAD = 1024.0 * EPS
 """Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that
 size; a pad a hundred times too wide costs a triangle test now and then, one too narrow a contact."""
 
 
 @kernel
-def take_poses(turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray, states: States) -> None:
+def take_poses(
+    rotation_a: FloatArray, move_a: FloatArray, rotation_b: FloatArray, move_b: FloatArray, states: States
+) -> None:
     """Write poses of both bodies, and of A as B sees it, to the record that the next search begins as."""
-    state, turn, move = states[1], np.empty((3, 3)), np.empty(3)
-    pose_seen_from(turn_b, move_b, turn_a, move_a, turn, move)
+    state, rotation, move = states[1], np.empty((3, 3)), np.empty(3)
+    relative_pose(rotation_b, move_b, rotation_a, move_a, rotation, move)
     state.relative[12] = 0.0
     for i in range(3):  # assigned as slices, arrays took 2.5 s to compile, not 0.3 (2026-11)
         for j in range(3):
-            state.world_a[3 * i + j], state.world_b[3 * i + j] = turn_a[i, j], turn_b[i, j]
-            state.relative[3 * i + j] = turn[i, j]
+            state.world_a[3 * i + j], state.world_b[3 * i + j] = rotation_a[i, j], rotation_b[i, j]
+            state.relative[3 * i + j] = rotation[i, j]
         state.world_a[9 + i], state.world_b[9 + i], state.relative[9 + i] = move_a[i], move_b[i], move[i]
         state.relative[12] = max(state.relative[12], abs(move_a[i]), abs(move_b[i]))
 
 
 @hot_kernel
-def place_in(pick: IntArray, face: int) -> int:
+def index_in(pick: IntArray, face: int) -> int:
     """Where a face stands among ascending ones, or would stand."""
-    low, high = 0, len(pick) - 1
-    while low < high:
-        middle = (low + high) // 2
+    lower, upper = 0, len(pick) - 1
+    while lower < upper:
+        middle = (lower + upper) // 2
         if pick[middle] < face:
-            low = middle + 1
+            lower = middle + 1
         else:
-            high = middle
-    return low
+            upper = middle
+    return lower
 
 
 @hot_kernel
 def follow_start(i: int, j: int, faces: Faces, state: State) -> float:
     """Warm start: look at a pair and, if the strategy has local search, go down from it; distance of the pair."""
-    stay_one_function()
+    never_inlined()
     state.asked_by = START
     distance: float = evaluate(i, j, faces, state)
     if state.walk != 0:
@@ -85,11 +87,11 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
         generation = state.generation + 1
         states[0] = states[1]
         state.generation = generation
-        state.pad = PLACE_PAD * (state.bodies_size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
+        state.pad = PLACING_PAD * (state.bodies_size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
     state.budget = budget
     if task == SEARCH and i >= 0:
         follow_start(i, j, faces, state)
-        state.start_a, state.start_b = place_in(faces.pick_a, state.best_a), place_in(faces.pick_b, state.best_b)
+        state.start_a, state.start_b = index_in(faces.pick_a, state.best_a), index_in(faces.pick_b, state.best_b)
         if state.open > 0:
             return UNSURE
     while not is_over(state):

@@ -6,7 +6,7 @@ they stay a unit vector whatever the number of steps. As printed they break: ``p
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 
 PI = 3.141592653589793
 TWO_PI = 2.0 * PI
@@ -19,14 +19,14 @@ def equation_15(angle: float, chain: int, features: int) -> int:
     ``arccos(cos t) / pi`` is the distance of t to the nearest multiple of 2 pi, over pi; so written it needs no cosine.
     Differs: printed linear in the amplitude, which draws the end faces twenty times too often.
     """
-    stay_one_function()
-    return place_of(abs(wrapped(angle - 0.5 * PI * chain)) / PI, features)
+    never_inlined()
+    return index_of(abs(wrapped(angle - 0.5 * PI * chain)) / PI, features)
 
 
 @hot_kernel
 def equation_16(pheromone: float, heuristic: float, alpha: float, beta: float) -> float:
     """Logarithm of the weight ``tau^alpha eta^beta`` with which an ant is followed: powers of any size stay finite."""
-    become_part_of_caller()
+    always_inlined()
     weight: float = alpha * np.log(pheromone)
     weight += beta * np.log(heuristic)
     return weight
@@ -35,14 +35,14 @@ def equation_16(pheromone: float, heuristic: float, alpha: float, beta: float) -
 @hot_kernel
 def equation_17(angle: float, step: float) -> float:
     """The gate: a rotation of the amplitudes by a step. Differs: printed with ``-cos``, which is none."""
-    become_part_of_caller()
+    always_inlined()
     return wrapped(angle + step)
 
 
 @hot_kernel
 def equation_18(angle: float) -> float:
     """The NOT gate: the two amplitudes change places."""
-    become_part_of_caller()
+    always_inlined()
     return 0.5 * PI - angle
 
 
@@ -52,7 +52,7 @@ def equation_19(pheromone: float, change: float, exponent: float) -> float:
 
     Differs: printed with the distance as fitness, which rewards an ant for moving away.
     """
-    become_part_of_caller()
+    always_inlined()
     size = abs(change) if exponent == 1.0 else abs(change) ** exponent
     return pheromone + (size if change > 0.0 else -size)
 
@@ -60,7 +60,7 @@ def equation_19(pheromone: float, change: float, exponent: float) -> float:
 @hot_kernel
 def equation_20(pheromone: float, evaporation: float, deposit: float) -> float:
     """Pheromone after evaporation; ``deposit`` is the fitness of the best ant, and 0 of the others."""
-    become_part_of_caller()
+    always_inlined()
     return (1.0 - evaporation) * pheromone + evaporation * deposit
 
 
@@ -71,7 +71,7 @@ def wrapped(angle: float) -> float:
 
 
 @hot_kernel
-def place_of(share: float, features: int) -> int:
+def index_of(fraction: float, features: int) -> int:
     """The feature at a share of all from 0 to 1."""
-    become_part_of_caller()
-    return max(0, min(int(share * features), features - 1))
+    always_inlined()
+    return max(0, min(int(fraction * features), features - 1))

@@ -6,7 +6,7 @@ these kernels: with the exact sums linked into them they took 13 s to compile in
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import doubles_at, doubles_of
 from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -24,7 +24,7 @@ def is_new(table: IntArray, state: State, key: int) -> bool:
 
     n is a power of two. A table that is full forgets the pair, which costs another test and changes no answer.
     """
-    stay_one_function()
+    never_inlined()
     mask = table.shape[0] - 1
     mixed = key * HASH
     slot = (mixed ^ (mixed >> 32)) & mask
@@ -42,20 +42,20 @@ def is_new(table: IntArray, state: State, key: int) -> bool:
 @hot_kernel
 def place_corners(rows: FloatArray, face: int, pose: FloatArray, pair: FloatArray, first: int) -> None:
     """World corners of a face to ``pair[first:first + 9]``, rounded as reference vertices."""
-    stay_one_function()
+    never_inlined()
     for corner in range(3):
         x = rows[face, CORNERS + 3 * corner]
         y = rows[face, CORNERS + 3 * corner + 1]
         z = rows[face, CORNERS + 3 * corner + 2]
         for k in range(3):
-            turned = (pose[3 * k] * x + pose[3 * k + 1] * y) + pose[3 * k + 2] * z
-            pair[first + 3 * corner + k] = turned + pose[9 + k]
+            rotated = (pose[3 * k] * x + pose[3 * k + 1] * y) + pose[3 * k + 2] * z
+            pair[first + 3 * corner + k] = rotated + pose[9 + k]
 
 
 @hot_kernel
 def faces_meet(i: int, j: int, faces: Faces, state: State) -> int:
     """Whether face i of A meets face j of B at the reference vertices: 0, 1, or 2 where rounding leaves it open."""
-    stay_one_function()
+    never_inlined()
     place_corners(faces.rows_a, i, state.world_a, state.pair, 0)
     place_corners(faces.rows_b, j, state.world_b, state.pair, 9)
     return pair_intersects_filtered(doubles_of(state.pair))
@@ -72,7 +72,7 @@ def leave_open(key: int, state: State) -> None:
 @hot_kernel
 def trace_evaluation(i: int, j: int, distance: float, state: State) -> None:
     """Write an evaluation down for who watches."""
-    stay_one_function()
+    never_inlined()
     trace, row = doubles_at(state.trace_address), TRACED * (state.evaluations - 1)
     trace[row], trace[row + 1], trace[row + 2] = i, j, distance
     trace[row + 3], trace[row + 4], trace[row + 5] = state.iterations, state.asked_by, np.nan
@@ -81,7 +81,7 @@ def trace_evaluation(i: int, j: int, distance: float, state: State) -> None:
 @hot_kernel
 def test_once(i: int, j: int, faces: Faces, state: State) -> None:
     """Test a pair whose balls overlap unless this search has; one that meets is written to the state."""
-    stay_one_function()
+    never_inlined()
     key = i * faces.rows_b.shape[0] + j
     if is_new(faces.table, state, key):
         state.tests += 1
@@ -96,7 +96,7 @@ def test_once(i: int, j: int, faces: Faces, state: State) -> None:
 @hot_kernel
 def evaluate(i: int, j: int, faces: Faces, state: State) -> float:
     """Distance of the centroids of faces i and j, the unit of cost; a pair that meets is written to the state."""
-    become_part_of_caller()
+    always_inlined()
     rows_a, rows_b, pose = faces.rows_a, faces.rows_b, state.relative
     state.evaluations += 1
     state.quiet += 1

@@ -34,7 +34,7 @@ class SearchExplainer:
         self._settings = replace(settings, budget=settings.budget * TIMES_MORE)
         self._stages: dict[int, SearchStage] = {}
         self._motion: Motion | None = None
-        self._found: dict[tuple[int, int], BoolArray] = {}
+        self._finds_by_pair: dict[tuple[int, int], BoolArray] = {}
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
         """What spheres and search make of one pair in one frame.
@@ -45,8 +45,8 @@ class SearchExplainer:
         volumes_meet : whether spheres and boxes let the pair through.
         """
         sampled = self._stage(pair).samples_meet(0, faces) if len(faces) else None
-        found = self._finds(motion, frame, pair) if sampled else None
-        return Explanation(spheres_meet=volumes_meet, sample_meets=sampled, found_with_more=found)
+        finds_now = self._finds(motion, frame, pair) if sampled else None
+        return Explanation(spheres_meet=volumes_meet, sample_meets=sampled, found_with_more=finds_now)
 
     def _stage(self, pair: int) -> SearchStage:
         if pair not in self._stages:
@@ -56,10 +56,10 @@ class SearchExplainer:
     def _finds(self, motion: Motion, frame: int, pair: int) -> bool:
         """Whether it is found with ten times the budget; neighbours in time share a search, which is kept."""
         if motion is not self._motion:
-            self._motion, self._found = motion, {}
+            self._motion, self._finds_by_pair = motion, {}
         first = max(0, frame // FRAMES_BEFORE - 1) * FRAMES_BEFORE
-        if (pair, first) not in self._found:
+        if (pair, first) not in self._finds_by_pair:
             stage, frames = self._stage(pair), motion.frames(first, first + 2 * FRAMES_BEFORE)
             near = pair_has_pose(frames, self._pairs[[pair]])
-            self._found[pair, first] = stage.decide(frames, near, stage.fresh_memory()).hits[:, 0]
-        return bool(self._found[pair, first][frame - first])
+            self._finds_by_pair[pair, first] = stage.decide(frames, near, stage.fresh_memory()).hits[:, 0]
+        return bool(self._finds_by_pair[pair, first][frame - first])

@@ -88,10 +88,10 @@ def _neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArr
     _, first = np.unique(owner[order] * faces + other[order], return_index=True)
     kept = order[np.sort(first)]
     owner, other = owner[kept], other[kept]
-    place = np.arange(len(kept)) - np.searchsorted(owner, owner)
+    rank = np.arange(len(kept)) - np.searchsorted(owner, owner)
     near = np.full((faces, NEIGHBOURS + 1), -1, dtype=np.int64)
-    room = place < NEIGHBOURS
-    near[owner[room], place[room]] = other[room]
+    room = rank < NEIGHBOURS
+    near[owner[room], rank[room]] = other[room]
     across = owner[room & (kept < by_edge.shape[1])]
     near[:, NEIGHBOURS] = np.bincount(across, minlength=faces)
     return near
@@ -105,14 +105,14 @@ def _edge_neighbours(corners: IntArray) -> IntArray:
     edges, owner = edges[keep], owner[keep]
     order = np.lexsort((owner, edges[:, 1], edges[:, 0]))
     edges, owner = edges[order], owner[order]
-    found = [np.empty((2, 0), dtype=np.int64)]
+    links = [np.empty((2, 0), dtype=np.int64)]
     for step in range(1, NEIGHBOURS + 1):
         same = np.flatnonzero((edges[step:] == edges[:-step]).all(axis=1))
         if not len(same):
             break
-        one, other = owner[same], owner[same + step]
-        found.append(np.stack([np.stack([one, other], axis=1).ravel(), np.stack([other, one], axis=1).ravel()]))
-    return np.concatenate(found, axis=1)
+        face, other = owner[same], owner[same + step]
+        links.append(np.stack([np.stack([face, other], axis=1).ravel(), np.stack([other, face], axis=1).ravel()]))
+    return np.concatenate(links, axis=1)
 
 
 def _corner_neighbours(corners: IntArray, start: IntArray, members: IntArray) -> IntArray:

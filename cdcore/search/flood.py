@@ -7,7 +7,7 @@ then leaves pairs open) neighbours across corners count too.
 Source: section 3.4 of the project's specification.
 """
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import IntArray
 from cdcore.search.evaluation import faces_meet, is_new, leave_open
@@ -16,10 +16,10 @@ from cdcore.search.state import DONE, FULL, OPEN_KEPT, STALE, UNSURE, Faces, Sta
 
 
 @hot_kernel
-def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
+def enter(i: int, j: int, contacts: IntArray, faces: Faces, state: State) -> int:
     """Test a pair that is new and add it to those found; DONE, FULL, UNSURE, or STALE: corners count from here on."""
-    stay_one_function()
-    if state.found_count >= found.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
+    never_inlined()
+    if state.found_count >= contacts.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
         return FULL
     if state.open >= OPEN_KEPT:
         return UNSURE
@@ -29,8 +29,8 @@ def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
     state.flood_tests += 1
     answer = faces_meet(i, j, faces, state)
     if answer == 1:
-        found[state.found_count, 0] = i
-        found[state.found_count, 1] = j
+        contacts[state.found_count, 0] = i
+        contacts[state.found_count, 1] = j
         state.found_count += 1
     elif answer == UNDECIDED:
         leave_open(key, state)
@@ -41,9 +41,9 @@ def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
 
 
 @hot_kernel
-def spread(second: bool, i: int, j: int, links: IntArray, found: IntArray, faces: Faces, state: State) -> int:
+def spread(second: bool, i: int, j: int, links: IntArray, contacts: IntArray, faces: Faces, state: State) -> int:
     """Enter the neighbours of one face of a pair, with the other face."""
-    stay_one_function()
+    never_inlined()
     face, near = (j, faces.near_b) if second else (i, faces.near_a)
     edges = state.by_corners == 0 and near[face, NEIGHBOURS] < NEIGHBOURS
     for corner in range(1 if edges else 3):
@@ -51,31 +51,31 @@ def spread(second: bool, i: int, j: int, links: IntArray, found: IntArray, faces
         for k in range(0 if edges else links[at], near[face, NEIGHBOURS] if edges else links[at + 1]):
             other = near[face, k] if edges else links[k]
             a, b = (i, other) if second else (other, j)
-            outcome = enter(a, b, found, faces, state)
+            outcome = enter(a, b, contacts, faces, state)
             if outcome != DONE:
                 return outcome
     return DONE
 
 
 @kernel
-def flood(seeds: IntArray, found: IntArray, links: tuple[IntArray, IntArray], faces: Faces, states: States) -> int:
-    """Test ``seeds`` (n, 2), pairs of another time, and look around every pair ``found`` (n, 2).
+def flood(seeds: IntArray, contacts: IntArray, links: tuple[IntArray, IntArray], faces: Faces, states: States) -> int:
+    """Test ``seeds`` (n, 2), pairs of another time, and look around every pair ``contacts`` (n, 2).
 
-    DONE: done; FULL: grow ``found`` and table; UNSURE: ask about open ones. May be called again after either: pairs
+    DONE: done; FULL: grow ``contacts`` and table; UNSURE: ask about open ones. May be called again after either: pairs
     tested before are not tested again.
     """
     state = states[0]
     for row in range(seeds.shape[0]):
-        outcome = enter(seeds[row, 0], seeds[row, 1], found, faces, state)
+        outcome = enter(seeds[row, 0], seeds[row, 1], contacts, faces, state)
         if outcome == STALE:
             state.head = 0
         elif outcome != DONE:
             return outcome
     while state.head < state.found_count:
-        i, j = found[state.head, 0], found[state.head, 1]
-        outcome = spread(False, i, j, links[0], found, faces, state)
+        i, j = contacts[state.head, 0], contacts[state.head, 1]
+        outcome = spread(False, i, j, links[0], contacts, faces, state)
         if outcome == DONE:
-            outcome = spread(True, i, j, links[1], found, faces, state)
+            outcome = spread(True, i, j, links[1], contacts, faces, state)
         if outcome == DONE:
             state.head += 1
         elif outcome == STALE:

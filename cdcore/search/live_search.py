@@ -16,7 +16,7 @@ class LiveSearch(LivePairs):
         self._answer = SearchAnswer((1, len(memory)), faces=False)
 
         def decide(now: Motion, column: int, _margin: float) -> tuple[int, bool]:
-            meets = search.decide_one(now, 0, column, memory[column], self._answer)
+            meets = search.decide_frame(now, 0, column, memory[column], self._answer)
             return int(Verdict.CONTACT if meets else Verdict.NOT_FOUND), False
 
         super().__init__(volumes, decide, None)

@@ -10,7 +10,7 @@ both at once: 93; without moving both one after the other: 44; without the stop 
 demand that balls overlap: 38.
 """
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.search.evaluation import evaluate, is_new
 from cdcore.search.features import NEIGHBOURS, RADIUS
 from cdcore.search.rng import draw
@@ -37,7 +37,7 @@ def closest_around(
     first: bool, second: bool, i: int, j: int, distance: float, faces: Faces, state: State
 ) -> tuple[int, int, float]:
     """The closest of pair (i, j) and the pairs of neighbours of ``first``, ``second`` or both its faces."""
-    stay_one_function()
+    never_inlined()
     state.asked_by = WALK
     best_i, best_j = i, j
     for k in range(NEIGHBOURS if first else 1):
@@ -59,7 +59,7 @@ def descend(i: int, j: int, distance: float, faces: Faces, state: State) -> None
     """Go down from pair (i, j) at its distance; ends at a hit, at the budget, where no neighbour is closer, or where
     an earlier way of this search has been.
     """
-    stay_one_function()
+    never_inlined()
     moving = True
     while moving:
         at_i, at_j, before = i, j, distance
@@ -85,7 +85,7 @@ def drawn_pair(faces: Faces, state: State) -> tuple[int, int]:
 @hot_kernel
 def local_round(faces: Faces, state: State) -> None:
     """Down from the best of 32 random pairs."""
-    stay_one_function()
+    never_inlined()
     state.asked_by = DRAW
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):

@@ -57,7 +57,7 @@ class PairSearch:
         self._result = self._states[list(ANSWER)][:1]
         self._swarm = records(np.zeros(settings.ants, dtype=ANT))
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
-        self._found = np.zeros((256, 2), dtype=np.int64)
+        self._contacts = np.zeros((256, 2), dtype=np.int64)
         self._faces = Faces(
             first.pick, second.pick, first.rows, second.rows, first.near_picked, second.near_picked, self._table
         )
@@ -78,7 +78,7 @@ class PairSearch:
         random stream; ``start``: places of a pair to begin at, such as the closest of the frame before.
         """
         self.place(pose_a, pose_b)
-        return self.look_here(stamp, start, self.settings.budget if budget is None else budget)
+        return self.search_from(stamp, start, self.settings.budget if budget is None else budget)
 
     def place(self, pose_a: Pose, pose_b: Pose) -> None:
         """Take new poses, for the search that begins next."""
@@ -88,13 +88,13 @@ class PairSearch:
         """The poses taken last, every bit of them."""
         return self._placed[0].tobytes() + self._placed[1].tobytes()
 
-    def look_here(self, stamp: float, start: Pair | None, budget: int) -> SearchResult:
+    def search_from(self, stamp: float, start: Pair | None, budget: int) -> SearchResult:
         """As ``look``, at the poses taken last."""
         self._stamp = stamp
         self._fresh["stream"] = self._key ^ np.float64(stamp).view(np.uint64)
         return self._search(SEARCH, start or NO_PAIR, budget)
 
-    def look_on(self) -> SearchResult:
+    def search_further(self) -> SearchResult:
         """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
         self._state["hit_a"] = -1
         self._state["quiet"] = 0
@@ -115,14 +115,14 @@ class PairSearch:
         while True:
             faces = self._faces._replace(near_a=near_a, near_b=near_b)
             # read-only whoever gave them: else the kernel would be compiled for both kinds
-            outcome = flood(readonly(seeds[:]), self._found, links, faces, self._states)
+            outcome = flood(readonly(seeds[:]), self._contacts, links, faces, self._states)
             if outcome == DONE:
                 break
             if outcome == FULL:
                 self._grow()
-                self._found = np.concatenate([self._found, np.zeros_like(self._found)])
+                self._contacts = np.concatenate([self._contacts, np.zeros_like(self._contacts)])
             self._add(self._ask_open())
-        first, second = self._found[: state["found_count"]].T
+        first, second = self._contacts[: state["found_count"]].T
         return np.stack(np.divmod(np.unique(first * len(self.second) + second), len(self.second)), axis=1)
 
     @property
@@ -209,9 +209,9 @@ class PairSearch:
         """Put pairs that meet where the flood fill starts from."""
         before = int(self._state["found_count"])
         after = before + len(pairs)
-        while after > len(self._found):
-            self._found = np.concatenate([self._found, np.zeros_like(self._found)])
-        self._found[before:after] = pairs
+        while after > len(self._contacts):
+            self._contacts = np.concatenate([self._contacts, np.zeros_like(self._contacts)])
+        self._contacts[before:after] = pairs
         self._state["found_count"] = after
 
     def _grow(self) -> None:

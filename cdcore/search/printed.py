@@ -20,8 +20,8 @@ class SearchOverError(Exception):
 def printed_15(amplitude: float, features: int) -> int:
     """The linear map from an amplitude, which a qubit that (17) shrank leaves in the middle."""
     # Built-in minimum and maximum: of two numbers, numpy's take ten times as long.
-    share = min(max(0.5 + 0.5 * amplitude, 0.0), 1.0)
-    return min(int(share * features), features - 1)
+    fraction = min(max(0.5 + 0.5 * amplitude, 0.0), 1.0)
+    return min(int(fraction * features), features - 1)
 
 
 def printed_16(pheromone: FloatArray, heuristic: FloatArray, alpha: float, beta: float) -> FloatArray:

@@ -19,44 +19,44 @@ ROUNDING_ULPS: Final = 4096.0
 rounded, and one relative pose is computed for each of two frames: below 1000 eps together. At 1 m it is a picometre."""
 
 
-def lengths_at_rest(first: Features, second: Features, share: float) -> tuple[float, float, float]:
+def lengths_at_rest(first: Features, second: Features, fraction: float) -> tuple[float, float, float]:
     """Metres: size of the first body, of both, and how far a pair has moved that counts as new.
 
-    ``share`` is in diameters of the mean face of the finer mesh, which limits how small a contact can be. With the
+    ``fraction`` is in diameters of the mean face of the finer mesh, which limits how small a contact can be. With the
     mean of both, a ball of 512 faces was searched in brief for 18 frames on its way to a plate of 12, and the first two
     frames of their contact were missed.
     """
-    news = share * 2.0 * min(first.mean_radius, second.mean_radius)
+    news = fraction * 2.0 * min(first.mean_radius, second.mean_radius)
     return first.size, first.size + second.size, news
 
 
 @kernel
 def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
     """Farthest any point within ``size`` of the first body's origin can have moved between two relative poses."""
-    turn = move = 0.0
+    rotation_change = move = 0.0
     for k in range(9):
-        turned = pose[k] - before[k]
-        turn += turned * turned
+        change = pose[k] - before[k]
+        rotation_change += change * change
     for k in range(9, 12):
         moved = pose[k] - before[k]
         move += moved * moved
-    return float(np.sqrt(turn) * size + np.sqrt(move))
+    return float(np.sqrt(rotation_change) * size + np.sqrt(move))
 
 
 @kernel
 def budget_at_rest(
-    pose: FloatArray, searched: FloatArray, seen: FloatArray, lengths: tuple[float, float, float], whole: int
+    pose: FloatArray, searched: FloatArray, last_relative: FloatArray, lengths: tuple[float, float, float], whole: int
 ) -> int:
     """Evaluations, of the ``whole`` budget, at a relative pose (13,); 0: all of it found nothing here before.
 
-    ``searched``: relative pose at which the whole budget found nothing; ``seen``: relative pose at the search before;
-    not a number where there is none. A pair that comes to rest at a new pose is searched there once.
+    ``searched``: relative pose at which the whole budget found nothing; ``last_relative``: relative pose at the search
+    before; not a number where there is none. A pair that comes to rest at a new pose is searched there once.
     """
     size, sizes, news = lengths
-    rounding = ROUNDING_ULPS * EPS * (sizes + max(pose[12], searched[12], seen[12]))
+    rounding = ROUNDING_ULPS * EPS * (sizes + max(pose[12], searched[12], last_relative[12]))
     moved = distance_moved(pose, searched, size)
     if moved <= rounding:
         return 0
-    came_to_rest = distance_moved(pose, seen, size) <= rounding
+    came_to_rest = distance_moved(pose, last_relative, size) <= rounding
     # Written so that what is not a number has moved.
     return whole if came_to_rest or not moved < news else min(whole, PROBE)

@@ -8,7 +8,7 @@ import hashlib
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.search.state import State
 
 STEP, FIRST_FACTOR, SECOND_FACTOR = (np.uint64(n) for n in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
@@ -16,9 +16,9 @@ STEP, FIRST_FACTOR, SECOND_FACTOR = (np.uint64(n) for n in (0x9E3779B97F4A7C15, 
 It passes BigCrush, and a search draws a few thousand of its 2^64 numbers."""
 
 
-def key_of(seed: int, purpose: str, *words: str) -> int:
+def key_of(seed: int, purpose: str, *texts: str) -> int:
     """256 bits that another seed, purpose or word changes."""
-    return int.from_bytes(hashlib.sha256("\x1f".join([str(seed), purpose, *words]).encode()).digest(), "big")
+    return int.from_bytes(hashlib.sha256("\x1f".join([str(seed), purpose, *texts]).encode()).digest(), "big")
 
 
 def stream_of(seed: int, purpose: str, first: str, second: str, stamp: float) -> np.random.Generator:
@@ -30,7 +30,7 @@ def stream_of(seed: int, purpose: str, first: str, second: str, stamp: float) ->
 @hot_kernel
 def draw(state: State) -> float:
     """The next number of the stream of a search, in [0, 1)."""
-    stay_one_function()
+    never_inlined()
     state.stream += STEP
     word = state.stream
     word = (word ^ (word >> np.uint64(30))) * FIRST_FACTOR

@@ -44,11 +44,11 @@ def _nearest(points: FloatArray, pick: IntArray) -> IntArray:
     from scipy.spatial import cKDTree
 
     near = np.full((len(points), NEIGHBOURS + 1), -1, dtype=np.int64)
-    wanted = min(NEIGHBOURS + 1, len(pick))
-    _, index = cKDTree(points[pick]).query(points, k=np.arange(1, wanted + 1))
+    count = min(NEIGHBOURS + 1, len(pick))
+    _, index = cKDTree(points[pick]).query(points, k=np.arange(1, count + 1))
     others = pick[index]
     own = others == np.arange(len(points))[:, None]
     others[own] = -1
     others = np.take_along_axis(others, np.argsort(own, axis=1, kind="stable"), axis=1)
-    near[:, : min(wanted, NEIGHBOURS)] = others[:, :NEIGHBOURS]
+    near[:, : min(count, NEIGHBOURS)] = others[:, :NEIGHBOURS]
     return near

@@ -26,7 +26,7 @@ NO_RELATIVE: FloatArray = np.full(13, np.nan)
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
 
-NOTED_LOOKS = 100_000
+MOST_NOTED_SAMPLES = 100_000
 """Looks without a contact that a stage remembers: 40 MB; more than an audit that is watched makes of an hour."""
 
 COUNTERS = ("looks", "reused", "short", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
@@ -65,15 +65,15 @@ class SearchAnswer:
         self.entries: list[tuple[int, int, int]] = []
         self.sets: list[Int32Array] = []
 
-    def count(self, look: SearchResult, flood_tests: int) -> None:
+    def count(self, result: SearchResult, flood_tests: int) -> None:
         """Add the work of one look."""
         work = self.work
-        work["evaluations"] += look.evaluations
-        work["exact_tests"] += look.tests
+        work["evaluations"] += result.evaluations
+        work["exact_tests"] += result.tests
         work["flood_tests"] += flood_tests
-        work["restarts"] += look.restarts
-        work["iterations"] += look.iterations
-        work["broken"] += int(look.reason == "broken")
+        work["restarts"] += result.restarts
+        work["iterations"] += result.iterations
+        work["broken"] += int(result.reason == "broken")
 
     def face_sets(self) -> FaceSets:
         """The faces as a detection keeps them."""
@@ -89,7 +89,7 @@ class SearchStage:
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._settings = settings
-        ordered, self._turned = ordered_by_name(bodies, pairs)
+        ordered, self._swapped = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
         names = [body.name for body in bodies]
         features = {
@@ -110,7 +110,7 @@ class SearchStage:
     def samples_meet(self, column: int, faces: IntArray) -> bool:
         """Whether one of the face pairs (k, 2), in the order of the pair, has both its faces in the samples."""
         search = self._searches[column]
-        first, second = faces.T[::-1] if self._turned[column] else faces.T
+        first, second = faces.T[::-1] if self._swapped[column] else faces.T
         drawn = [np.isin(faces, of.face[of.pick]) for faces, of in ((first, search.first), (second, search.second))]
         return bool((drawn[0] & drawn[1]).any())
 
@@ -120,16 +120,16 @@ class SearchStage:
         for known in memory:
             known.number = -1
         for frame, column in np.argwhere(near).tolist():
-            self.decide_one(motion, frame, column, memory[column], answer)
+            self.decide_frame(motion, frame, column, memory[column], answer)
         return answer
 
-    def decide_one(self, motion: Motion, frame: int, column: int, known: PairMemory, answer: SearchAnswer) -> bool:
+    def decide_frame(self, motion: Motion, frame: int, column: int, known: PairMemory, answer: SearchAnswer) -> bool:
         """Search one pair in one frame, and write down what came of it; whether it meets."""
-        look = self._look(motion, frame, column, known, answer.work)
-        if look is not None:
-            known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
-            look = self._collect(column, look, known) if answer.faces else look
-            answer.count(look, self._searches[column].flood_tests)
+        result = self._sample(motion, frame, column, known, answer.work)
+        if result is not None:
+            known.hit, known.start, known.number = result.hit is not None, result.hit or result.closest, -1
+            result = self._collect(column, result, known) if answer.faces else result
+            answer.count(result, self._searches[column].flood_tests)
         answer.hits[frame, column] = known.hit
         if answer.faces and known.hit:
             if known.number < 0:
@@ -138,7 +138,7 @@ class SearchStage:
             answer.entries.append((frame, column, known.number))
         return known.hit
 
-    def _look(
+    def _sample(
         self, motion: Motion, frame: int, column: int, known: PairMemory, work: dict[str, int]
     ) -> SearchResult | None:
         """Search a pair in a frame; ``None``: the answer of its last look stands.
@@ -157,47 +157,47 @@ class SearchStage:
         work["looks"] += 1
         known.poses, known.seen = bits, search.relative.copy()
         start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
-        look = self._search(frame, (column, stamp, hash(bits), start, budget))
-        if look.hit is not None:
+        result = self._search(frame, (column, stamp, hash(bits), start, budget))
+        if result.hit is not None:
             known.searched = NO_RELATIVE
         elif budget == self._settings.budget:
             known.searched = known.seen
         else:
             work["short"] += 1
-        return look
+        return result
 
     def _search(self, _frame: int, key: LookKey) -> SearchResult:
         """Search a pair where it has been placed."""
         column, stamp, _, start, budget = key
-        look = self._searches[column].look_here(stamp, start, budget)
-        if look.hit is None and len(self.empty) < NOTED_LOOKS:
-            self.empty[key] = look
-        return look
+        result = self._searches[column].search_from(stamp, start, budget)
+        if result.hit is None and len(self.empty) < MOST_NOTED_SAMPLES:
+            self.empty[key] = result
+        return result
 
     def _poses(self, motion: Motion, frame: int, column: int) -> tuple[Pose, Pose]:
         """Poses of both bodies of a pair, in the order of the search."""
         a, b = self._ends[column]
-        turns, moves = motion.rotations[frame], motion.translations[frame]
-        return (turns[a], moves[a]), (turns[b], moves[b])
+        rotations, moves = motion.rotations[frame], motion.translations[frame]
+        return (rotations[a], moves[a]), (rotations[b], moves[b])
 
-    def _collect(self, column: int, look: SearchResult, known: PairMemory) -> SearchResult:
+    def _collect(self, column: int, result: SearchResult, known: PairMemory) -> SearchResult:
         """Fill the curve of a hit and, if asked to, search on for others."""
         search = self._searches[column]
-        if look.hit is None:
+        if result.hit is None:
             known.seeds, known.faces = NO_SEEDS, NO_FACES
-            return look
+            return result
         pairs = search.curve(known.seeds if self._settings.warm_start else NO_SEEDS)
-        while look.hit is not None and not self._settings.stop_first:
-            look = search.look_on()
-            if look.hit is not None:
+        while result.hit is not None and not self._settings.stop_first:
+            result = search.search_further()
+            if result.hit is not None:
                 pairs = search.curve(NO_SEEDS)
         known.seeds = pairs[np.linspace(0, len(pairs) - 1, min(SEEDS, len(pairs))).astype(np.int64)]
         faces = self._numbered(column, pairs)
         known.faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
-        return look
+        return result
 
-    def _numbered(self, column: int, places: IntArray) -> IntArray:
+    def _numbered(self, column: int, indices: IntArray) -> IntArray:
         """The face pairs, in the order of the pair, at places (k, 2) in the order of the search."""
         search = self._searches[column]
-        faces = np.stack([search.first.face[places[:, 0]], search.second.face[places[:, 1]]], axis=1)
-        return faces[:, ::-1] if self._turned[column] else faces
+        faces = np.stack([search.first.face[indices[:, 0]], search.second.face[indices[:, 1]]], axis=1)
+        return faces[:, ::-1] if self._swapped[column] else faces

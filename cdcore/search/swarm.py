@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.kernels.memory import doubles_at
 from cdcore.search.equations import (
     PI,
@@ -13,7 +13,7 @@ from cdcore.search.equations import (
     equation_18,
     equation_19,
     equation_20,
-    place_of,
+    index_of,
     wrapped,
 )
 from cdcore.search.evaluation import evaluate
@@ -28,16 +28,16 @@ FARTHEST = 1e-3
 @hot_kernel
 def decoded(angle: float, chain: int, features: int, state: State) -> int:
     """Place of the feature an angle stands for: (15), or without it straight from the angle."""
-    stay_one_function()
+    never_inlined()
     if state.without == 15:
-        return place_of(wrapped(angle) / TWO_PI + 0.5, features)
+        return index_of(wrapped(angle) / TWO_PI + 0.5, features)
     return equation_15(angle, chain, features)
 
 
 @hot_kernel
 def populate(swarm: Swarm, features_a: int, features_b: int, state: State) -> None:
     """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any."""
-    stay_one_function()
+    never_inlined()
     for k in range(state.ants):
         ant = swarm[k]
         ant.angles[0] = TWO_PI * draw(state)
@@ -58,7 +58,7 @@ def clamped(pheromone: float, state: State) -> float:
 @hot_kernel
 def reward(ant: State, distance: float, state: State) -> None:
     """New fitness and heuristic of an ant; its pheromone follows by (19)."""
-    stay_one_function()
+    never_inlined()
     fitness = 1.0 / (1.0 + distance / state.scale)
     change = fitness - ant.fitness
     ant.fitness = fitness
@@ -70,7 +70,7 @@ def reward(ant: State, distance: float, state: State) -> None:
 @hot_kernel
 def weigh(swarm: Swarm, best: int, state: State) -> float:
     """(20), then (16): cumulated weights of the ants; returns their sum."""
-    stay_one_function()
+    never_inlined()
     highest = -np.inf
     for k in range(state.ants):
         ant = swarm[k]
@@ -100,12 +100,12 @@ def followed(swarm: Swarm, ants: int, level: float) -> int:
 @hot_kernel
 def stepped(angle: float, target: float, state: State) -> float:
     """A rotation towards the target angle, (17), and with some probability a NOT gate, (18)."""
-    stay_one_function()
+    never_inlined()
     ahead = wrapped(target - angle)
-    sign, share, chance = 1.0 if draw(state) < 0.5 else -1.0, draw(state), draw(state)
-    size = state.turn * share
+    sign, fraction, chance = 1.0 if draw(state) < 0.5 else -1.0, draw(state), draw(state)
+    size = state.turn * fraction
     if ahead != 0.0:
-        size = 2.0 * share * min(state.turn, abs(ahead))
+        size = 2.0 * fraction * min(state.turn, abs(ahead))
         if state.without != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
     turned = equation_17(angle, sign * size)
@@ -117,7 +117,7 @@ def stepped(angle: float, target: float, state: State) -> float:
 @hot_kernel
 def move(swarm: Swarm, total: float, state: State) -> None:
     """Every ant follows one drawn by weight, all from the places before the move."""
-    stay_one_function()
+    never_inlined()
     for k in range(state.ants):
         chosen = followed(swarm, state.ants, draw(state) * total)
         for body in range(2):
@@ -138,7 +138,7 @@ def trace_pheromone(swarm: Swarm, first: int, chains: int, state: State) -> None
 @hot_kernel
 def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
     """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
-    stay_one_function()
+    never_inlined()
     state.iterations += 1
     state.asked_by = BY_ANT
     best, best_i, best_j, best_d = -1, 0, 0, 0.0

@@ -65,9 +65,9 @@ class NotingStage(SearchStage):
 
     def trace(self, motion: Motion, frame: int, column: int) -> LookTrace:
         """Everything that a noted look evaluated."""
-        looked, noted = self._searches[column], self.noted[frame, column]
+        searched, noted = self._searches[column], self.noted[frame, column]
         # A search of its own: that of the run keeps what its next look starts from.
-        search = PairSearch(looked.first, looked.second, looked.names, self._settings)
+        search = PairSearch(searched.first, searched.second, searched.names, self._settings)
         rows = search.trace(noted.result.evaluations)
         poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
         result = search.look(*poses, stamp, start=noted.start, budget=noted.budget)
@@ -75,17 +75,17 @@ class NotingStage(SearchStage):
         faces = self._numbered(column, np.stack([i, j], axis=1))
         return LookTrace(faces, rows[:, 2], iteration, np.array(ASKED_BY)[by], rows[:, 5], result)
 
-    def places(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:
+    def points(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:
         """World centroids (2, 3) of a pair that a look gave, in the order of the search."""
         search, poses = self._searches[column], self._poses(motion, frame, column)
         sides = zip((search.first, search.second), pair, poses, strict=True)
-        return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
+        return np.array([rotation @ side.rows[row, :3] + move for side, row, (rotation, move) in sides])
 
     def _search(self, frame: int, key: LookKey) -> SearchResult:
         column, _, _, start, budget = key
-        look = self._known.get(key) or super()._search(frame, key)
-        self.noted[frame, column] = NotedLook(start, budget, look)
-        return look
+        result = self._known.get(key) or super()._search(frame, key)
+        self.noted[frame, column] = NotedLook(start, budget, result)
+        return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ import numpy as np
 from support.motions import motion_of, placed, soup
 
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import words_of
+from cdcore.kernels.memory import integers_of
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.pose_lanes import Tracks
@@ -17,7 +17,7 @@ ROOM = 4096
 
 @kernel
 def relative_of(row, relative, middle, squares):
-    pair = pair_at(words_of(row))
+    pair = pair_at(integers_of(row))
     fill_relative(pair.pose_a, pair.pose_b, 0 * len(row), relative)
     return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
 
@@ -30,7 +30,7 @@ def row_of_pair(trees, turn, move):
     words = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(turn))
     pair = words.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
-        pair[f"tree_{side}"] = trees[body].words.view(layout(TreeMemory))
+        pair[f"tree_{side}"] = trees[body].memory_row.view(layout(TreeMemory))
         pair[f"pose_{side}"] = tracks.rows[body]
     return words[0], (tracks, marks)
 
@@ -50,11 +50,24 @@ class EightFrames:
         self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
         doubles, words = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
-        found = np.empty(256, np.int64)
+        candidates = np.empty(256, np.int64)
         self.scratch = Scratch(
-            *doubles, words, found, np.zeros(8, np.int64), words, words, words, words, keys_end=ROOM, later_end=ROOM
+            *doubles,
+            words,
+            candidates,
+            np.zeros(8, np.int64),
+            words,
+            words,
+            words,
+            words,
+            keys_end=ROOM,
+            later_end=ROOM,
         )
-        self.relative, self.middle, self.found = self.scratch.relative, self.scratch.middle, self.scratch.found
+        self.relative, self.middle, self.candidates = (
+            self.scratch.relative,
+            self.scratch.middle,
+            self.scratch.candidates,
+        )
         self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
 
     def world(self, frame):

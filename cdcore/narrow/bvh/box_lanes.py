@@ -1,12 +1,12 @@
 """Two boxes in eight frames: which frames keep them apart for certain.
 
-Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative rotation
+Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative minor
 strays from it; any direction separates if the widened radii say so.
 """
 
 from __future__ import annotations
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
+from cdcore.kernels.compiling import always_inlined, hot_kernel
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import (
     above,
@@ -16,6 +16,7 @@ from cdcore.kernels.simd import (
     fused,
     load4,
     load8,
+    minor,
     minus,
     moved,
     outside,
@@ -23,7 +24,6 @@ from cdcore.kernels.simd import (
     row16,
     size,
     store,
-    turn,
 )
 from cdcore.narrow.bvh.tree_memory import Scratch
 
@@ -35,11 +35,11 @@ def lanes_that_may_meet(
 ) -> int:  # fmt: skip
     """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
 
-    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
+    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the minor of the middle frame.
     Leaves the centre of a in b's box frame in ``scratch.offset`` (24,). Cross products of axes are tried for two leaves
     only: at inner nodes they cost more than they cull.
     """
-    become_part_of_caller()
+    always_inlined()
     relative, middle, offset = scratch.relative, scratch.middle, scratch.offset
     cx, cy, cz, _, _, _, _, _, _, _, _, _, ha0, ha1, ha2, radius_a = row16(boxes_a, a)
     bx, by, bz, b00, b10, b20, b01, b11, b21, b02, b12, b22, hb0, hb1, hb2, _ = row16(boxes_b, b)
@@ -78,13 +78,13 @@ def lanes_that_may_meet(
     store(offset, 8, t1)
     store(offset, 16, t2)
     # direction e_i x a_j: radii of B from its other two axes, of A from its other two, both at the middle frame
-    mask &= ~outside(turn(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
-    mask &= ~outside(turn(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
-    mask &= ~outside(turn(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
-    mask &= ~outside(turn(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
-    mask &= ~outside(turn(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
-    mask &= ~outside(turn(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
-    mask &= ~outside(turn(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
-    mask &= ~outside(turn(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
-    mask &= ~outside(turn(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
+    mask &= ~outside(minor(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
+    mask &= ~outside(minor(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
+    mask &= ~outside(minor(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
+    mask &= ~outside(minor(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
+    mask &= ~outside(minor(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
+    mask &= ~outside(minor(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
+    mask &= ~outside(minor(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
+    mask &= ~outside(minor(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
+    mask &= ~outside(minor(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
     return mask

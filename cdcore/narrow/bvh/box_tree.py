@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.mesh import TriangleMesh, once_for_meshes
-from cdcore.narrow.bvh.tree_memory import TreeMemory, row_of, words_of_rows
+from cdcore.narrow.bvh.tree_memory import TreeMemory, integers_of_rows, row_of
 from cdcore.narrow.tree_builder import BoxNodes, build_trees, by_surface_area, coordinates_along
 from cdcore.numerics import FloatArray, IntArray
 
@@ -30,8 +30,8 @@ class BoxTree(NamedTuple):
     face, faces. ``faces`` (f,): numbers in the mesh. ``placed`` (f, 12): corners in the body frame, as the mesh has
     them, x of corners 0, 1, 2, 0, then y, then z. ``corners`` (f, 9): the same, body axes, from the leaf's centre.
     ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the face along
-    each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up. ``words``
-    (8,): where the kernels find them, the row of a ``TreeMemory``.
+    each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up.
+    ``memory_row`` (8,): where the kernels find them, the row of a ``TreeMemory``.
     """
 
     boxes: FloatArray
@@ -43,7 +43,7 @@ class BoxTree(NamedTuple):
     boxed: FloatArray
     spans: FloatArray
     reach: float
-    words: IntArray
+    memory_row: IntArray
 
 
 @once_for_meshes
@@ -75,9 +75,9 @@ def _box_tree(nodes: BoxNodes, triangles: FloatArray) -> BoxTree:
     leaves = np.stack([nodes.start[leaf_nodes], counts], axis=1)
     placed = nodes.corners[:, [0, 1, 2, 0]].transpose(0, 2, 1)
     spans = np.stack([boxed.min(axis=1), boxed.max(axis=1)], axis=2)
-    integers = [np.ascontiguousarray(part, dtype=np.int32) for part in (links, leaves, nodes.number)]
-    doubles = [np.ascontiguousarray(part.reshape(len(part), -1)) for part in (placed, local, boxed, spans)]
+    integers = [np.ascontiguousarray(array, dtype=np.int32) for array in (links, leaves, nodes.number)]
+    doubles = [np.ascontiguousarray(array.reshape(len(array), -1)) for array in (placed, local, boxed, spans)]
     arrays = [boxes, *integers, *doubles]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
     row = row_of(TreeMemory, **dict(zip(TreeMemory._fields, arrays, strict=True)))
-    return BoxTree._make([*arrays, reach, words_of_rows(row[None])[0]])
+    return BoxTree._make([*arrays, reach, integers_of_rows(row[None])[0]])

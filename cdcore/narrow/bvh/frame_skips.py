@@ -9,21 +9,21 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE
 from cdcore.narrow.bvh.tree_memory import BEYOND, GAP_TESTS, REUSED, SKIPPED, Pair, PoseMemory
 
 SHORTEST_SKIP: Final = 4
 """Frames: a shorter skip saves less than the half-used block after it costs."""
-GAP_SHARE: Final = 1.0 - 1e-12
+GAP_FRACTION: Final = 1.0 - 1e-12
 """Share of a gap that two paths may use up: covers the rounding of what each moved, and of the sum."""
 
 
 @hot_kernel
 def distance_to_box(pose: PoseMemory, frame: int, box: Memory, x: float, y: float, z: float) -> float:
     """Distance of a point, given by its world offset from a root box's centre, to that box."""
-    become_part_of_caller()
+    always_inlined()
     entries, stride = pose.entries, pose.stride
     bx = entries[frame] * x + entries[3 * stride + frame] * y + entries[6 * stride + frame] * z
     by = entries[stride + frame] * x + entries[4 * stride + frame] * y + entries[7 * stride + frame] * z
@@ -40,7 +40,7 @@ def distance_to_box(pose: PoseMemory, frame: int, box: Memory, x: float, y: floa
 @hot_kernel
 def root_gap(pair: Pair, frame: int, pad: float) -> float:
     """A distance the bodies certainly keep in this frame; not positive where none is certain."""
-    stay_one_function()
+    never_inlined()
     pose_a, pose_b, boxes_a, boxes_b = pair.pose_a, pair.pose_b, pair.tree_a.boxes, pair.tree_b.boxes
     f_a, f_b = frame * pose_a.step, frame * pose_b.step
     x = pose_a.centres[f_a] - pose_b.centres[f_b]
@@ -59,18 +59,18 @@ def uses_up(pair: Pair, frame: int, later: int, gap: float) -> bool:
     The difference of each path comes first: a path of 18 million km is rounded to 4 micrometres, and so is its sum with
     another, which let bodies come nearer by that without a test.
     """
-    become_part_of_caller()
+    always_inlined()
     pose_a, pose_b = pair.pose_a, pair.pose_b
     moved_a = pose_a.path[later * pose_a.step] - pose_a.path[frame * pose_a.step]
     moved_b = pose_b.path[later * pose_b.step] - pose_b.path[frame * pose_b.step]
     # asked this way round, paths that overflowed to NaN use up any gap
-    return not moved_a + moved_b < gap * GAP_SHARE
+    return not moved_a + moved_b < gap * GAP_FRACTION
 
 
 @hot_kernel
 def first_unsafe(pair: Pair, frame: int, gap: float) -> int:
     """First frame by which the two paths together may have used up the gap; at most the last asked about and one."""
-    stay_one_function()
+    never_inlined()
     step, safe, stop = 1, frame, pair.stop
     while safe + step < stop and not uses_up(pair, frame, safe + step, gap):
         safe += step
@@ -85,7 +85,7 @@ def first_unsafe(pair: Pair, frame: int, gap: float) -> int:
 @hot_kernel
 def size_at(pair: Pair, frame: int) -> float:
     """The size S of ``cdcore.narrow.bvh.bounds`` in a frame."""
-    become_part_of_caller()
+    always_inlined()
     a, b = pair.pose_a, pair.pose_b
     size: float = a.facts[1] + b.facts[1] + a.away[frame * a.step] + b.away[frame * b.step]
     return size
@@ -94,7 +94,7 @@ def size_at(pair: Pair, frame: int) -> float:
 @hot_kernel
 def poses_repeat(pair: Pair, frame: int) -> bool:
     """Whether both poses are those of the frame before."""
-    become_part_of_caller()
+    always_inlined()
     a, b = pair.pose_a, pair.pose_b
     return bool(a.changed[frame * a.step] == 0 and b.changed[frame * b.step] == 0)
 
@@ -105,7 +105,7 @@ def frames_left_out(pair: Pair, frame: int, pad: float, work: Memory) -> int:
 
     Bodies are certainly apart in the others that it passes. ``pad``: as a share of the size.
     """
-    stay_one_function()
+    never_inlined()
     if frame > 0 and poses_repeat(pair, frame):
         pair.repeats[frame] = 1
         work[REUSED] += 1

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early, words_of
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
+from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early, integers_of
 from cdcore.kernels.simd import (
     LANES,
     above,
@@ -29,7 +29,7 @@ from cdcore.kernels.simd import (
 )
 from cdcore.narrow.bvh.bounds import ROUNDOFF
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.tree_memory import PoseMemory, layout, pose_at, words_of_rows
+from cdcore.narrow.bvh.tree_memory import PoseMemory, integers_of_rows, layout, pose_at
 from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly, row_length
 
 STEP_ULPS: Final = 16.0
@@ -43,19 +43,27 @@ AHEAD: Final = 24
 
 
 @hot_kernel
-def copy_poses(turns: Memory, places: Memory, bodies: int, body: int, count: int, entries: Memory, stride: int) -> None:
+def copy_poses(
+    rotation_entries: Memory,
+    translation_entries: Memory,
+    bodies: int,
+    body: int,
+    count: int,
+    entries: Memory,
+    stride: int,
+) -> None:
     """Fill the twelve rows of ``entries`` for the first ``count`` frames, the last one repeated."""
-    stay_one_function()
+    never_inlined()
     for f in range(stride):
         later = min(f + AHEAD, count - 1) * bodies + body
-        fetch_early(turns, 9 * later)
-        fetch_early(turns, 9 * later + 8)
-        fetch_early(places, 3 * later)
+        fetch_early(rotation_entries, 9 * later)
+        fetch_early(rotation_entries, 9 * later + 8)
+        fetch_early(translation_entries, 3 * later)
         pose = min(f, count - 1) * bodies + body
         for k in range(9):
-            entries[k * stride + f] = turns[9 * pose + k]
+            entries[k * stride + f] = rotation_entries[9 * pose + k]
         for k in range(3):
-            entries[(9 + k) * stride + f] = places[3 * pose + k]
+            entries[(9 + k) * stride + f] = translation_entries[3 * pose + k]
 
 
 @hot_kernel
@@ -64,7 +72,7 @@ def place_centres(pose: PoseMemory, length: int, x: float, y: float, z: float, l
 
     ``lanes`` (LANES,) is scratch.
     """
-    stay_one_function()
+    never_inlined()
     entries, stride, skew, unknown = pose.entries, pose.stride, splat8(0.0), 0
     for f in range(0, length, LANES):
         away, off = splat8(0.0), splat8(0.0)
@@ -97,19 +105,19 @@ def place_centres(pose: PoseMemory, length: int, x: float, y: float, z: float, l
 @hot_kernel
 def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
     """Fill ``path`` for a root box of this half diagonal and a body of this reach."""
-    stay_one_function()
+    never_inlined()
     entries, centres, stride, path, count = pose.entries, pose.centres, pose.stride, pose.path, pose.frames
     for f in range(0, stride - LANES, LANES):
-        turn, move = splat8(0.0), splat8(0.0)
+        rotation_change, move = splat8(0.0), splat8(0.0)
         for k in range(9):
             change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
-            turn = fused(change, change, turn)
+            rotation_change = fused(change, change, rotation_change)
         for k in range(CENTRES):
             change = minus(load8(centres, k * stride + f + 1), load8(centres, k * stride + f))
             move = fused(change, change, move)
         size = plus(plus(load8(pose.away, f), load8(pose.away, f + 1)), 2.0 * reach)
-        way = fused(root(turn), radius * GROWN, times(root(move), GROWN))
-        store(path, f + 1, fused(size, STEP_ULPS * ROUNDOFF, way))
+        path_length = fused(root(rotation_change), radius * GROWN, times(root(move), GROWN))
+        store(path, f + 1, fused(size, STEP_ULPS * ROUNDOFF, path_length))
     total = path[0] = 0.0
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
@@ -127,11 +135,11 @@ def fill_tracks(
 
     ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.
     """
-    turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
+    rotation_entries, translation_entries, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     many = rotations.shape[1]
     for k in range(len(bodies)):
-        pose = pose_at(words_of(rows[k]))
-        copy_poses(turns, places, many, bodies[k], pose.frames, pose.entries, pose.stride)
+        pose = pose_at(integers_of(rows[k]))
+        copy_poses(rotation_entries, translation_entries, many, bodies[k], pose.frames, pose.entries, pose.stride)
         pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
         pose.facts[1], pose.path[0] = ends[k, 16], 0.0
         if pose.frames > 1:
@@ -151,13 +159,13 @@ class Tracks:
         stride = row_length(frames)
         lengths = {"entries": ROWS * stride, "centres": CENTRES * stride, "away": stride, "path": stride, "facts": 2}
         self._room = np.empty((len(bodies), sum(lengths.values())))
-        place = address_of(self._room) + self._room.strides[0] * np.arange(len(bodies))
+        address = address_of(self._room) + self._room.strides[0] * np.arange(len(bodies))
         for name, length in lengths.items():
-            self.rows[name] = place
-            place = place + 8 * length
+            self.rows[name] = address
+            address = address + 8 * length
         self._changed = np.empty((len(bodies), frames), dtype=np.uint8)
         self.rows["changed"] = address_of(self._changed) + frames * np.arange(len(bodies))
-        self._words, self._lanes = words_of_rows(self.rows), np.empty(LANES)
+        self._memory_rows, self._lanes = integers_of_rows(self.rows), np.empty(LANES)
 
     def lay_out(self, changed: BoolArray) -> None:
         """Say where each of all N bodies changes in a stretch of T frames, (T, N); its first frame counts as changed.
@@ -175,5 +183,8 @@ class Tracks:
     def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
         """Lay out the poses (T, N, 3, 3), (T, N, 3) of all N bodies in that stretch."""
         # read-only like those of a motion: else the kernel would be compiled for both kinds
-        turns, places = readonly(np.ascontiguousarray(rotations)[:]), readonly(np.ascontiguousarray(translations)[:])
-        fill_tracks(turns, places, self.bodies, self._words, self._ends, self._lanes)
+        rotation_entries, translation_entries = (
+            readonly(np.ascontiguousarray(rotations)[:]),
+            readonly(np.ascontiguousarray(translations)[:]),
+        )
+        fill_tracks(rotation_entries, translation_entries, self.bodies, self._memory_rows, self._ends, self._lanes)

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.kernels.memory import Memory, fetch_early, words_of
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
+from cdcore.kernels.memory import Memory, fetch_early, integers_of
 from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, plus, splat8, store, times
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
@@ -51,7 +51,7 @@ ALIKE: Final = 4.0
 @hot_kernel
 def append(rows: Memory, key: int) -> None:
     """One more face pair on a list that has room."""
-    become_part_of_caller()
+    always_inlined()
     rows[0] += 1
     rows[rows[0]] = key
 
@@ -59,21 +59,21 @@ def append(rows: Memory, key: int) -> None:
 @hot_kernel
 def key_of(pair: Pair, frame: int, face_a: int, face_b: int) -> int:
     """A face pair of a frame as one number."""
-    become_part_of_caller()
+    always_inlined()
     return ((frame << pair.bits_a | face_a) << pair.bits_b) | face_b
 
 
 @hot_kernel
 def have_room(scratch: Scratch) -> bool:
     """Whether both lists can take what two leaves may add."""
-    become_part_of_caller()
+    always_inlined()
     return bool(scratch.keys[0] < scratch.keys_end and scratch.later[0] < scratch.later_end)
 
 
 @hot_kernel
 def first_child(tree: TreeMemory, node: int) -> int:
     """The first child of a node; memory is asked early for its sibling too."""
-    become_part_of_caller()
+    always_inlined()
     child = tree.links[2 * node]
     fetch_early(tree.links, 2 * child)
     for k in range(16 * child, 16 * child + 32, 8):
@@ -84,7 +84,7 @@ def first_child(tree: TreeMemory, node: int) -> int:
 @hot_kernel
 def opened(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, depth: int) -> int:
     """Put both children of a node of A or B, each with the other node, on the stack; returns its height."""
-    become_part_of_caller()
+    always_inlined()
     if open_a:
         child = first_child(pair.tree_a, a)
         stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = child, b, child + 1, b
@@ -98,7 +98,7 @@ def opened(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, d
 @hot_kernel
 def place_face(placed: Memory, face: int, pose: PoseMemory, frame: int) -> Corners:
     """World corners of a face, rounded as the reference vertices: no fused multiply-add."""
-    become_part_of_caller()
+    always_inlined()
     row, entries, stride, at = 12 * face, pose.entries, pose.stride, frame * pose.step
     x, y, z = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
     a, b, c = entries[at], entries[at + stride], entries[at + 2 * stride]
@@ -113,17 +113,17 @@ def place_face(placed: Memory, face: int, pose: PoseMemory, frame: int) -> Corne
 @hot_kernel
 def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
     """Whether two faces meet at the reference vertices of a frame: 0, 1, or UNDECIDED for exact arithmetic."""
-    stay_one_function()
+    never_inlined()
     first = place_face(pair.tree_a.placed, face_a, pair.pose_a, frame)
     return faces_meet_filtered(first, place_face(pair.tree_b.placed, face_b, pair.pose_b, frame))
 
 
 @hot_kernel
-def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, asked: int, meet: int, scratch: Scratch) -> int:
+def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, queried: int, meet: int, scratch: Scratch) -> int:
     """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
-    become_part_of_caller()
+    always_inlined()
     number_a, number_b = pair.tree_a.faces[face_a], pair.tree_b.faces[face_b]
-    contact, lane, lanes = 0, 0, asked | meet
+    contact, lane, lanes = 0, 0, queried | meet
     while lanes != 0:
         if lanes & 1:
             row = frame + lane
@@ -143,19 +143,19 @@ def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, asked: int, 
 @hot_kernel
 def ask_leaves(pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, scratch: Scratch) -> int:
     """Ask the faces of two leaf nodes in the lanes of ``mask``; returns the lanes that are decided."""
-    stay_one_function()
-    found, work, decided = scratch.found, scratch.work, 0
+    never_inlined()
+    candidates, work, decided = scratch.candidates, scratch.work, 0
     count = survivors_of_leaves(pair, a, b, pad, mask, scratch)
     work[LEAF_PAIRS] += 1
     work[FACE_PAIRS] += count
     for row in range(0, 4 * count, 4):
-        asked, meet = found[row + 2] & ~decided, found[row + 3] & ~decided
-        if asked | meet == 0:
+        queried, meet = candidates[row + 2] & ~decided, candidates[row + 3] & ~decided
+        if queried | meet == 0:
             continue
-        contact = ask_face_pair(pair, found[row], found[row + 1], frame, asked, meet, scratch)
-        while asked != 0:
-            work[WORLD_TESTS] += asked & 1
-            asked >>= 1
+        contact = ask_face_pair(pair, candidates[row], candidates[row + 1], frame, queried, meet, scratch)
+        while queried != 0:
+            work[WORLD_TESTS] += queried & 1
+            queried >>= 1
         if not pair.every:
             decided |= contact
     return decided
@@ -164,7 +164,7 @@ def ask_leaves(pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, sc
 @hot_kernel
 def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scratch) -> bool:
     """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
-    stay_one_function()
+    never_inlined()
     boxes_a, boxes_b, links_a, links_b = pair.tree_a.boxes, pair.tree_b.boxes, pair.tree_a.links, pair.tree_b.links
     stack, state, work = scratch.stack, scratch.state, scratch.work
     depth, alive = state[DEPTH], state[ALIVE]
@@ -198,7 +198,7 @@ def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scra
 @hot_kernel
 def frames_alike(pair: Pair, frame: int, most: int) -> int:
     """How many frames from this one on have sizes so alike that one block takes them; repeats at the end are left."""
-    stay_one_function()
+    never_inlined()
     size, count = size_at(pair, frame), 1
     for k in range(1, most):
         other = size_at(pair, frame + k)
@@ -212,7 +212,7 @@ def frames_alike(pair: Pair, frame: int, most: int) -> int:
 @hot_kernel
 def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: Memory) -> None:
     """Poses of A in B's frame for eight frames, (96,): rotation by rows, then translation."""
-    stay_one_function()
+    never_inlined()
     a, n, f_a = pose_a.entries, pose_a.stride, frame * pose_a.step
     b, m, f_b = pose_b.entries, pose_b.stride, frame * pose_b.step
     x = minus(load8(a, 9 * n + f_a), load8(b, 9 * m + f_b))
@@ -229,7 +229,7 @@ def fill_relative(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, relative: 
 @hot_kernel
 def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squares: Memory) -> float:
     """Write one lane's rotation to ``middle`` (9,); returns how far any lane's lies from it, spectral norm."""
-    stay_one_function()
+    never_inlined()
     total = splat8(0.0)
     for k in range(9):
         middle[k] = relative[8 * k + lane]
@@ -246,7 +246,7 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
 @hot_kernel
 def search_frames(pair: Pair, scratch: Scratch) -> bool:
     """Decide the frames of a pair; False when it stopped because a list was full."""
-    stay_one_function()
+    never_inlined()
     state, stop = scratch.state, pair.stop
     # position_pad of a unit of size
     pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
@@ -284,9 +284,9 @@ def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
 
     Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
     """
-    scratch = scratch_at(words_of(room))
+    scratch = scratch_at(integers_of(room))
     for number in range(first, len(rows)):
-        pair = pair_at(words_of(rows[number]))
+        pair = pair_at(integers_of(rows[number]))
         if number > first:
             for k in range(STATES):
                 scratch.state[k] = 0

@@ -21,7 +21,7 @@ from cdcore.kernels.memory import Memory, address_of, memory_at
 
 Rows = NDArray[np.void]
 Doubles = Annotated[Memory, types.float64]
-Words = Annotated[Memory, types.int64]
+Integers64 = Annotated[Memory, types.int64]
 Integers = Annotated[Memory, types.int32]
 Bytes = Annotated[Memory, types.uint8]
 
@@ -96,16 +96,16 @@ class Scratch(NamedTuple):
     relative: Doubles
     middle: Doubles
     offset: Doubles
-    turned: Doubles
+    rotated: Doubles
     moved: Doubles
     span: Doubles
-    stack: Words
-    found: Words
-    near: Words
-    state: Words
-    keys: Words
-    later: Words
-    work: Words
+    stack: Integers64
+    candidates: Integers64
+    near: Integers64
+    state: Integers64
+    keys: Integers64
+    later: Integers64
+    work: Integers64
     keys_end: int
     later_end: int
 
@@ -136,15 +136,15 @@ def layout(kind: Any) -> np.dtype[np.void]:
     return np.dtype([(name, layout(hint) if hasattr(hint, "_fields") else np.int64) for name, hint in hints.items()])
 
 
-def row_of(kind: Any, **parts: NDArray[Any] | int) -> Rows:
+def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
     """The row () of a named tuple of arrays, which the caller keeps, and numbers."""
     row = np.zeros((), dtype=layout(kind))
-    for name, part in parts.items():
-        row[name] = part if isinstance(part, int) else address_of(part)
+    for name, item in entries.items():
+        row[name] = item if isinstance(item, int) else address_of(item)
     return row
 
 
-def words_of_rows(rows: Rows) -> NDArray[np.int64]:
+def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
     """The same memory as a kernel takes it, (n, words)."""
     return rows.view(np.int64).reshape(len(rows), -1)
 
@@ -165,20 +165,20 @@ def reader(kind: Any) -> Callable[[Memory], Any]:
     """For kernels: what reads a named tuple from the place in memory at which its row starts."""
     shape = _shape(kind)
 
-    def typed(_context: Any, words: Any) -> Any:
+    def typed(_context: Any, row: Any) -> Any:
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            places = count()
+            indices = count()
 
-            def value(part: Any) -> Any:
-                if isinstance(part, types.NamedTuple):
-                    return context.make_tuple(builder, part, [value(entry) for entry in part.types])
-                place = ir.Constant(ir.IntType(64), next(places))
-                word = builder.load(builder.gep(arguments[0], [place]))
-                return word if part is types.int64 else builder.inttoptr(word, context.get_value_type(part))
+            def value(item: Any) -> Any:
+                if isinstance(item, types.NamedTuple):
+                    return context.make_tuple(builder, item, [value(entry) for entry in item.types])
+                index = ir.Constant(ir.IntType(64), next(indices))
+                word = builder.load(builder.gep(arguments[0], [index]))
+                return word if item is types.int64 else builder.inttoptr(word, context.get_value_type(item))
 
             return value(shape)
 
-        return shape(words), generate
+        return shape(row), generate
 
     return machine_operation(typed, partial(_read, kind))
 
@@ -195,9 +195,9 @@ def _kinds_of_entries(kind: Any) -> list[Any]:
     return kinds
 
 
-def _read(kind: Any, words: Any) -> Any:
+def _read(kind: Any, row: Any) -> Any:
     """A named tuple from a row of words, in Python."""
-    numbers = map(int, words[: layout(kind).itemsize // 8])
+    numbers = map(int, row[: layout(kind).itemsize // 8])
 
     def entry(of: Any) -> Any:
         if hasattr(of, "_fields"):

@@ -31,9 +31,9 @@ from cdcore.narrow.bvh.tree_memory import (
     PoseMemory,
     Scratch,
     TreeMemory,
+    integers_of_rows,
     layout,
     row_of,
-    words_of_rows,
 )
 from cdcore.narrow.bvh.undecided import settled
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, true_places
@@ -41,7 +41,7 @@ from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
 STAGES: Final = ("poses", "search", "faces")
 """Reading poses; spheres, trees, and what only exact arithmetic decides; sorting and collecting."""
-STRETCH: Final = 3072
+SEGMENT_FRAMES: Final = 3072
 """Frames that are laid out at once: short enough to stay in the processor's cache, in memory that is used again, long
 enough for skips along the path. All 5,400 frames of a bench at once took 1.2 of the time (2026-11)."""
 KEY_BITS: Final = 62
@@ -53,8 +53,8 @@ FEW: Final = 16
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 Faces = NDArray[np.int32]
-TREE_WORDS, POSE_WORDS = len(TreeMemory._fields), len(PoseMemory._fields)
-STOP: Final = 2 * (TREE_WORDS + POSE_WORDS) + 3
+TREE_FIELDS, POSE_FIELDS = len(TreeMemory._fields), len(PoseMemory._fields)
+STOP: Final = 2 * (TREE_FIELDS + POSE_FIELDS) + 3
 """Of a pair's words: the two bodies, where hits, volumes and repeats lie, then how many frames it asks about."""
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
@@ -76,7 +76,7 @@ class MotionAnswer:
     seconds: dict[str, float]
 
 
-class Found(NamedTuple):
+class PairMeetings(NamedTuple):
     """Face pairs (m, 2) of one pair that meet, and the frame of each, (m,), not decreasing."""
 
     column: int
@@ -95,30 +95,30 @@ class MotionSearch:
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         self._trees, self._pairs = trees, pairs
         # Ready for the next motion: to make room takes a tenth of a short question.
-        self._idle = list[StretchSearch]()
+        self._idle = list[SegmentSearch]()
 
     def decide(self, motion: Motion, *, faces: bool = False) -> MotionAnswer:
         """``faces``: list all face pairs that meet."""
         began = perf_counter()
         marks = np.zeros((len(self._pairs), 3, len(motion.valid)), dtype=np.uint8)
-        stretches = list[StretchAnswer]()
-        beyond = list[Found]()
+        segments = list[SegmentAnswer]()
+        beyond = list[PairMeetings]()
         if marks.size:
             poses = Poses(*_without_gaps(motion), motion.changed)
             starts = _starts(self._trees, self._pairs, marks.shape[2])
             for start, stop in pairwise(starts):
                 search = self._ready(stop - start, every=faces)
-                stretches.append(search.decide(poses, start, stop, marks))
+                segments.append(search.decide(poses, start, stop, marks))
                 self._idle.append(search)
             beyond = _beyond(self._trees, self._pairs, poses, marks)
         searched = perf_counter()
         known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, self._pairs).T
-        meetings = [meeting for stretch in stretches for meeting in stretch.meetings]
+        meetings = [meeting for segment in segments for meeting in segment.meetings]
         sets = _face_sets(marks, meetings + beyond, known, faces)
         hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
-        laid_out = sum(stretch.laid_out for stretch in stretches)
+        laid_out = sum(segment.laid_out for segment in segments)
         seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
-        work = np.sum([np.zeros(len(COUNTERS), np.int64), *(stretch.work for stretch in stretches)], axis=0)
+        work = np.sum([np.zeros(len(COUNTERS), np.int64), *(segment.work for segment in segments)], axis=0)
         return MotionAnswer(
             hits=np.ascontiguousarray(hits.T),
             sets=sets,
@@ -127,19 +127,19 @@ class MotionSearch:
             seconds=dict(zip(STAGES, seconds, strict=True)),
         )
 
-    def _ready(self, frames: int, *, every: bool) -> StretchSearch:
+    def _ready(self, frames: int, *, every: bool) -> SegmentSearch:
         """A search that no other thread uses, with room for so many frames."""
         while self._idle:
             search = self._idle.pop()
             if search.every == every and search.frames >= frames:
                 return search
-        return StretchSearch(self._trees, self._pairs, frames, every=every)
+        return SegmentSearch(self._trees, self._pairs, frames, every=every)
 
 
 def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]:
     """Where stretches of about equal length begin, and the number of all frames; two numbers at least."""
     bits = face_bits(trees)[pairs].sum(axis=1).max()
-    longest = min(STRETCH, 1 << max(0, KEY_BITS - int(bits)))
+    longest = min(SEGMENT_FRAMES, 1 << max(0, KEY_BITS - int(bits)))
     count = -(-frames // longest)
     return [frames * k // count for k in range(count)] + [frames]
 
@@ -180,48 +180,48 @@ class PairRows:
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, every: bool) -> None:
         radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
-        self.turned = radius[pairs[:, 0]] > radius[pairs[:, 1]]
-        self._a, self._b = np.where(self.turned[:, None], pairs[:, ::-1], pairs).T
+        self.swapped = radius[pairs[:, 0]] > radius[pairs[:, 1]]
+        self._a, self._b = np.where(self.swapped[:, None], pairs[:, ::-1], pairs).T
         self.bits_a, self.bits_b = bits[self._a], bits[self._b]
-        tree_words = np.array([tree.words for tree in trees])
-        self._of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
-        self._words = np.zeros((len(pairs), layout(Pair).itemsize // 8), dtype=np.int64)
-        rows = self._words.view(layout(Pair))[:, 0]
+        tree_rows = np.array([tree.memory_row for tree in trees])
+        self._of_body = np.zeros((len(trees), POSE_FIELDS), dtype=np.int64)
+        self._memory_rows = np.zeros((len(pairs), layout(Pair).itemsize // 8), dtype=np.int64)
+        rows = self._memory_rows.view(layout(Pair))[:, 0]
         rows["every"], rows["bits_a"], rows["bits_b"] = every, self.bits_a, self.bits_b
-        self._words[:, :TREE_WORDS] = tree_words[self._a]
-        self._words[:, TREE_WORDS + POSE_WORDS :][:, :TREE_WORDS] = tree_words[self._b]
+        self._memory_rows[:, :TREE_FIELDS] = tree_rows[self._a]
+        self._memory_rows[:, TREE_FIELDS + POSE_FIELDS :][:, :TREE_FIELDS] = tree_rows[self._b]
 
     def about(self, tracks: Tracks, marks: ByteArray, start: int, stop: int) -> IntArray:
         """The words (P, w) that ask about what is laid out in the tracks, frames ``start`` to ``stop`` of ``marks``
         (P, 3, T).
         """
-        words, at_b = self._words, TREE_WORDS + POSE_WORDS
-        self._of_body[tracks.bodies] = words_of_rows(tracks.rows)
-        words[:, TREE_WORDS:at_b] = self._of_body[self._a]
-        words[:, at_b + TREE_WORDS : 2 * at_b] = self._of_body[self._b]
+        memory_rows, at_b = self._memory_rows, TREE_FIELDS + POSE_FIELDS
+        self._of_body[tracks.bodies] = integers_of_rows(tracks.rows)
+        memory_rows[:, TREE_FIELDS:at_b] = self._of_body[self._a]
+        memory_rows[:, at_b + TREE_FIELDS : 2 * at_b] = self._of_body[self._b]
         mark_rows = np.arange(marks.shape[0] * 3).reshape(-1, 3)
-        words[:, STOP - 3 : STOP] = address_of(marks) + start + marks.shape[2] * mark_rows
-        words[:, STOP] = stop - start
-        return words
+        memory_rows[:, STOP - 3 : STOP] = address_of(marks) + start + marks.shape[2] * mark_rows
+        memory_rows[:, STOP] = stop - start
+        return memory_rows
 
 
 class Poses(NamedTuple):
     """Poses (T, N, 3, 3), (T, N, 3) without gaps, and ``changed`` (T, N) as of ``Motion``."""
 
-    turns: FloatArray
-    places: FloatArray
+    rotations: FloatArray
+    translations: FloatArray
     changed: BoolArray
 
 
-class StretchAnswer(NamedTuple):
+class SegmentAnswer(NamedTuple):
     """The faces that meet in a stretch, if these are asked for, its work, and seconds spent on poses."""
 
-    meetings: list[Found]
+    meetings: list[PairMeetings]
     work: IntArray
     laid_out: float
 
 
-class StretchSearch:
+class SegmentSearch:
     """Answers one stretch of frames after another, at most ``frames`` long, in memory of its own; one a thread."""
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
@@ -229,28 +229,28 @@ class StretchSearch:
         self._tracks = Tracks(trees, np.unique(pairs), frames)
         self._rows, self._workspace = PairRows(trees, pairs, every=every), Workspace(trees, every=every)
 
-    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> StretchAnswer:
+    def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> SegmentAnswer:
         """Mark the contacts of frames ``start`` to ``stop``."""
         began = perf_counter()
         self._tracks.lay_out(poses.changed[start:stop])
-        self._tracks.fill(poses.turns[start:stop], poses.places[start:stop])
+        self._tracks.fill(poses.rotations[start:stop], poses.translations[start:stop])
         rows = self._rows.about(self._tracks, marks, start, stop)
         laid_out = perf_counter() - began
         self._workspace.work[:] = 0
         meetings = [self._unpacked(column, keys, start) for column, keys in self._workspace.search(rows)]
-        return StretchAnswer(meetings, self._workspace.work.copy(), laid_out)
+        return SegmentAnswer(meetings, self._workspace.work.copy(), laid_out)
 
-    def _unpacked(self, column: int, keys: IntArray, start: int) -> Found:
+    def _unpacked(self, column: int, keys: IntArray, start: int) -> PairMeetings:
         """Frames and face pairs of a pair, sorted, faces in the order in which it was asked about."""
         bits_a, bits_b = int(self._rows.bits_a[column]), int(self._rows.bits_b[column])
         faces = np.empty((len(keys), 2), dtype=np.int32)
-        if self._rows.turned[column]:
-            low = keys & ((1 << bits_b) - 1)
-            keys = (keys >> (bits_a + bits_b) << bits_b | low) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
+        if self._rows.swapped[column]:
+            lower = keys & ((1 << bits_b) - 1)
+            keys = (keys >> (bits_a + bits_b) << bits_b | lower) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
             bits_a, bits_b = bits_b, bits_a
         keys = np.sort(keys)
         faces[:, 0], faces[:, 1] = (keys >> bits_b) & ((1 << bits_a) - 1), keys & ((1 << bits_b) - 1)
-        return Found(column, (keys >> (bits_a + bits_b)) + start, faces)
+        return PairMeetings(column, (keys >> (bits_a + bits_b)) + start, faces)
 
 
 def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -270,7 +270,7 @@ class Workspace:
         self._every, self.work = every, np.zeros(len(COUNTERS), dtype=np.int64)
         depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
         many = LIST + MOST_AT_ONCE
-        lengths = {"stack": depth, "found": 4 * 64, "near": 8, "state": STATES, "keys": many, "later": many}
+        lengths = {"stack": depth, "candidates": 4 * 64, "near": 8, "state": STATES, "keys": many, "later": many}
         lists = {name: np.zeros(length, dtype=np.int64) for name, length in lengths.items()}
         self._state, self._keys, self._later = lists["state"], lists["keys"], lists["later"]
         self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
@@ -283,7 +283,7 @@ class Workspace:
 
         Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
         """
-        parts = dict[int, list[IntArray]]()
+        by_row = dict[int, list[IntArray]]()
         row, done = 0, True
         while row < len(rows):
             if done:
@@ -296,29 +296,29 @@ class Workspace:
             if self._later[0]:
                 meeting.append(settled(rows[row], self._later[1 : self._later[0] + 1], self.work))
             if self._every:
-                parts.setdefault(row, []).extend(meeting)
+                by_row.setdefault(row, []).extend(meeting)
             self._keys[0] = self._later[0] = 0
             done = bool(self._state[AT_FRAME] == rows[row, STOP])
             row += done
-        return [(row, np.concatenate(some)) for row, some in parts.items()]
+        return [(row, np.concatenate(some)) for row, some in by_row.items()]
 
 
-def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[Found]:
+def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[PairMeetings]:
     """Every face against every face in frames beyond the bounds of the kernels, which are noted as ``NEAR``."""
-    found, (turns, places, _) = list[Found](), poses
+    meetings, (rotations, translations, _) = list[PairMeetings](), poses
     if marks[:, 1].max() < BEYOND:
-        return found
+        return meetings
     beyond = marks[:, 1] == BEYOND
     marks[:, 1][beyond] = NEAR
     for column, frame in np.argwhere(beyond).tolist():
         a, b = pairs[column].tolist()
         faces = meeting_faces_placed(
-            _triangles(trees[a]), (turns[frame, a], places[frame, a]),
-            _triangles(trees[b]), (turns[frame, b], places[frame, b]),
+            _triangles(trees[a]), (rotations[frame, a], translations[frame, a]),
+            _triangles(trees[b]), (rotations[frame, b], translations[frame, b]),
         )  # fmt: skip
         marks[column, 0, frame] = len(faces) > 0
-        found.append(Found(column, np.full(len(faces), frame), faces))
-    return found
+        meetings.append(PairMeetings(column, np.full(len(faces), frame), faces))
+    return meetings
 
 
 def _triangles(tree: BoxTree) -> FloatArray:
@@ -328,12 +328,12 @@ def _triangles(tree: BoxTree) -> FloatArray:
     return triangles
 
 
-def _face_sets(marks: ByteArray, found: list[Found], known: BoolArray | None, faces: bool) -> FaceSets:
+def _face_sets(marks: ByteArray, meetings: list[PairMeetings], known: BoolArray | None, faces: bool) -> FaceSets:
     """Give frames that repeat poses the answer of the first of them, and those without a pose none."""
     everywhere, repeats = np.arange(marks.shape[2]), np.logical_or.reduce(marks[:, 2], axis=1)
-    parts: dict[int, list[Found]] = {}
-    for one in sorted(found, key=lambda one: one.column):
-        parts.setdefault(one.column, []).append(one)
+    by_row: dict[int, list[PairMeetings]] = {}
+    for meeting in sorted(meetings, key=lambda meeting: meeting.column):
+        by_row.setdefault(meeting.column, []).append(meeting)
     entries, rows, row_count = [(NO_FRAMES,) * 4], [NO_FACES], 0
     for column in range(len(marks)):
         source = everywhere
@@ -342,8 +342,8 @@ def _face_sets(marks: ByteArray, found: list[Found], known: BoolArray | None, fa
             marks[column, :2] = marks[column, :2][:, source]
         if known is not None:
             marks[column, :2] *= known[column]
-        if faces and column in parts:
-            of_faces, sets = (np.concatenate(some) for some in list(zip(*parts[column], strict=True))[1:])
+        if faces and column in by_row:
+            of_faces, sets = (np.concatenate(some) for some in list(zip(*by_row[column], strict=True))[1:])
             if (np.diff(of_faces) < 0).any():  # frames beyond the kernels come last
                 order = np.argsort(of_faces, kind="stable")
                 of_faces, sets = of_faces[order], sets[order]

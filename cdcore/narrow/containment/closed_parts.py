@@ -20,30 +20,30 @@ def parity_is_inside(mesh: TriangleMesh) -> bool:
     """
     if mesh.has_doubled_faces:
         return False
-    parts = connected_parts(mesh)
-    near = parts_near_each_other(parts)
-    return not near or not (parts_that_meet(parts, near).any() or parts_inside_alike(parts, near))
+    components = connected_components(mesh)
+    near = components_near_each_other(components)
+    return not near or not (components_that_meet(components, near).any() or components_inside_alike(components, near))
 
 
-def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
+def connected_components(mesh: TriangleMesh) -> list[FloatArray]:
     """Triangles (f, 3, 3) of each connected part."""
     order = np.argsort(mesh.components, kind="stable")
     return np.split(mesh.triangles[order], np.flatnonzero(np.diff(mesh.components[order])) + 1)
 
 
-def parts_near_each_other(parts: list[FloatArray]) -> list[tuple[int, int]]:
+def components_near_each_other(components: list[FloatArray]) -> list[tuple[int, int]]:
     """Numbers of two parts whose boxes meet, the lower first."""
-    if len(parts) < 2:
+    if len(components) < 2:
         return []
-    low, high = (np.array([bound(part, axis=(0, 1)) for part in parts]) for bound in (np.min, np.max))
+    lower, upper = (np.array([bound(component, axis=(0, 1)) for component in components]) for bound in (np.min, np.max))
     near = []
-    for k in range(len(parts) - 1):
-        overlaps = ((low[k + 1 :] <= high[k]) & (low[k] <= high[k + 1 :])).all(axis=1)
+    for k in range(len(components) - 1):
+        overlaps = ((lower[k + 1 :] <= upper[k]) & (lower[k] <= upper[k + 1 :])).all(axis=1)
         near += [(k, k + 1 + int(j)) for j in np.flatnonzero(overlaps)]
     return near
 
 
-def parts_that_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> BoolArray:
+def components_that_meet(components: list[FloatArray], pairs: list[tuple[int, int]]) -> BoolArray:
     """Whether the surfaces of two parts meet, for each of ``pairs``, (n,)."""
     # Here, since most meshes have one part: whoever asks only for parity compiles no more than that.
     from cdcore.narrow.bvh.box_tree import build_box_trees
@@ -52,15 +52,15 @@ def parts_that_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> Bo
     used, renumbered = np.unique(pairs, return_inverse=True)
     count = len(used)
     as_they_lie = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
-    trees = build_box_trees([np.ascontiguousarray(parts[k]) for k in used])
+    trees = build_box_trees([np.ascontiguousarray(components[k]) for k in used])
     return decide_motion(trees, renumbered.reshape(-1, 2), as_they_lie).hits[0]
 
 
-def parts_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
+def components_inside_alike(components: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     """Whether some part that meets no other lies in a region that is inside others already: hollows cancel them."""
-    turns = [winding(part) for part in parts]
-    around = turns.copy()
+    windings = [winding(component) for component in components]
+    around = windings.copy()
     for inner, outer in (*pairs, *((j, k) for k, j in pairs)):
-        if point_inside(parts[inner][0, 0], parts[outer]):
-            around[inner] += turns[outer]
+        if point_inside(components[inner][0, 0], components[outer]):
+            around[inner] += windings[outer]
     return max(map(abs, around)) > 1

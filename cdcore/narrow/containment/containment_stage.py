@@ -19,27 +19,27 @@ from cdcore.kernels.compiling import kernel
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
-from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
+from cdcore.narrow.containment.closed_parts import connected_components, parity_is_inside
 from cdcore.narrow.containment.inner_parts import (
     AT_HOLE,
     BESIDE,
-    InnerParts,
+    InnerComponents,
     OuterBoxes,
     clearance_now,
     mark_without_clearance,
-    reach_of_part,
+    reach_of_component,
 )
 from cdcore.narrow.containment.inside_by_winding import (
     MAY_REACH,
     UNDECIDED,
     decide_by_winding,
-    hulls_apart,
+    hulls_separated,
     outline_of,
-    side_of_part,
+    side_of_component,
     side_of_surface,
     worse,
 )
-from cdcore.narrow.containment.placed_points import margin_at, margin_of, seen_point
+from cdcore.narrow.containment.placed_points import margin_at, margin_of, point_in_outer
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
     OUTSIDE,
@@ -50,7 +50,7 @@ from cdcore.narrow.containment.ray_parity import (
     point_inside,
     point_state,
 )
-from cdcore.narrow.containment.winding_surface import PartKind, winding_surface
+from cdcore.narrow.containment.winding_surface import ComponentKind, winding_surface
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Body, Motion, Verdict
@@ -73,7 +73,7 @@ REFUSAL: Final = f"{REFUSED}containment=False"
 """What ``Detection.containment`` says of every pair where a setting turned the question off."""
 
 
-class Part(NamedTuple):
+class Component(NamedTuple):
     """A connected part of a mesh: outermost vertices (E, 3), its box (2, 3), points (n, 3) of its faces; metres: its
     length, and how far it lies from the origin at most.
     """
@@ -92,7 +92,7 @@ class Nesting(NamedTuple):
 
     inner: int
     outer: int
-    part: Part
+    component: Component
     boxes: FloatArray
     grid: InsideGrid
     size: float
@@ -102,7 +102,7 @@ class NestingGroup(NamedTuple):
     """All nestings of one body in another: their parts, the box of the outer body, and the largest of their sizes."""
 
     nestings: list[Nesting]
-    parts: InnerParts
+    components: InnerComponents
     boxes: OuterBoxes
     size: float
 
@@ -118,17 +118,17 @@ class NestingGroup(NamedTuple):
 
 
 @once_a_mesh
-def parts_of(mesh: TriangleMesh) -> list[Part]:
+def components_of(mesh: TriangleMesh) -> list[Component]:
     """The connected parts of a mesh."""
-    parts = []
-    for triangles in connected_parts(mesh):
+    components = []
+    for triangles in connected_components(mesh):
         points, probed = triangles.reshape(-1, 3), np.arange(PROBES) * len(triangles) // PROBES
         extremes = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
         length = float(np.linalg.norm(extremes[:, None] - extremes, axis=2).max())
         probes = (triangles[probed] * PROBE_WEIGHTS).sum(axis=1)
         box = np.stack([points.min(axis=0), points.max(axis=0)])
-        parts.append(Part(extremes, box, probes, length, float(np.abs(points).sum(axis=1).max())))
-    return parts
+        components.append(Component(extremes, box, probes, length, float(np.abs(points).sum(axis=1).max())))
+    return components
 
 
 @once_a_mesh
@@ -144,18 +144,20 @@ def parity_decides(mesh: TriangleMesh) -> bool:
 
 
 @once_a_mesh
-def inner_parts_of(mesh: TriangleMesh) -> InnerParts:
+def inner_components_of(mesh: TriangleMesh) -> InnerComponents:
     """The connected parts of a mesh in arrays, for the winding number of the other body."""
-    return parts_in_arrays(parts_of(mesh))
+    return components_in_arrays(components_of(mesh))
 
 
-def parts_in_arrays(parts: Sequence[Part]) -> InnerParts:
+def components_in_arrays(components: Sequence[Component]) -> InnerComponents:
     """Parts as kernels read them."""
-    counts = np.array([[len(part.probes), len(part.extremes)] for part in parts])
+    counts = np.array([[len(component.probes), len(component.extremes)] for component in components])
     first_point = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
-    return InnerParts(
-        boxes=np.array([part.box for part in parts]),
-        points=np.concatenate([points for part in parts for points in (part.probes, part.extremes)]),
+    return InnerComponents(
+        boxes=np.array([component.box for component in components]),
+        points=np.concatenate(
+            [points for component in components for points in (component.probes, component.extremes)]
+        ),
         first_point=first_point,
         first_extreme=first_point[:-1] + counts[:, 0],
     )
@@ -173,7 +175,7 @@ class WindingQuestion:
     def __init__(self, inner: int, outer: int, meshes: Sequence[TriangleMesh]) -> None:
         self._ends, self._bodies = (inner, outer), len(meshes)
         self._inner_mesh = meshes[inner]
-        self._parts, self._surface = inner_parts_of(meshes[inner]), winding_surface(meshes[outer])
+        self._components, self._surface = inner_components_of(meshes[inner]), winding_surface(meshes[outer])
         self._boxes = OuterBoxes(self._surface.boxes, self._surface.holes, self._surface.first_hole)
         self._outlines = outline_of(meshes[inner]), outline_of(meshes[outer])
         self._size = size_of(meshes[inner]) + size_of(meshes[outer])
@@ -181,7 +183,7 @@ class WindingQuestion:
     def states(self, motion: Motion, frames: IntArray) -> IntArray:
         """INSIDE, OUTSIDE or UNDECIDED, (K,) for K frames."""
         states = np.zeros(len(frames), dtype=np.int64)
-        near = frames_without_clearance(motion, frames, self._ends, self._parts, self._boxes, self._size)
+        near = frames_without_clearance(motion, frames, self._ends, self._components, self._boxes, self._size)
         if not near.any():
             return states
         states[near] = self._by_points(motion, frames[near])
@@ -194,7 +196,9 @@ class WindingQuestion:
     def state_now(self, now: Motion) -> tuple[int, float]:
         """INSIDE, OUTSIDE or UNDECIDED in a motion of one frame, and metres of motion for which OUTSIDE stays."""
         # Few arrays: to hand over those of both surfaces takes ten times as long as to compare boxes (2026-11).
-        clearance = clearance_now(now.rotations, now.translations, self._ends, self._parts, self._boxes, self._size)
+        clearance = clearance_now(
+            now.rotations, now.translations, self._ends, self._components, self._boxes, self._size
+        )
         if clearance > 0.0:
             return OUTSIDE, clearance
         state = int(self._by_points(now, FIRST_FRAME)[0])
@@ -207,7 +211,9 @@ class WindingQuestion:
         """The same as far as points of the parts tell; MAY_REACH where caps must be asked."""
         states = np.zeros(len(frames), dtype=np.int64)
         poses = motion.rotations, motion.translations
-        decide_by_winding(poses, frames, self._ends, self._parts, self._surface, self._outlines, self._size, states)
+        decide_by_winding(
+            poses, frames, self._ends, self._components, self._surface, self._outlines, self._size, states
+        )
         for k in np.flatnonzero(states == UNCERTAIN).tolist():
             states[k] = self._exactly(motion, int(frames[k]))
         return states
@@ -237,30 +243,30 @@ class WindingQuestion:
     def _exactly(self, motion: Motion, frame: int) -> int:
         """The same in one frame, from crossings of rays with placed faces, counted in whole numbers."""
         inner, outer = self._ends
-        turns, places, parts = motion.rotations, motion.translations, self._parts
-        margin = margin_of(places[frame], inner, outer, self._size)
-        turn = turns[frame, outer].T @ turns[frame, inner]
-        move = turns[frame, outer].T @ (places[frame, inner] - places[frame, outer])
-        placed = place_points(self._surface.grid.triangles, turns[frame, outer], places[frame, outer])
+        rotations, translations, components = motion.rotations, motion.translations, self._components
+        margin = margin_of(translations[frame], inner, outer, self._size)
+        rotation = rotations[frame, outer].T @ rotations[frame, inner]
+        move = rotations[frame, outer].T @ (translations[frame, inner] - translations[frame, outer])
+        placed = place_points(self._surface.grid.triangles, rotations[frame, outer], translations[frame, outer])
         state = OUTSIDE
-        for part in range(len(parts.boxes)):
-            reach = reach_of_part(parts, part, self._boxes, turn, move, margin)
+        for component in range(len(components.boxes)):
+            reach = reach_of_component(components, component, self._boxes, rotation, move, margin)
             if reach == BESIDE:
                 continue
             # Vertices alone: where a point on a face lies is rounded.
-            own = parts.points[parts.first_extreme[part] : parts.first_point[part + 1]]
-            points = place_points(own, turns[frame, inner], places[frame, inner])
+            own = components.points[components.first_extreme[component] : components.first_point[component + 1]]
+            points = place_points(own, rotations[frame, inner], translations[frame, inner])
             side = MAY_REACH if reach == AT_HOLE else UNDECIDED
-            for local, point in zip(own @ turn.T + move, points, strict=True):
+            for local, point in zip(own @ rotation.T + move, points, strict=True):
                 crossings = np.zeros(len(self._surface.kinds), dtype=np.int64)
                 numbers, facings = crossed_faces(point, placed)
-                np.add.at(crossings, self._surface.part[numbers], facings)
-                found = side_of_surface(self._surface, local, margin, crossings)
-                side = side_of_part(side, found, reach == AT_HOLE)
+                np.add.at(crossings, self._surface.component[numbers], facings)
+                point_side = side_of_surface(self._surface, local, margin, crossings)
+                side = side_of_component(side, point_side, reach == AT_HOLE)
                 if side == INSIDE or (side == OUTSIDE and reach != AT_HOLE):
                     break
             state = worse(state, side)
-        if state in (UNDECIDED, MAY_REACH) and hulls_apart(self._outlines, turn, move, margin):
+        if state in (UNDECIDED, MAY_REACH) and hulls_separated(self._outlines, rotation, move, margin):
             return OUTSIDE
         return int(state)
 
@@ -268,13 +274,13 @@ class WindingQuestion:
 class ContainmentStage:
     """Decides containment for pair-frames of ``pairs`` (P, 2) whose surfaces do not meet.
 
-    Where ``asked`` is False every pair is refused.
+    Where ``enabled`` is False every pair is refused.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, enabled: bool = True) -> None:
         self._meshes = [body.mesh for body in bodies]
-        self._asked, self._pairs = asked, pairs.tolist()
-        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else REFUSAL for i, j in self._pairs)
+        self._enabled, self._pairs = enabled, pairs.tolist()
+        self.labels = tuple(containment_word(bodies[i], bodies[j]) if enabled else REFUSAL for i, j in self._pairs)
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
     def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
@@ -282,7 +288,7 @@ class ContainmentStage:
 
         All of them must be CLEAR as far as surfaces tell.
         """
-        if not self._asked:
+        if not self._enabled:
             return 0
         for column, rows in rows_of_columns(columns):
             left = frames[rows]
@@ -303,7 +309,7 @@ class ContainmentStage:
     @property
     def question(self) -> Callable[[Motion, int, float], tuple[Verdict, float]] | None:
         """``verdict_now``, or ``None`` where containment is not asked."""
-        return self.verdict_now if self._asked else None
+        return self.verdict_now if self._enabled else None
 
     def verdict_now(self, now: Motion, column: int, clearance: float = 0.0) -> tuple[Verdict, float]:
         """CONTAINED, CLEAR or UNRESOLVED for a pair whose surfaces do not meet, in a motion of one frame.
@@ -316,7 +322,7 @@ class ContainmentStage:
         verdict, clearance = Verdict.CLEAR, np.inf
         for group in self._nestings[column]:
             poses = now.rotations, now.translations
-            stays = clearance_now(*poses, group.ends, group.parts, group.boxes, group.size)
+            stays = clearance_now(*poses, group.ends, group.components, group.boxes, group.size)
             clearance = min(clearance, stays)
             if stays <= 0.0 and any(self._inside_now(now, group, nesting) for nesting in group.nestings):
                 return Verdict.CONTAINED, 0.0
@@ -332,7 +338,7 @@ class ContainmentStage:
     @cached_property
     def holed(self) -> list[int]:
         """Pairs whose answer may change though no surfaces meet, as one body can pass through a hole of the other."""
-        if not self._asked:
+        if not self._enabled:
             return []
         holed = [has_holes(mesh) for mesh in self._meshes]
         return [column for column, (i, j) in enumerate(self._pairs) if holed[i] or holed[j]]
@@ -363,29 +369,29 @@ class ContainmentStage:
         """
         if len(group.nestings) < WORTH_A_FILTER:
             return frames
-        return frames[frames_without_clearance(motion, frames, group.ends, group.parts, group.boxes, group.size)]
+        return frames[frames_without_clearance(motion, frames, group.ends, group.components, group.boxes, group.size)]
 
     def _fitting(self, inner: int, outer: int) -> list[Nesting]:
         """The parts of a body that are no longer than the box of a part of the other one, if parity decides there."""
         if not parity_decides(self._meshes[outer]):
             return []
         grid = grid_of(self._meshes[outer])
-        boxes = np.array([part.box for part in parts_of(self._meshes[outer])])
+        boxes = np.array([component.box for component in components_of(self._meshes[outer])])
         room = np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1) * (1 + ROOM_SLACK)
         nestings = []
-        for part in parts_of(self._meshes[inner]):
-            large = boxes[room >= part.length]
-            held_by = large if len(boxes) == 1 else np.concatenate([grid.box[None], large])
+        for component in components_of(self._meshes[inner]):
+            large = boxes[room >= component.length]
+            holding_boxes = large if len(boxes) == 1 else np.concatenate([grid.box[None], large])
             if len(large):
-                nestings.append(Nesting(inner, outer, part, held_by, grid, part.size + grid.size))
+                nestings.append(Nesting(inner, outer, component, holding_boxes, grid, component.size + grid.size))
         return nestings
 
     def _inside(self, motion: Motion, nesting: Nesting, frames: IntArray) -> ByteArray:
         """1 where the part is inside the other body, else 0, (K,) for K frames without contact."""
-        inner, outer, part, boxes, _, size = nesting
-        turns, places, states = motion.rotations, motion.translations, np.zeros(len(frames), dtype=np.uint8)
-        if mark_held(turns, places, frames, inner, outer, part.extremes, boxes, size, states):
-            self._decide_held(motion, nesting, frames, states)
+        inner, outer, component, boxes, _, size = nesting
+        rotations, translations, states = motion.rotations, motion.translations, np.zeros(len(frames), dtype=np.uint8)
+        if mark_fitting(rotations, translations, frames, inner, outer, component.extremes, boxes, size, states):
+            self._decide_fitting(motion, nesting, frames, states)
         return states
 
     def _inside_now(self, now: Motion, group: NestingGroup, nesting: Nesting) -> bool:
@@ -393,18 +399,18 @@ class ContainmentStage:
         if not group.is_simple:
             return bool(self._inside(now, nesting, FIRST_FRAME)[0])
         states = np.full(1, UNCERTAIN, dtype=np.uint8)
-        self._decide_held(now, nesting, FIRST_FRAME, states)
+        self._decide_fitting(now, nesting, FIRST_FRAME, states)
         return bool(states[0])
 
-    def _decide_held(self, motion: Motion, nesting: Nesting, frames: IntArray, states: ByteArray) -> None:
+    def _decide_fitting(self, motion: Motion, nesting: Nesting, frames: IntArray, states: ByteArray) -> None:
         """Say where ``states`` (K,) are UNCERTAIN whether the part is inside; exactly where rounding leaves it open."""
-        inner, outer, part, _, grid, size = nesting
-        turns, places = motion.rotations, motion.translations
-        decide_by_rays(turns, places, frames, inner, outer, part.probes, grid, size, states)
+        inner, outer, component, _, grid, size = nesting
+        rotations, translations = motion.rotations, motion.translations
+        decide_by_rays(rotations, translations, frames, inner, outer, component.probes, grid, size, states)
         for k in np.flatnonzero(states == UNCERTAIN).tolist():
             (point,), surface = (
-                place_points(points, turns[frames[k], body], places[frames[k], body])
-                for points, body in ((part.extremes[:1], inner), (grid.triangles, outer))
+                place_points(points, rotations[frames[k], body], translations[frames[k], body])
+                for points, body in ((component.extremes[:1], inner), (grid.triangles, outer))
             )
             states[k] = point_inside(point, surface)
 
@@ -414,24 +420,24 @@ def group_of(nestings: list[Nesting]) -> NestingGroup:
     no_holes = np.zeros((0, 2, 3)), np.zeros(2, dtype=np.int64)
     return NestingGroup(
         nestings=nestings,
-        parts=parts_in_arrays([nesting.part for nesting in nestings]),
+        components=components_in_arrays([nesting.component for nesting in nestings]),
         boxes=OuterBoxes(nestings[0].grid.box[None], *no_holes),
         size=max(nesting.size for nesting in nestings),
     )
 
 
 def frames_without_clearance(
-    motion: Motion, frames: IntArray, ends: tuple[int, int], parts: InnerParts, boxes: OuterBoxes, size: float
+    motion: Motion, frames: IntArray, ends: tuple[int, int], components: InnerComponents, boxes: OuterBoxes, size: float
 ) -> BoolArray:
     """In which of K frames a part of one body may lie in a box or at a hole of the other, (K,)."""
     near = np.empty(len(frames), dtype=np.bool_)
-    mark_without_clearance((motion.rotations, motion.translations), frames, ends, parts, boxes, size, near)
+    mark_without_clearance((motion.rotations, motion.translations), frames, ends, components, boxes, size, near)
     return near
 
 
 def has_holes(mesh: TriangleMesh) -> bool:
     """Whether a mesh has a part with holes."""
-    return not parity_decides(mesh) and bool((winding_surface(mesh).kinds != PartKind.CLOSED).any())
+    return not parity_decides(mesh) and bool((winding_surface(mesh).kinds != ComponentKind.CLOSED).any())
 
 
 def containment_word(a: Body, b: Body) -> str:
@@ -450,7 +456,7 @@ def doubt(mesh: TriangleMesh) -> str:
         return ""
     surface = winding_surface(mesh)
     causes = []
-    if (surface.kinds != PartKind.CLOSED).any():
+    if (surface.kinds != ComponentKind.CLOSED).any():
         causes.append("has holes")
     if surface.opposed.any():
         causes.append("has crossing parts of opposite winding")
@@ -458,8 +464,8 @@ def doubt(mesh: TriangleMesh) -> str:
 
 
 @kernel
-def mark_held(
-    turns: FloatArray, places: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
+def mark_fitting(
+    rotations: FloatArray, translations: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
     boxes: FloatArray, size: float, states: ByteArray,
 ) -> int:  # fmt: skip
     """Mark as UNCERTAIN in ``states`` (K,) where boxes (B, 2, 3) of the outer body may hold all points (E, 3) of the
@@ -467,13 +473,13 @@ def mark_held(
     """
     count = 0
     for k in range(len(frames)):
-        margin = margin_at(places, frames[k], inner, outer, size)
-        held = box_holds(turns, places, frames[k], inner, outer, extremes, boxes[0], margin)
-        if held and len(boxes) > 1:
-            held = False
+        margin = margin_at(translations, frames[k], inner, outer, size)
+        fits = box_holds(rotations, translations, frames[k], inner, outer, extremes, boxes[0], margin)
+        if fits and len(boxes) > 1:
+            fits = False
             for b in range(1, len(boxes)):
-                held = held or box_holds(turns, places, frames[k], inner, outer, extremes, boxes[b], margin)
-        if held:
+                fits = fits or box_holds(rotations, translations, frames[k], inner, outer, extremes, boxes[b], margin)
+        if fits:
             states[k] = UNCERTAIN
             count += 1
     return count
@@ -481,12 +487,13 @@ def mark_held(
 
 @kernel
 def box_holds(
-    turns: FloatArray, places: FloatArray, frame: int, inner: int, outer: int, extremes: FloatArray, box: FloatArray,
+    rotations: FloatArray, translations: FloatArray, frame: int, inner: int, outer: int, extremes: FloatArray,
+    box: FloatArray,
     margin: float,
 ) -> bool:  # fmt: skip
     """Whether a box (2, 3) of the outer body may hold all points (E, 3) of the inner one."""
     for e in range(len(extremes)):
-        x, y, z = seen_point(turns, places, frame, inner, outer, extremes, e)
+        x, y, z = point_in_outer(rotations, translations, frame, inner, outer, extremes, e)
         # What is not a number is kept: in poses far out a difference may be none.
         outside = (x < box[0, 0] - margin) | (x > box[1, 0] + margin)
         outside |= (y < box[0, 1] - margin) | (y > box[1, 1] + margin)
@@ -498,16 +505,18 @@ def box_holds(
 
 @kernel
 def decide_by_rays(
-    turns: FloatArray, places: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
+    rotations: FloatArray, translations: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
     grid: InsideGrid, size: float, states: ByteArray,
 ) -> None:  # fmt: skip
     """Say in ``states`` (K,), where they are UNCERTAIN, on which side of the outer body's surface the inner one's part
     is: it meets no surface, so any of its ``probes`` (n, 3) tells.
     """
-    seen = np.empty(3)
+    point = np.empty(3)
     for k in range(len(frames)):
-        margin = margin_at(places, frames[k], inner, outer, size)
+        margin = margin_at(translations, frames[k], inner, outer, size)
         for probe in range(len(probes)):
             if states[k] == UNCERTAIN:
-                seen[0], seen[1], seen[2] = seen_point(turns, places, frames[k], inner, outer, probes, probe)
-                states[k] = point_state(grid, seen, margin)
+                point[0], point[1], point[2] = point_in_outer(
+                    rotations, translations, frames[k], inner, outer, probes, probe
+                )
+                states[k] = point_state(grid, point, margin)

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.box_box import apart_on_all_axes, gap_on_face_axes
-from cdcore.kernels.compiling import become_part_of_caller, kernel, stay_one_function
+from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
+from cdcore.kernels.compiling import always_inlined, kernel, never_inlined
 from cdcore.narrow.containment.placed_points import margin_at
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
@@ -27,7 +27,7 @@ CLEARANCE_MARGINS: Final = 8.0
 two boxes is at most the square root of three times as long as that along the best of their fifteen axes."""
 
 
-class InnerParts(NamedTuple):
+class InnerComponents(NamedTuple):
     """I connected parts of a body: ``boxes`` (I, 2, 3) and ``points`` (p, 3), on faces first, then outermost vertices.
 
     Those of part i begin at ``first_point[i]``, its vertices at ``first_extreme[i]``; next is ``first_point[i + 1]``.
@@ -48,69 +48,78 @@ class OuterBoxes(NamedTuple):
 
 
 @kernel
-def reach_of_part(
-    parts: InnerParts, i: int, outer: OuterBoxes, turn: FloatArray, move: FloatArray, margin: float
+def reach_of_component(
+    components: InnerComponents, i: int, outer: OuterBoxes, rotation: FloatArray, move: FloatArray, margin: float
 ) -> int:
     """BESIDE, WITHIN or AT_HOLE for part ``i`` of the inner body, whose pose in the outer one's frame is given."""
-    stay_one_function()
-    half, half_part, d = np.empty(3), np.empty(3), np.empty(3)
+    never_inlined()
+    half, half_inner, d = np.empty(3), np.empty(3), np.empty(3)
     reach = BESIDE
     for k in range(len(outer.boxes)):
-        place_boxes(parts, i, outer.boxes[k], turn, move, half, half_part, d)
-        if apart_on_all_axes(turn, d, half, half_part, margin):
+        place_boxes(components, i, outer.boxes[k], rotation, move, half, half_inner, d)
+        if separated_on_all_axes(rotation, d, half, half_inner, margin):
             continue
         for hole in range(outer.first_hole[k], outer.first_hole[k + 1]):
-            place_boxes(parts, i, outer.holes[hole], turn, move, half, half_part, d)
-            if not apart_on_all_axes(turn, d, half, half_part, margin):
+            place_boxes(components, i, outer.holes[hole], rotation, move, half, half_inner, d)
+            if not separated_on_all_axes(rotation, d, half, half_inner, margin):
                 return AT_HOLE
         # Asked this way round, what is not a number is kept: in poses far out a difference may be none.
-        if reach == BESIDE and not length_beyond_box(parts, i, outer.boxes[k], turn, move) > margin:
+        if reach == BESIDE and not length_beyond_box(components, i, outer.boxes[k], rotation, move) > margin:
             reach = WITHIN
     return reach
 
 
 @kernel
 def clearance_now(
-    turns: FloatArray, places: FloatArray, ends: tuple[int, int], parts: InnerParts, outer: OuterBoxes, size: float
+    rotations: FloatArray,
+    translations: FloatArray,
+    ends: tuple[int, int],
+    components: InnerComponents,
+    outer: OuterBoxes,
+    size: float,
 ) -> float:
-    """``clearance_of_parts`` in the one frame of poses (1, N, 3, 3), (1, N, 3); ``ends``: the inner and outer body."""
-    turn, move = np.empty((3, 3)), np.empty(3)
-    pose_of_inner(turns, places, 0, ends, turn, move)
-    return clearance_of_parts(parts, outer, turn, move, margin_at(places, 0, ends[0], ends[1], size))
+    """``clearance_of_components`` in the one frame of poses (1, N, 3, 3), (1, N, 3); ``ends``: the inner and outer
+    body.
+    """
+    rotation, move = np.empty((3, 3)), np.empty(3)
+    pose_of_inner(rotations, translations, 0, ends, rotation, move)
+    return clearance_of_components(
+        components, outer, rotation, move, margin_at(translations, 0, ends[0], ends[1], size)
+    )
 
 
 @kernel
 def mark_without_clearance(
-    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], parts: InnerParts,
+    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], components: InnerComponents,
     outer: OuterBoxes, size: float, near: BoolArray,
 ) -> None:  # fmt: skip
     """Note in ``near`` (K,) in which of K frames of poses (T, N, 3, 3), (T, N, 3) a part may not be BESIDE."""
-    turns, places = poses
-    centre, radius = sphere_of_parts(parts)
-    turn, move = np.empty((3, 3)), np.empty(3)
-    clear_turn, clear_move, clearance = np.empty((3, 3)), np.empty(3), 0.0
+    rotations, translations = poses
+    centre, radius = sphere_of_components(components)
+    rotation, move = np.empty((3, 3)), np.empty(3)
+    clear_rotation, clear_move, clearance = np.empty((3, 3)), np.empty(3), 0.0
     for k in range(len(frames)):
-        pose_of_inner(turns, places, frames[k], ends, turn, move)
+        pose_of_inner(rotations, translations, frames[k], ends, rotation, move)
         # A tenth of the time of comparing boxes for every part and hole in frame after frame (2026-11).
-        if clearance > 0.0 and length_moved(turn, move, clear_turn, clear_move, centre, radius) < clearance:
+        if clearance > 0.0 and length_moved(rotation, move, clear_rotation, clear_move, centre, radius) < clearance:
             near[k] = False
             continue
-        margin = margin_at(places, frames[k], ends[0], ends[1], size)
-        clearance = clearance_of_parts(parts, outer, turn, move, margin)
+        margin = margin_at(translations, frames[k], ends[0], ends[1], size)
+        clearance = clearance_of_components(components, outer, rotation, move, margin)
         near[k] = not clearance > 0.0
-        clear_turn[:] = turn
+        clear_rotation[:] = rotation
         clear_move[:] = move
 
 
 @kernel
-def sphere_of_parts(parts: InnerParts) -> tuple[FloatArray, float]:
+def sphere_of_components(components: InnerComponents) -> tuple[FloatArray, float]:
     """Centre (3,) and radius of a sphere around the boxes of all parts."""
-    stay_one_function()
+    never_inlined()
     centre, squared = np.empty(3), 0.0
     for a in range(3):
-        least, most = parts.boxes[0, 0, a], parts.boxes[0, 1, a]
-        for i in range(1, len(parts.boxes)):
-            least, most = min(least, parts.boxes[i, 0, a]), max(most, parts.boxes[i, 1, a])
+        least, most = components.boxes[0, 0, a], components.boxes[0, 1, a]
+        for i in range(1, len(components.boxes)):
+            least, most = min(least, components.boxes[i, 0, a]), max(most, components.boxes[i, 1, a])
         centre[a] = 0.5 * (least + most)
         squared += 0.25 * (most - least) ** 2
     return centre, np.sqrt(squared)
@@ -118,57 +127,62 @@ def sphere_of_parts(parts: InnerParts) -> tuple[FloatArray, float]:
 
 @kernel
 def length_moved(
-    turn: FloatArray, move: FloatArray, from_turn: FloatArray, from_move: FloatArray, centre: FloatArray,
+    rotation: FloatArray, move: FloatArray, from_rotation: FloatArray, from_move: FloatArray, centre: FloatArray,
     radius: float,
 ) -> float:  # fmt: skip
     """Metres by which no point of a sphere moved more between two poses; the Frobenius norm bounds a rotation."""
-    become_part_of_caller()
-    turned, moved = 0.0, 0.0
+    always_inlined()
+    rotation_change, moved = 0.0, 0.0
     for i in range(3):
-        way = move[i] - from_move[i]
+        offset = move[i] - from_move[i]
         for j in range(3):
-            change = turn[i, j] - from_turn[i, j]
-            turned += change * change
-            way += change * centre[j]
-        moved += way * way
-    return np.sqrt(turned) * radius + np.sqrt(moved)
+            change = rotation[i, j] - from_rotation[i, j]
+            rotation_change += change * change
+            offset += change * centre[j]
+        moved += offset * offset
+    return np.sqrt(rotation_change) * radius + np.sqrt(moved)
 
 
 @kernel
 def pose_of_inner(
-    turns: FloatArray, places: FloatArray, frame: int, ends: tuple[int, int], turn: FloatArray, move: FloatArray
+    rotations: FloatArray,
+    translations: FloatArray,
+    frame: int,
+    ends: tuple[int, int],
+    rotation: FloatArray,
+    move: FloatArray,
 ) -> None:
-    """Write the pose of the inner body in the outer one's frame to ``turn`` (3, 3) and ``move`` (3,)."""
-    stay_one_function()
+    """Write the pose of the inner body in the outer one's frame to ``rotation`` (3, 3) and ``move`` (3,)."""
+    never_inlined()
     inner, outer = ends
     for i in range(3):
         move[i] = 0.0
         for j in range(3):
-            move[i] += turns[frame, outer, j, i] * (places[frame, inner, j] - places[frame, outer, j])
-            turn[i, j] = 0.0
+            move[i] += rotations[frame, outer, j, i] * (translations[frame, inner, j] - translations[frame, outer, j])
+            rotation[i, j] = 0.0
             for n in range(3):
-                turn[i, j] += turns[frame, outer, n, i] * turns[frame, inner, n, j]
+                rotation[i, j] += rotations[frame, outer, n, i] * rotations[frame, inner, n, j]
 
 
 @kernel
-def clearance_of_parts(
-    parts: InnerParts, outer: OuterBoxes, turn: FloatArray, move: FloatArray, margin: float
+def clearance_of_components(
+    components: InnerComponents, outer: OuterBoxes, rotation: FloatArray, move: FloatArray, margin: float
 ) -> float:
     """Metres by which points of the inner body may move while all of its parts stay BESIDE; 0 where none is certain."""
-    stay_one_function()
-    half, half_part, d = np.empty(3), np.empty(3), np.empty(3)
+    never_inlined()
+    half, half_inner, d = np.empty(3), np.empty(3), np.empty(3)
     kept, clearance = CLEARANCE_MARGINS * margin, np.inf
-    for i in range(len(parts.boxes)):
+    for i in range(len(components.boxes)):
         for k in range(len(outer.boxes)):
-            place_boxes(parts, i, outer.boxes[k], turn, move, half, half_part, d)
-            gap = gap_on_face_axes(turn, d, half, half_part)
+            place_boxes(components, i, outer.boxes[k], rotation, move, half, half_inner, d)
+            gap = gap_on_face_axes(rotation, d, half, half_inner)
             if not gap > kept:
-                gap = length_beyond_box(parts, i, outer.boxes[k], turn, move)
+                gap = length_beyond_box(components, i, outer.boxes[k], rotation, move)
                 for hole in range(outer.first_hole[k], outer.first_hole[k + 1]):
                     if not gap > kept:
                         break
-                    place_boxes(parts, i, outer.holes[hole], turn, move, half, half_part, d)
-                    gap_to_hole = gap_on_face_axes(turn, d, half, half_part)
+                    place_boxes(components, i, outer.holes[hole], rotation, move, half, half_inner, d)
+                    gap_to_hole = gap_on_face_axes(rotation, d, half, half_inner)
                     if not gap_to_hole >= gap:
                         gap = gap_to_hole
                 if not gap > kept:
@@ -180,29 +194,31 @@ def clearance_of_parts(
 
 @kernel
 def place_boxes(
-    parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray, half: FloatArray,
-    half_part: FloatArray, d: FloatArray,
+    components: InnerComponents, i: int, box: FloatArray, rotation: FloatArray, move: FloatArray, half: FloatArray,
+    half_inner: FloatArray, d: FloatArray,
 ) -> None:  # fmt: skip
     """Half lengths of a box (2, 3) of the outer body and of that of part ``i``, and the way ``d`` between centres."""
-    stay_one_function()
+    never_inlined()
     for a in range(3):
         half[a] = 0.5 * (box[1, a] - box[0, a])
-        half_part[a] = 0.5 * (parts.boxes[i, 1, a] - parts.boxes[i, 0, a])
+        half_inner[a] = 0.5 * (components.boxes[i, 1, a] - components.boxes[i, 0, a])
         d[a] = move[a] - 0.5 * (box[0, a] + box[1, a])
         for b in range(3):
-            d[a] += turn[a, b] * 0.5 * (parts.boxes[i, 0, b] + parts.boxes[i, 1, b])
+            d[a] += rotation[a, b] * 0.5 * (components.boxes[i, 0, b] + components.boxes[i, 1, b])
 
 
 @kernel
-def length_beyond_box(parts: InnerParts, i: int, box: FloatArray, turn: FloatArray, move: FloatArray) -> float:
+def length_beyond_box(
+    components: InnerComponents, i: int, box: FloatArray, rotation: FloatArray, move: FloatArray
+) -> float:
     """Metres by which the outermost vertices of part ``i`` reach beyond a box (2, 3); not positive within it."""
-    stay_one_function()
+    never_inlined()
     beyond = -np.inf
-    for e in range(parts.first_extreme[i], parts.first_point[i + 1]):
+    for e in range(components.first_extreme[i], components.first_point[i + 1]):
         for a in range(3):
             x = move[a]
             for b in range(3):
-                x += turn[a, b] * parts.points[e, b]
+                x += rotation[a, b] * components.points[e, b]
             # Compared, since the larger one of a number and none may be either.
             if box[0, a] - x > beyond:
                 beyond = box[0, a] - x

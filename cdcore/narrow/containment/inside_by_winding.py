@@ -14,19 +14,19 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
-from cdcore.kernels.compiling import kernel, stay_one_function
+from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.kernels.vectors import dot
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.containment.inner_parts import (
     AT_HOLE,
     BESIDE,
     WITHIN,
-    InnerParts,
+    InnerComponents,
     OuterBoxes,
     pose_of_inner,
-    reach_of_part,
+    reach_of_component,
 )
-from cdcore.narrow.containment.placed_points import margin_at, seen_point
+from cdcore.narrow.containment.placed_points import margin_at, point_in_outer
 from cdcore.narrow.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
 from cdcore.narrow.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
 from cdcore.narrow.containment.winding_surface import CLOSED, HOLED, OPEN, WindingSurface
@@ -66,7 +66,7 @@ def outline_of(mesh: TriangleMesh) -> FloatArray:
 
 @kernel
 def decide_by_winding(
-    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], parts: InnerParts,
+    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], components: InnerComponents,
     surface: WindingSurface, outlines: tuple[FloatArray, FloatArray], size: float, states: IntArray,
 ) -> None:  # fmt: skip
     """Write to ``states`` (K,) whether a part of one body is INSIDE another in K frames, OUTSIDE or UNDECIDED.
@@ -75,42 +75,44 @@ def decide_by_winding(
     (T, N, 3); ``ends``: the inner body and the outer one; ``outlines`` of both, in this order; ``size``: metres of both
     bodies from their origins.
     """
-    turns, places = poses
+    rotations, translations = poses
     inner, outer = ends
     crossings = np.zeros(len(surface.kinds), dtype=np.int64)
     only_open = np.all(surface.kinds == OPEN)
     boxes = OuterBoxes(surface.boxes, surface.holes, surface.first_hole)
-    seen, turn, move = np.empty(3), np.empty((3, 3)), np.empty(3)
+    point, rotation, move = np.empty(3), np.empty((3, 3)), np.empty(3)
     for k in range(len(frames)):
         frame = frames[k]
-        margin = margin_at(places, frame, inner, outer, size)
-        pose_of_inner(turns, places, frame, ends, turn, move)
+        margin = margin_at(translations, frame, inner, outer, size)
+        pose_of_inner(rotations, translations, frame, ends, rotation, move)
         states[k] = OUTSIDE
-        for i in range(len(parts.boxes)):
-            reach = reach_of_part(parts, i, boxes, turn, move, margin)
+        for i in range(len(components.boxes)):
+            reach = reach_of_component(components, i, boxes, rotation, move, margin)
             if reach == BESIDE:
                 continue
             state = MAY_REACH if reach == AT_HOLE else UNCERTAIN
-            for n in range(parts.first_point[i], parts.first_point[i + 1]):
-                seen[0], seen[1], seen[2] = seen_point(turns, places, frame, inner, outer, parts.points, n)
-                found = UNCERTAIN
-                if ray_crossings(surface.grid, surface.part, seen, margin, crossings) != RAY_UNCERTAIN:
-                    found = side_of_surface(surface, seen, margin, crossings)
-                state = side_of_part(state, found, reach == AT_HOLE)
+            for n in range(components.first_point[i], components.first_point[i + 1]):
+                point[0], point[1], point[2] = point_in_outer(
+                    rotations, translations, frame, inner, outer, components.points, n
+                )
+                point_side = UNCERTAIN
+                if ray_crossings(surface.grid, surface.component, point, margin, crossings) != RAY_UNCERTAIN:
+                    point_side = side_of_surface(surface, point, margin, crossings)
+                state = side_of_component(state, point_side, reach == AT_HOLE)
                 # For certain nothing is inside a part with an opening: without others no more points are asked.
                 if state == INSIDE or (state == OUTSIDE and reach == WITHIN) or (state == UNDECIDED and only_open):
                     break
             states[k] = worse(states[k], state)
             if state == INSIDE:
                 break
-        if states[k] in (UNDECIDED, MAY_REACH) and hulls_apart(outlines, turn, move, margin):
+        if states[k] in (UNDECIDED, MAY_REACH) and hulls_separated(outlines, rotation, move, margin):
             states[k] = OUTSIDE
 
 
 @kernel
 def side_of_surface(surface: WindingSurface, point: FloatArray, margin: float, crossings: IntArray) -> int:
     """INSIDE, OUTSIDE or UNDECIDED for a point (3,) that each closed part goes round ``crossings`` (K,) times."""
-    stay_one_function()
+    never_inlined()
     total, around, opposed, undecided = 0, False, False, False
     for k in range(len(surface.kinds)):
         beside = False
@@ -118,25 +120,25 @@ def side_of_surface(surface: WindingSurface, point: FloatArray, margin: float, c
             beside |= point[a] < surface.boxes[k, 0, a] - margin or point[a] > surface.boxes[k, 1, a] + margin
         if beside:
             continue
-        turns = crossings[k]
+        windings = crossings[k]
         if surface.kinds[k] != CLOSED:
-            undecided |= not decided_by_part(surface, k, point, turns)
-        if turns != 0:
-            total, around, opposed = total + turns, True, opposed or surface.opposed[k] != 0
+            undecided |= not decided_by_component(surface, k, point, windings)
+        if windings != 0:
+            total, around, opposed = total + windings, True, opposed or surface.opposed[k] != 0
     if undecided or (total == 0 and around and opposed):
         return UNDECIDED
     return INSIDE if total != 0 else OUTSIDE
 
 
 @kernel
-def decided_by_part(surface: WindingSurface, k: int, point: FloatArray, turns: int) -> bool:
+def decided_by_component(surface: WindingSurface, k: int, point: FloatArray, windings: int) -> bool:
     """Whether part ``k``, which has holes and with its caps goes round a point so many times, tells its side."""
-    stay_one_function()
+    never_inlined()
     lost = surface.kinds[k] == HOLED
-    if turns != 0 and not lost:
+    if windings != 0 and not lost:
         return False
     of_caps = winding_number_at(point, surface.caps, surface.first_cap[k], surface.first_cap[k + 1])
-    if turns != 0:
+    if windings != 0:
         return abs(of_caps) <= HOLED_MARGIN
     # Outside, in front of a hole, the number rises towards one half; beside and behind it, it is below 0.
     in_front = abs(of_caps) if surface.signs[k] == 0 else -surface.signs[k] * of_caps
@@ -144,15 +146,15 @@ def decided_by_part(surface: WindingSurface, k: int, point: FloatArray, turns: i
 
 
 @kernel
-def side_of_part(so_far: int, found: int, at_hole: bool) -> int:
-    """The side of a part of which ``found`` is that of one more point.
+def side_of_component(so_far: int, point_side: int, at_hole: bool) -> int:
+    """The side of a part of which ``point_side`` is that of one more point.
 
     One point that is inside tells; one that is outside tells where the part keeps away from holes.
     """
-    stay_one_function()
-    if found == INSIDE or (found == OUTSIDE and not at_hole):
-        return found
-    if found == UNDECIDED or (at_hole and found == UNCERTAIN):
+    never_inlined()
+    if point_side == INSIDE or (point_side == OUTSIDE and not at_hole):
+        return point_side
+    if point_side == UNDECIDED or (at_hole and point_side == UNCERTAIN):
         return UNDECIDED
     return so_far
 
@@ -160,7 +162,7 @@ def side_of_part(so_far: int, found: int, at_hole: bool) -> int:
 @kernel
 def worse(first: int, second: int) -> int:
     """The state of a body of which two parts have these: one that is inside decides, then what is open."""
-    stay_one_function()
+    never_inlined()
     for state in (INSIDE, UNCERTAIN, UNDECIDED, MAY_REACH):
         if first == state or second == state:
             return state
@@ -168,28 +170,32 @@ def worse(first: int, second: int) -> int:
 
 
 @kernel
-def hulls_apart(outlines: tuple[FloatArray, FloatArray], turn: FloatArray, move: FloatArray, margin: float) -> bool:
-    """Whether the convex hulls of two bodies are more than a margin apart; the pose is as for ``reach_of_part``."""
-    stay_one_function()
+def hulls_separated(
+    outlines: tuple[FloatArray, FloatArray], rotation: FloatArray, move: FloatArray, margin: float
+) -> bool:
+    """Whether the convex hulls of two bodies keep more than a margin; the pose is as for ``reach_of_component``."""
+    never_inlined()
     inner, outer = outlines
-    return corners_apart(inner[:FEW_CORNERS], outer[:FEW_CORNERS], turn, move, margin) and corners_apart(
-        inner, outer, turn, move, margin
+    return corners_separated(inner[:FEW_CORNERS], outer[:FEW_CORNERS], rotation, move, margin) and corners_separated(
+        inner, outer, rotation, move, margin
     )
 
 
 @kernel
-def corners_apart(inner: FloatArray, outer: FloatArray, turn: FloatArray, move: FloatArray, margin: float) -> bool:
+def corners_separated(
+    inner: FloatArray, outer: FloatArray, rotation: FloatArray, move: FloatArray, margin: float
+) -> bool:
     """The same of the hulls of some corners (n, 3) of each body.
 
     Source: GJK, as in ``cdcore.narrow.published_trees.gjk``.
     """
-    stay_one_function()
+    never_inlined()
     placed, room = np.empty_like(inner), np.empty(36)
     for n in range(len(inner)):
         for a in range(3):
             placed[n, a] = move[a]
             for b in range(3):
-                placed[n, a] += turn[a, b] * inner[n, b]
+                placed[n, a] += rotation[a, b] * inner[n, b]
     count, v = 0, (placed[0, 0] - outer[0, 0], placed[0, 1] - outer[0, 1], placed[0, 2] - outer[0, 2])
     for _ in range(MOST_HULL_STEPS):
         p, q = furthest(placed, v, -1.0), furthest(outer, v, 1.0)
@@ -209,7 +215,7 @@ def corners_apart(inner: FloatArray, outer: FloatArray, turn: FloatArray, move: 
 @kernel
 def furthest(points: FloatArray, direction: tuple[float, float, float], sign: float) -> int:
     """Number of the point (n, 3) that lies furthest along a direction, or with -1 furthest against it."""
-    stay_one_function()
+    never_inlined()
     best, most = 0, -np.inf
     for n in range(len(points)):
         along = points[n, 0] * direction[0] + points[n, 1] * direction[1] + points[n, 2] * direction[2]

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, stay_one_function
+from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.narrow.triangles.integers import Vector, difference, dot, integer_points, normal
 from cdcore.numerics import FloatArray, IntArray
 
@@ -33,14 +33,14 @@ OVERLAP: Final = 1e-3
 class InsideGrid(NamedTuple):
     """Triangles of a closed mesh, (f, 3, 3), by the cells of their projection along x.
 
-    ``low``, ``high`` (f, 3): least and largest coordinates of a triangle; ``box`` (2, 3): of all. ``size``: most metres
-    from the origin. There are ``cells`` a side, ``scale`` a metre, each larger by ``overlap``; the triangles of a cell
-    begin at ``start`` (cells^2 + 1,) in ``items``.
+    ``lower``, ``upper`` (f, 3): least and largest coordinates of a triangle; ``box`` (2, 3): of all. ``size``: most
+    metres from the origin. There are ``cells`` a side, ``scale`` a metre, each larger by ``overlap``; the triangles of
+    a cell begin at ``start`` (cells^2 + 1,) in ``items``.
     """
 
     triangles: FloatArray
-    low: FloatArray
-    high: FloatArray
+    lower: FloatArray
+    upper: FloatArray
     box: FloatArray
     size: float
     cells: int
@@ -57,15 +57,15 @@ def build_inside_grid(triangles: FloatArray) -> InsideGrid:
         return InsideGrid(
             triangles, nothing, nothing, np.zeros((2, 3)), 0.0, 1, 1.0, 0.0, np.zeros(2, np.int64), no_number
         )
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
-    box = np.array([low.min(axis=0), high.max(axis=0)])
+    lower, upper = triangles.min(axis=1), triangles.max(axis=1)
+    box = np.array([lower.min(axis=0), upper.max(axis=0)])
     extent = float((box[1] - box[0]).max())
     cells, overlap = int(min(max(np.sqrt(len(triangles) / 2), 1), MOST_CELLS)), OVERLAP * extent
     # A closed mesh has a size; the guard is for the smallest of doubles.
     scale = cells / max(extent, float(np.finfo(np.float64).tiny))
     first, last = (
         np.clip(((ends - box[0])[:, 1:] * scale).astype(np.int64), 0, cells - 1)
-        for ends in (low - overlap, high + overlap)
+        for ends in (lower - overlap, upper + overlap)
     )
     rows, columns = (last - first + 1).T
     count = rows * columns
@@ -75,23 +75,23 @@ def build_inside_grid(triangles: FloatArray) -> InsideGrid:
     start = np.searchsorted(np.sort(cell), np.arange(cells**2 + 1))
     items = triangle[np.argsort(cell, kind="stable")]
     size = float(np.abs(triangles).sum(axis=2).max())
-    return InsideGrid(triangles, low, high, box, size, cells, scale, overlap, start, items)
+    return InsideGrid(triangles, lower, upper, box, size, cells, scale, overlap, start, items)
 
 
 @kernel
 def point_state(grid: InsideGrid, point: FloatArray, margin: float) -> int:
     """OUTSIDE, INSIDE or UNCERTAIN for a point (3,) with a margin, by a ray along +x."""
-    stay_one_function()
+    never_inlined()
     y, z = (point[1] - grid.box[0, 1]) * grid.scale, (point[2] - grid.box[0, 2]) * grid.scale
     # Asked this way round, what is not a number is uncertain.
     if not (0.0 <= y < grid.cells and 0.0 <= z < grid.cells and margin < grid.overlap):
         return UNCERTAIN
     cell, reach, crossings = int(y) * grid.cells + int(z), 2.0 * margin, 0
-    for place in range(grid.start[cell], grid.start[cell + 1]):
-        face = grid.items[place]
-        beside = point[0] > grid.high[face, 0] + reach
+    for index in range(grid.start[cell], grid.start[cell + 1]):
+        face = grid.items[index]
+        beside = point[0] > grid.upper[face, 0] + reach
         for k in (1, 2):
-            beside |= point[k] < grid.low[face, k] - reach or point[k] > grid.high[face, k] + reach
+            beside |= point[k] < grid.lower[face, k] - reach or point[k] > grid.upper[face, k] + reach
         if not beside:
             state = triangle_crossed(grid.triangles[face], point, margin)
             if state == UNCERTAIN:
@@ -103,7 +103,7 @@ def point_state(grid: InsideGrid, point: FloatArray, margin: float) -> int:
 @kernel
 def triangle_crossed(corners: FloatArray, point: FloatArray, margin: float) -> int:
     """Whether a ray from a point (3,) along +x crosses a triangle (3, 3): INSIDE, OUTSIDE or UNCERTAIN."""
-    stay_one_function()
+    never_inlined()
     least, most, opened = 1, -1, False
     for k in range(3):
         side = edge_side(corners, k, (k + 1) % 3, point, margin)
@@ -126,7 +126,7 @@ def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, marg
 
     With every coordinate off by the margin m, the cross product changes by at most 2 m (|e|_1 + |r|_1 + 4 m).
     """
-    stay_one_function()
+    never_inlined()
     e, f = corners[end, 1] - corners[start, 1], corners[end, 2] - corners[start, 2]
     r, s = point[1] - corners[start, 1], point[2] - corners[start, 2]
     bound = 2.0 * margin * (abs(e) + abs(f) + abs(r) + abs(s) + 4.0 * margin)
@@ -137,7 +137,7 @@ def edge_side(corners: FloatArray, start: int, end: int, point: FloatArray, marg
 @kernel
 def plane_side(corners: FloatArray, point: FloatArray, margin: float) -> int:
     """1 or -1: on which side of the triangle's plane the point lies; 0 if the margin leaves it open."""
-    stay_one_function()
+    never_inlined()
     volume, size_e, size_f, size_r = 0.0, 6.0 * margin, 6.0 * margin, 6.0 * margin
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -165,9 +165,9 @@ def crossed_faces(point: FloatArray, triangles: FloatArray) -> tuple[list[int], 
     what can be decided by comparing them, integers the rest. Source: the half-open rule is the usual one of polygon
     filling.
     """
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
-    column = (low[:, 1:] <= point[1:]).all(axis=1) & (high[:, 1:] >= point[1:]).all(axis=1)
-    column &= high[:, 0] >= point[0]
+    lower, upper = triangles.min(axis=1), triangles.max(axis=1)
+    column = (lower[:, 1:] <= point[1:]).all(axis=1) & (upper[:, 1:] >= point[1:]).all(axis=1)
+    column &= upper[:, 0] >= point[0]
     (start, *corners), _ = integer_points(np.concatenate([point[None], triangles[column].reshape(-1, 3)]))
     numbers, facings = [], []
     for face, a, b, c in zip(np.flatnonzero(column).tolist(), corners[::3], corners[1::3], corners[2::3], strict=True):

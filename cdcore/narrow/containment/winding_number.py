@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, stay_one_function
+from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.narrow.containment.ray_parity import UNCERTAIN, InsideGrid, triangle_crossed
 from cdcore.numerics import FloatArray, IntArray
 
@@ -53,7 +53,7 @@ def winding_numbers(points: FloatArray, triangles: FloatArray) -> FloatArray:
 @kernel
 def winding_number_at(point: FloatArray, triangles: FloatArray, first: int, stop: int) -> float:
     """The generalised winding number of triangles ``first`` to ``stop`` of (f, 3, 3) at a point (3,)."""
-    stay_one_function()
+    never_inlined()
     total = 0.0
     for f in range(first, stop):
         ax, ay, az = triangles[f, 0, 0] - point[0], triangles[f, 0, 1] - point[1], triangles[f, 0, 2] - point[2]
@@ -72,13 +72,13 @@ def winding_number_at(point: FloatArray, triangles: FloatArray, first: int, stop
 
 
 @kernel
-def ray_crossings(grid: InsideGrid, part: IntArray, point: FloatArray, margin: float, crossings: IntArray) -> int:
+def ray_crossings(grid: InsideGrid, component: IntArray, point: FloatArray, margin: float, crossings: IntArray) -> int:
     """Count how often each closed part goes round a point (3,), by a ray along +x.
 
-    ``part`` (f,) is the part of each triangle of the grid; ``crossings`` (K,) gets the whole winding number of each.
-    Returns 0, or ``RAY_UNCERTAIN`` where moving every point by the margin could change a crossing.
+    ``component`` (f,) is the part of each triangle of the grid; ``crossings`` (K,) gets the whole winding number of
+    each. Returns 0, or ``RAY_UNCERTAIN`` where moving every point by the margin could change a crossing.
     """
-    stay_one_function()
+    never_inlined()
     crossings[:] = 0
     for i in range(3):
         if point[i] < grid.box[0, i] - margin or point[i] > grid.box[1, i] + margin:
@@ -90,23 +90,23 @@ def ray_crossings(grid: InsideGrid, part: IntArray, point: FloatArray, margin: f
     cell, reach = int(y) * grid.cells + int(z), 2.0 * margin
     for k in range(grid.start[cell], grid.start[cell + 1]):
         face = grid.items[k]
-        beside = point[0] > grid.high[face, 0] + reach
+        beside = point[0] > grid.upper[face, 0] + reach
         for i in (1, 2):
-            beside |= point[i] < grid.low[face, i] - reach or point[i] > grid.high[face, i] + reach
+            beside |= point[i] < grid.lower[face, i] - reach or point[i] > grid.upper[face, i] + reach
         if beside:
             continue
         state = triangle_crossed(grid.triangles[face], point, margin)
         if state == UNCERTAIN:
             return RAY_UNCERTAIN
         if state:
-            crossings[part[face]] += facing(grid.triangles[face])
+            crossings[component[face]] += facing(grid.triangles[face])
     return 0
 
 
 @kernel
 def facing(corners: FloatArray) -> int:
     """1 where the normal of a triangle (3, 3) points along +x, so that a ray leaves through it; -1 where it enters."""
-    stay_one_function()
+    never_inlined()
     e, f = corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
     r, s = corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
     return 1 if e * s - f * r > 0.0 else -1

@@ -20,7 +20,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from cdcore.mesh import TriangleMesh, once_a_mesh, winding
-from cdcore.narrow.containment.closed_parts import parts_near_each_other, parts_that_meet
+from cdcore.narrow.containment.closed_parts import components_near_each_other, components_that_meet
 from cdcore.narrow.containment.ray_parity import InsideGrid, build_inside_grid
 from cdcore.narrow.containment.winding_number import winding_numbers
 from cdcore.numerics import BoolArray, FloatArray, IntArray
@@ -56,7 +56,7 @@ MOST_TRACED: Final = 20_000
 """Edges of rims that are followed: a mesh with more has no holes, it is loose triangles."""
 
 
-class PartKind(IntEnum):
+class ComponentKind(IntEnum):
     """What a connected part of a surface is."""
 
     CLOSED = 0
@@ -67,21 +67,21 @@ class PartKind(IntEnum):
     """It has an opening: no one knows whether it is filled."""
 
 
-CLOSED, HOLED, OPEN = (int(kind) for kind in PartKind)
+CLOSED, HOLED, OPEN = (int(kind) for kind in ComponentKind)
 
 
 class WindingSurface(NamedTuple):
     """K parts of a surface, with caps, in the body's frame.
 
-    ``grid`` holds the faces and all caps, ``part`` (f,) the part of each of its triangles. ``boxes`` (K, 2, 3) of the
-    parts; ``kinds`` (K,) values of ``PartKind``; ``signs`` (K,): 1 where normals point out, -1 where they point in, 0
-    of a flat part; ``opposed`` (K,): 1 where a part crosses one that is wound the other way. Of part k are ``caps``
-    (c, 3, 3) from ``first_cap[k]`` to ``first_cap[k + 1]``, and ``holes`` (h, 2, 3), boxes of rims, from
+    ``grid`` holds the faces and all caps, ``component`` (f,) the part of each of its triangles. ``boxes`` (K, 2, 3) of
+    the parts; ``kinds`` (K,) values of ``ComponentKind``; ``signs`` (K,): 1 where normals point out, -1 where they
+    point in, 0 of a flat part; ``opposed`` (K,): 1 where a part crosses one that is wound the other way. Of part k are
+    ``caps`` (c, 3, 3) from ``first_cap[k]`` to ``first_cap[k + 1]``, and ``holes`` (h, 2, 3), boxes of rims, from
     ``first_hole[k]`` to ``first_hole[k + 1]``.
     """
 
     grid: InsideGrid
-    part: IntArray
+    component: IntArray
     boxes: FloatArray
     kinds: IntArray
     signs: IntArray
@@ -110,33 +110,37 @@ def winding_surface(mesh: TriangleMesh) -> WindingSurface:
     """The parts of a mesh with their caps. Cost: a millisecond a thousand faces, once a mesh."""
     # Scaled by a power of two, which rounds nothing: areas of a mesh of 1e90 m overflow, of 1e-97 m they vanish.
     exponent = int(np.frexp(np.abs(mesh.triangles).max())[1])
-    parts = _joined(_parts(mesh, -exponent))
-    caps = [_stacked([hole.cap for hole in part.holes], (0, 3, 3)) for part in parts]
+    components = _joined(_components(mesh, -exponent))
+    caps = [_stacked([hole.cap for hole in component.holes], (0, 3, 3)) for component in components]
     return WindingSurface(
-        grid=build_inside_grid(np.ldexp(_stacked([part.triangles for part in parts] + caps, (0, 3, 3)), exponent)),
-        part=np.concatenate(
+        grid=build_inside_grid(
+            np.ldexp(_stacked([component.triangles for component in components] + caps, (0, 3, 3)), exponent)
+        ),
+        component=np.concatenate(
             [
-                np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
-                np.repeat(np.arange(len(parts)), [len(cap) for cap in caps]),
+                np.repeat(np.arange(len(components)), [len(component.triangles) for component in components]),
+                np.repeat(np.arange(len(components)), [len(cap) for cap in caps]),
             ]
         ).astype(np.int64),
-        boxes=np.ldexp(np.array([part.box for part in parts]).reshape(-1, 2, 3), exponent),
-        kinds=np.array([part.kind for part in parts], dtype=np.int64),
-        signs=np.array([part.sign for part in parts], dtype=np.int64),
-        opposed=_opposed(parts),
+        boxes=np.ldexp(np.array([component.box for component in components]).reshape(-1, 2, 3), exponent),
+        kinds=np.array([component.kind for component in components], dtype=np.int64),
+        signs=np.array([component.sign for component in components], dtype=np.int64),
+        opposed=_opposed(components),
         caps=np.ldexp(_stacked(caps, (0, 3, 3)), exponent),
         first_cap=_starts([len(cap) for cap in caps]),
-        holes=np.ldexp(_stacked([hole.box[None] for part in parts for hole in part.holes], (0, 2, 3)), exponent),
-        first_hole=_starts([len(part.holes) for part in parts]),
+        holes=np.ldexp(
+            _stacked([hole.box[None] for component in components for hole in component.holes], (0, 2, 3)), exponent
+        ),
+        first_hole=_starts([len(component.holes) for component in components]),
     )
 
 
-class _Part(NamedTuple):
+class _SurfaceComponent(NamedTuple):
     """A connected part: triangles (f, 3, 3), its holes, what it is, and which way its normals point."""
 
     triangles: FloatArray
     holes: list[Hole]
-    kind: PartKind
+    kind: ComponentKind
     sign: int
 
     @property
@@ -145,7 +149,7 @@ class _Part(NamedTuple):
         return np.array([self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))])
 
 
-def _parts(mesh: TriangleMesh, exponent: int) -> list[_Part]:
+def _components(mesh: TriangleMesh, exponent: int) -> list[_SurfaceComponent]:
     """The connected parts of a mesh, every face once, neighbours wound alike; lengths times 2 to the exponent."""
     faces, corners, labels = _single_faces(mesh, exponent)
     flipped = _flips(faces)
@@ -157,28 +161,36 @@ def _parts(mesh: TriangleMesh, exponent: int) -> list[_Part]:
     order = np.argsort(labels, kind="stable")
     triangles = np.split(corners[order], np.flatnonzero(np.diff(labels[order])) + 1) if holes else []
     return [
-        _Part(part, own, _kind(part, own), winding(np.concatenate([part, *(hole.cap for hole in own)])))
-        for part, own in zip(triangles, holes, strict=True)
+        _SurfaceComponent(
+            component, own, _kind(component, own), winding(np.concatenate([component, *(hole.cap for hole in own)]))
+        )
+        for component, own in zip(triangles, holes, strict=True)
     ]
 
 
-def _joined(parts: list[_Part]) -> list[_Part]:
+def _joined(components: list[_SurfaceComponent]) -> list[_SurfaceComponent]:
     """Closed parts and parts that lost faces as they are; all others as one, for together they may enclose something.
 
     Fewer flat sheets than ``FEWEST_SIDES`` enclose nothing and are left out.
     """
-    closed = [part for part in parts if part.kind != PartKind.OPEN]
-    flat = [part for part in parts if part.kind == PartKind.OPEN and _is_flat(part.triangles)]
-    curved = [part for part in parts if part.kind == PartKind.OPEN and not _is_flat(part.triangles)]
+    closed = [component for component in components if component.kind != ComponentKind.OPEN]
+    flat = [
+        component for component in components if component.kind == ComponentKind.OPEN and _is_flat(component.triangles)
+    ]
+    curved = [
+        component
+        for component in components
+        if component.kind == ComponentKind.OPEN and not _is_flat(component.triangles)
+    ]
     others = curved + (flat if len(flat) >= FEWEST_SIDES else [])
     if len(others) <= 1:
         return closed + others
-    signs = {part.sign for part in others}
-    triangles = np.concatenate([part.triangles for part in others])
-    together = _Part(
+    signs = {component.sign for component in others}
+    triangles = np.concatenate([component.triangles for component in others])
+    together = _SurfaceComponent(
         triangles,
-        [hole for part in others for hole in part.holes],
-        PartKind.OPEN,
+        [hole for component in others for hole in component.holes],
+        ComponentKind.OPEN,
         signs.pop() if len(signs) == 1 else 0,
     )
     return [*closed, together]
@@ -299,7 +311,7 @@ def _rims(faces: IntArray) -> Iterator[tuple[int, list[int]]]:
     if not len(chosen):
         return
     if len(chosen) > MOST_TRACED:
-        yield from _rim_of_each_part(chosen, faces)
+        yield from _rim_of_each_component(chosen, faces)
         return
     onward: dict[int, list[int]] = {}
     for number in chosen.tolist():
@@ -322,7 +334,7 @@ def _rims(faces: IntArray) -> Iterator[tuple[int, list[int]]]:
             visited[corner] = len(path)
 
 
-def _rim_of_each_part(chosen: IntArray, faces: IntArray) -> Iterator[tuple[int, list[int]]]:
+def _rim_of_each_component(chosen: IntArray, faces: IntArray) -> Iterator[tuple[int, list[int]]]:
     """All edges of a part's rims as one, for a mesh of too many rims."""
     vertices = int(faces.max()) + 1
     nodes = faces.ravel()
@@ -349,28 +361,28 @@ def _hole(rim: list[int], corners: FloatArray) -> Hole:
     return Hole(cap, np.array([begin.min(axis=0), begin.max(axis=0)]), smooth)
 
 
-def _kind(part: FloatArray, holes: list[Hole]) -> PartKind:
+def _kind(component: FloatArray, holes: list[Hole]) -> ComponentKind:
     """What a part (f, 3, 3) with these holes is."""
     if not holes:
-        return PartKind.CLOSED
+        return ComponentKind.CLOSED
     caps = [hole.area for hole in holes]
-    whole = float(_areas(part).sum()) + sum(caps)
+    whole = float(_areas(component).sum()) + sum(caps)
     if sum(caps) > LARGEST_FRACTION * whole:
-        return PartKind.OPEN
+        return ComponentKind.OPEN
     for hole, area in zip(holes, caps, strict=True):
         few = len(hole.cap) <= MOST_RIM_EDGES and hole.smooth
         if area > TINY_FRACTION * whole and not few:
-            return PartKind.OPEN
-    return PartKind.HOLED
+            return ComponentKind.OPEN
+    return ComponentKind.HOLED
 
 
-def _opposed(parts: list[_Part]) -> IntArray:
+def _opposed(components: list[_SurfaceComponent]) -> IntArray:
     """1 for each part that crosses or touches another that is wound the other way."""
-    opposed = np.zeros(len(parts), dtype=np.int64)
-    triangles = [part.triangles for part in parts]
-    near = [(k, j) for k, j in parts_near_each_other(triangles) if parts[k].sign * parts[j].sign < 0]
+    opposed = np.zeros(len(components), dtype=np.int64)
+    triangles = [component.triangles for component in components]
+    near = [(k, j) for k, j in components_near_each_other(triangles) if components[k].sign * components[j].sign < 0]
     if near:
-        for (k, j), meet in zip(near, parts_that_meet(triangles, near).tolist(), strict=True):
+        for (k, j), meet in zip(near, components_that_meet(triangles, near).tolist(), strict=True):
             opposed[[k, j]] |= meet
     return opposed
 

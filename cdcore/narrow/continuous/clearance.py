@@ -17,24 +17,24 @@ from cdcore.narrow.pair_frames import Poses
 from cdcore.numerics import BoolArray, FloatArray
 
 
-def certainly_apart(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
+def certainly_separated(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
     """Whether the surfaces of two ``trees`` keep more than ``reach`` (K,), metres, at each of K poses of both, (K,)."""
-    (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
-    back = turn_b.transpose(0, 2, 1)
+    (rotation_a, move_a), (rotation_b, move_b) = pose_a, pose_b
+    back = rotation_b.transpose(0, 2, 1)
     moves = back @ (move_a - move_b)[..., None]
-    poses = np.concatenate([(back @ turn_a).reshape(-1, 9), moves[..., 0]], axis=1)
-    apart = np.empty(len(reach), dtype=np.bool_)
-    keep_reach(trees[0], trees[1], poses, reach, make_room(trees[0], trees[1], most_items=0), apart)
-    return apart
+    poses = np.concatenate([(back @ rotation_a).reshape(-1, 9), moves[..., 0]], axis=1)
+    separated = np.empty(len(reach), dtype=np.bool_)
+    keep_reach(trees[0], trees[1], poses, reach, make_room(trees[0], trees[1], most_items=0), separated)
+    return separated
 
 
 @kernel
 def keep_reach(
-    tree_a: BoxTree, tree_b: BoxTree, poses: FloatArray, reach: FloatArray, room: Room, apart: BoolArray
+    tree_a: BoxTree, tree_b: BoxTree, poses: FloatArray, reach: FloatArray, room: Room, separated: BoolArray
 ) -> None:
-    """Fill ``apart`` (K,) for poses (K, 12) of A seen from B; a ``room`` for no items ends the search at the first."""
+    """Fill ``separated`` (K,) for poses (K, 12) of A seen from B; a ``room`` without items ends it at the first."""
     for k in range(len(poses)):
         for entry in range(12):
             room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
         room.waiting[0, 0], room.waiting[0, 1] = 0, 0
-        apart[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0) == 0
+        separated[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0) == 0

@@ -40,8 +40,8 @@ class HolePassages:
         for column, rows in rows_of_columns(columns):
             for search in self._searches.get(column, []):
                 clear = frames[rows][verdict[frames[rows], column] == Verdict.CLEAR]
-                found = search.decide(motion.times, *poses, clear, np.zeros_like(clear))
-                verdict[clear[found.states != FREE], column] = Verdict.UNRESOLVED
+                answer = search.decide(motion.times, *poses, clear, np.zeros_like(clear))
+                verdict[clear[answer.states != FREE], column] = Verdict.UNRESOLVED
                 count += len(clear)
         return count
 

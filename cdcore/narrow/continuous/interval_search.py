@@ -11,11 +11,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.kernels.vectors import placed
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.motion_segments import pose_at, seen_from
-from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay_apart, turned_between
+from cdcore.narrow.continuous.motion_segments import pose_at, relative_to
+from cdcore.narrow.continuous.swept import CORNERS, angle_between, boxes_stay_separated, faces_stay_separated
 from cdcore.narrow.face_pair import placed_pair_meets
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, FloatArray, IntArray
@@ -35,13 +35,13 @@ BOXES, FACES = 0, 1
 """Kinds of items."""
 MOST_ITEMS: Final = 1 << 17
 """Pairs kept at a time, 1.5 MB; more than that end the effort for the part."""
-MOST_PARTS: Final = 256
+MOST_INTERVALS: Final = 256
 """Depth of the halving is at most 60 (a double has 53 bits), two parts waiting at each."""
 
 SPEED, ACCELERATION, PAD, SHORTEST = range(4)
 """Places of what bounds one leg of A seen from B, per unit of the leg; parts as short as the last are never halved."""
 
-BOX_TESTS, FACE_TESTS, MEETING_TESTS, PARTS = range(4)
+BOX_TESTS, FACE_TESTS, MEETING_TESTS, INTERVALS = range(4)
 """Places of the counters in ``Room.work``."""
 COUNTERS: Final = 4
 
@@ -50,21 +50,21 @@ class Room(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
     ``items`` (n, 3) kind, A, B; ``waiting`` (n, 2) pairs of nodes still to be tested within a part;
-    ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their first item and
-    the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested,
-    two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the faces
-    (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
+    ``intervals`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their first item
+    and the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is
+    tested, two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``impacts`` (4,) lo, hi, and
+    the faces (leaf order) that meet, or that are too close to prove apart; ``work`` (COUNTERS,).
     """
 
     items: Items
     waiting: Items
-    parts: FloatArray
+    intervals: FloatArray
     spans: IntArray
     poses: FloatArray
     corners: FloatArray
     pair: FloatArray
     digits: IntArray
-    found: FloatArray
+    impacts: FloatArray
     work: IntArray
 
 
@@ -72,8 +72,8 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Room(
-        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 2), dtype=np.int32), np.empty((MOST_PARTS, 2)),
-        np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
+        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 2), dtype=np.int32), np.empty((MOST_INTERVALS, 2)),
+        np.empty((MOST_INTERVALS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
         np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
     )  # fmt: skip
 
@@ -96,30 +96,30 @@ def load_corners(faces: FloatArray, face: int, pose: FloatArray, corners: FloatA
 
 
 @hot_kernel
-def face_pair_apart(
+def face_pair_separated(
     placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, poses: FloatArray,
     corners: FloatArray,
 ) -> bool:  # fmt: skip
     """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
     # Not the whole room: eighty numbers a call took a sixth of the search (2026-11).
-    stay_one_function()
+    never_inlined()
     load_corners(placed_a, face_a, poses[0], corners, 0)
     load_corners(placed_a, face_a, poses[1], corners, 9)
     for corner in range(3):
         for k in range(3):
             corners[18 + 3 * corner + k] = placed_b[face_b, 4 * k + corner]
-    return bool(faces_stay_apart(corners, margin))
+    return bool(faces_stay_separated(corners, margin))
 
 
 @hot_kernel
 def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Room, end: int) -> int:
     """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
-    stay_one_function()
+    never_inlined()
     placed_a, placed_b = tree_a.placed, tree_b.placed
     for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
         for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
             room.work[FACE_TESTS] += 1
-            if face_pair_apart(placed_a, i, placed_b, j, margin, room.poses, room.corners):
+            if face_pair_separated(placed_a, i, placed_b, j, margin, room.poses, room.corners):
                 continue
             end = keep_item(room.items, end, FACES, i, j)
             if end < 0:
@@ -135,14 +135,14 @@ def boxes_left(
 
     Where something moves further than the boxes are large, the pair of boxes is kept for a shorter part instead.
     """
-    stay_one_function()
+    never_inlined()
     waiting, depth = room.waiting, 1
     while depth > 0:
         depth -= 1
         a, b = int(waiting[depth, 0]), int(waiting[depth, 1])
         room.work[BOX_TESTS] += 1
         box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
-        if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin):
+        if boxes_stay_separated(box_a, box_b, room.poses[0], room.poses[1], chord, margin):
             continue
         leaf_a, leaf_b = int(tree_a.links[a, 1]), int(tree_b.links[b, 1])
         fast = motion > box_a[15] + box_b[15]
@@ -167,9 +167,9 @@ def items_left(
     tree_a: BoxTree, tree_b: BoxTree, first: int, after: int, motion: float, margin: float, room: Room
 ) -> int:
     """Append what of the items ``first`` to ``after`` may meet in the part; new end or -1."""
-    stay_one_function()
+    never_inlined()
     items, end = room.items, after
-    chord = turned_between(room.poses[0], room.poses[1])
+    chord = angle_between(room.poses[0], room.poses[1])
     for k in range(first, after):
         a, b = int(items[k, 1]), int(items[k, 2])
         if items[k, 0] == BOXES:
@@ -178,7 +178,7 @@ def items_left(
         else:
             room.work[FACE_TESTS] += 1
             placed_a, placed_b = tree_a.placed, tree_b.placed
-            if not face_pair_apart(placed_a, a, placed_b, b, margin, room.poses, room.corners):
+            if not face_pair_separated(placed_a, a, placed_b, b, margin, room.poses, room.corners):
                 end = keep_item(items, end, FACES, a, b)
         if end < 0:
             return end
@@ -186,7 +186,7 @@ def items_left(
 
 
 @kernel
-def look(
+def first_meeting(
     tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
     end: int, room: Room,
 ) -> float:  # fmt: skip
@@ -194,33 +194,33 @@ def look(
 
     Faces whose exponents lie too far apart for exact sums do not count as meeting.
     """
-    stay_one_function()
-    for share in (0.5 * (start + stop), stop):
-        pose_at(leg_a, share, room.poses[2])
-        pose_at(leg_b, share, room.poses[3])
+    never_inlined()
+    for fraction in (0.5 * (start + stop), stop):
+        pose_at(leg_a, fraction, room.poses[2])
+        pose_at(leg_b, fraction, room.poses[3])
         for k in range(first, end):
             room.work[MEETING_TESTS] += 1
             load_corners(tree_a.placed, int(room.items[k, 1]), room.poses[2], room.pair, 0)
             load_corners(tree_b.placed, int(room.items[k, 2]), room.poses[3], room.pair, 9)
             if placed_pair_meets(room.pair, room.digits) == 1:
-                room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
-                return share
+                room.impacts[2], room.impacts[3] = room.items[k, 1], room.items[k, 2]
+                return fraction
     return -1.0
 
 
 @hot_kernel
 def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
     """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
-    for k, share in enumerate((start, stop)):
-        pose_at(leg_a, share, room.poses[4])
-        pose_at(leg_b, share, room.poses[5])
-        seen_from(room.poses[4], room.poses[5], room.poses[k])
+    for k, fraction in enumerate((start, stop)):
+        pose_at(leg_a, fraction, room.poses[4])
+        pose_at(leg_b, fraction, room.poses[5])
+        relative_to(room.poses[4], room.poses[5], room.poses[k])
 
 
 @hot_kernel
-def keep_part(room: Room, depth: int, start: float, stop: float, first: int, after: int) -> int:
+def keep_interval(room: Room, depth: int, start: float, stop: float, first: int, after: int) -> int:
     """Put a part with items ``first`` to ``after`` on the stack; its new depth."""
-    room.parts[depth, 0], room.parts[depth, 1] = start, stop
+    room.intervals[depth, 0], room.intervals[depth, 1] = start, stop
     room.spans[depth, 0], room.spans[depth, 1] = first, after
     return depth + 1
 
@@ -230,20 +230,20 @@ def first_contact(
     tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: FloatArray, tolerance: float,
     effort: int, room: Room,
 ) -> int:  # fmt: skip
-    """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.found``.
+    """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.impacts``.
 
     Parts in which something moves further than ``tolerance``, metres, are always halved; ``effort``: box and face tests
     spent on the others. ``bounds`` (4,). A contact at the very start is not looked for: who asks knows it.
     """
-    stay_one_function()
-    items, found = room.items, room.found
-    depth = keep_part(room, 0, 0.0, 1.0, 0, keep_item(items, 0, BOXES, 0, 0))
+    never_inlined()
+    items, impacts = room.items, room.impacts
+    depth = keep_interval(room, 0, 0.0, 1.0, 0, keep_item(items, 0, BOXES, 0, 0))
     state, spent = FREE, 0
     while depth > 0:
         depth -= 1
         start, stop, first, after = (
-            room.parts[depth, 0],
-            room.parts[depth, 1],
+            room.intervals[depth, 0],
+            room.intervals[depth, 1],
             room.spans[depth, 0],
             room.spans[depth, 1],
         )
@@ -251,7 +251,7 @@ def first_contact(
         motion = bounds[SPEED] * width
         slow = motion <= tolerance
         last = width <= bounds[SHORTEST] or (slow and spent > effort)
-        room.work[PARTS] += 1
+        room.work[INTERVALS] += 1
         place_ends(leg_a, leg_b, start, stop, room)
         before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
         margin = bounds[PAD] + 0.125 * width * width * bounds[ACCELERATION]
@@ -262,18 +262,18 @@ def first_contact(
             continue
         if end >= 0 and not last:
             middle = 0.5 * (start + stop)
-            depth = keep_part(room, depth, middle, stop, after, end)
-            depth = keep_part(room, depth, start, middle, after, end)
+            depth = keep_interval(room, depth, middle, stop, after, end)
+            depth = keep_interval(room, depth, start, middle, after, end)
             continue
-        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, after, end, room) if end >= 0 else -1.0
+        fraction = first_meeting(tree_a, leg_a, tree_b, leg_b, start, stop, after, end, room) if end >= 0 else -1.0
         if state == FREE:
-            found[0] = start
-        if share >= 0.0:
-            found[1] = share
+            impacts[0] = start
+        if fraction >= 0.0:
+            impacts[1] = fraction
             return HIT
-        found[1] = stop
+        impacts[1] = stop
         if end >= 0:
-            found[2], found[3] = items[after, 1], items[after, 2]
+            impacts[2], impacts[3] = items[after, 1], items[after, 2]
         state = max(state, TOO_CLOSE if width <= bounds[SHORTEST] else TOO_LONG)
     return state
 
@@ -281,13 +281,13 @@ def first_contact(
 @kernel
 def search_legs(
     tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, bounds: FloatArray, tolerance: float,
-    effort: int, room: Room, states: ByteArray, found: FloatArray,
+    effort: int, room: Room, states: ByteArray, impacts: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill ``states`` (K,) and ``found`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
+    """Fill ``states`` (K,) and ``impacts`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
     with their ``bounds`` (K, 4).
     """
     for k in range(len(bounds)):
         states[k] = first_contact(tree_a, legs_a[k], tree_b, legs_b[k], bounds[k], tolerance, effort, room)
         if states[k] != FREE:
             for number in range(4):
-                found[k, number] = room.found[number]
+                impacts[k, number] = room.impacts[number]

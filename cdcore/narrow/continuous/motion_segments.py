@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel, stay_one_function
+from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
@@ -38,23 +38,23 @@ LEG_SKEW_FACTOR: Final = 16.0
 BOUND_SLACK: Final = 1.0 + 2.0**-30
 """Covers the rounding of speeds and accelerations, relative to them."""
 
-HALF_TURN_SLACK: Final = 1e-9
+STRAIGHT_ANGLE_SLACK: Final = 1e-9
 """Radians from half a turn at which rounding decides which way round is the shorter."""
 
 
-def legs_of(rotations: FloatArray, places: FloatArray, frames: IntArray) -> FloatArray:
+def legs_of(rotations: FloatArray, translations: FloatArray, frames: IntArray) -> FloatArray:
     """Legs (28, K) of a body from ``frames - 1`` to ``frames`` (K,), of its rotations (T, 3, 3) and places (T, 3).
 
     Here and below legs stand side by side, so that a step is one pass over all of them.
     """
     before, after = (np.ascontiguousarray(rotations[k].reshape(-1, 9).T) for k in (frames - 1, frames))
-    way = quaternions_of(_turned_back(before, after))
-    length = _length(way[:3])
-    angle = 2.0 * np.arctan2(length, np.abs(way[3]))
+    quaternions = quaternions_of(_unrotated(before, after))
+    length = _length(quaternions[:3])
+    angle = 2.0 * np.arctan2(length, np.abs(quaternions[3]))
     # A rotation that is not exactly orthonormal would turn from itself to itself.
     angle[(before == after).all(axis=0)] = 0.0
-    axis = way[:3] / np.copysign(np.where(length > 0.0, length, 1.0), way[3])
-    return np.concatenate([before, places[frames - 1].T, after, places[frames].T, axis, angle[None]])
+    axis = quaternions[:3] / np.copysign(np.where(length > 0.0, length, 1.0), quaternions[3])
+    return np.concatenate([before, translations[frames - 1].T, after, translations[frames].T, axis, angle[None]])
 
 
 def quaternions_of(rotations: FloatArray) -> FloatArray:
@@ -71,7 +71,7 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     return squares[diagonal.argmax(axis=0), :, np.arange(len(trace))].T
 
 
-def _turned_back(first: FloatArray, second: FloatArray) -> FloatArray:
+def _unrotated(first: FloatArray, second: FloatArray) -> FloatArray:
     """Products R^T S (3, 3, K) of matrices (9, K)."""
     return np.einsum("iak,ibk->abk", first.reshape(3, 3, -1), second.reshape(3, 3, -1))
 
@@ -81,16 +81,16 @@ def _length(vectors: FloatArray) -> FloatArray:
 
 
 @kernel
-def pose_at(leg: FloatArray, share: float, pose: FloatArray) -> None:
+def pose_at(leg: FloatArray, fraction: float, pose: FloatArray) -> None:
     """Rotation 9 and place 3 at a share 0 to 1 of the leg, to ``pose`` (12,)."""
-    stay_one_function()
-    if share <= 0.0 or share >= 1.0:
-        first = 0 if share <= 0.0 else 12
+    never_inlined()
+    if fraction <= 0.0 or fraction >= 1.0:
+        first = 0 if fraction <= 0.0 else 12
         for k in range(12):
             pose[k] = leg[first + k]
         return
     x, y, z = leg[24], leg[25], leg[26]
-    angle = share * leg[ANGLE]
+    angle = fraction * leg[ANGLE]
     sine, half = np.sin(angle), np.sin(0.5 * angle)
     versine = 2.0 * half * half
     m00, m01, m02 = 1.0 - versine * (y * y + z * z), versine * x * y - sine * z, versine * x * z + sine * y
@@ -101,13 +101,13 @@ def pose_at(leg: FloatArray, share: float, pose: FloatArray) -> None:
         pose[3 * i] = a * m00 + b * m10 + c * m20
         pose[3 * i + 1] = a * m01 + b * m11 + c * m21
         pose[3 * i + 2] = a * m02 + b * m12 + c * m22
-        pose[9 + i] = leg[9 + i] + share * (leg[21 + i] - leg[9 + i])
+        pose[9 + i] = leg[9 + i] + fraction * (leg[21 + i] - leg[9 + i])
 
 
 @kernel
-def seen_from(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None:
+def relative_to(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None:
     """The pose (12,) in the frame of the other, to ``relative`` (12,)."""
-    stay_one_function()
+    never_inlined()
     for i in range(3):
         total = 0.0
         for k in range(3):
@@ -124,14 +124,18 @@ def angular_velocities(legs: FloatArray) -> FloatArray:
 
 def leg_bounds(legs_a: FloatArray, reach_a: float, legs_b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds (K,) of speed and acceleration, per unit of the leg, of any point of A seen from B."""
-    turn = _length(angular_velocities(legs_a) - angular_velocities(legs_b))
+    angular_speed = _length(angular_velocities(legs_a) - angular_velocities(legs_b))
     # A turn of both by rounding alone must not vanish.
-    turn += 8.0 * ROUNDOFF * (legs_a[ANGLE] + legs_b[ANGLE])
+    angular_speed += 8.0 * ROUNDOFF * (legs_a[ANGLE] + legs_b[ANGLE])
     before, after = legs_a[9:12] - legs_b[9:12], legs_a[21:24] - legs_b[21:24]
-    apart, speed = np.maximum(_length(before), _length(after)), _length(after - before)
-    turn_b = legs_b[ANGLE]
-    first = turn * reach_a + speed + turn_b * apart
-    second = (turn * turn + turn * turn_b) * reach_a + turn_b * turn_b * apart + 2.0 * turn_b * speed
+    distance, speed = np.maximum(_length(before), _length(after)), _length(after - before)
+    rotation_b = legs_b[ANGLE]
+    first = angular_speed * reach_a + speed + rotation_b * distance
+    second = (
+        (angular_speed * angular_speed + angular_speed * rotation_b) * reach_a
+        + rotation_b * rotation_b * distance
+        + 2.0 * rotation_b * speed
+    )
     return first * BOUND_SLACK, second * BOUND_SLACK
 
 
@@ -140,8 +144,11 @@ def leg_pads(legs_a: FloatArray, reach_a: float, legs_b: FloatArray, reach_b: fl
     size: FloatArray = np.full(legs_a.shape[1], reach_a + reach_b)
     skew = np.zeros_like(size)
     for legs in (legs_a, legs_b):
-        turns = [_turned_back(turn, turn).reshape(9, -1) - np.eye(3).reshape(9, 1) for turn in (legs[:9], legs[12:21])]
+        residuals = [
+            _unrotated(angular_speed, angular_speed).reshape(9, -1) - np.eye(3).reshape(9, 1)
+            for angular_speed in (legs[:9], legs[12:21])
+        ]
         size += np.maximum(_length(legs[9:12]), _length(legs[21:24]))
-        skew += np.maximum(*(_length(error) for error in turns))
+        skew += np.maximum(*(_length(error) for error in residuals))
     pad = position_pad(size, skew) + (LEG_ULPS * ROUNDOFF + LEG_SKEW_FACTOR * skew) * size
     return np.where((size <= LARGEST_SIZE) & (skew <= LARGEST_SKEW), pad, np.inf)

@@ -6,8 +6,8 @@ direction is measured on the corners at both ends, however it was found.
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
-from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, placed, turned, vector_at
+from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, placed, rotated, vector_at
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
@@ -17,47 +17,47 @@ Three = tuple[Vector, Vector, Vector]
 
 
 @hot_kernel
-def separates(c: FloatArray, way: Vector, margin: float) -> bool:
+def separates(c: FloatArray, direction: Vector, margin: float) -> bool:
     """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends.
 
     Compared as squares, so that no direction need be divided by its length; where a square underflows, the answer is
     False or right.
     """
-    low_a = high_a = dot(way, vector_at(c, 0))
+    lower_a = upper_a = dot(direction, vector_at(c, 0))
     for k in range(3, 18, 3):
-        length = dot(way, vector_at(c, k))
-        low_a, high_a = min(low_a, length), max(high_a, length)
-    low_b = high_b = dot(way, vector_at(c, 18))
+        length = dot(direction, vector_at(c, k))
+        lower_a, upper_a = min(lower_a, length), max(upper_a, length)
+    lower_b = upper_b = dot(direction, vector_at(c, 18))
     for k in range(21, 27, 3):
-        length = dot(way, vector_at(c, k))
-        low_b, high_b = min(low_b, length), max(high_b, length)
-    gap = max(low_a - high_b, low_b - high_a)
+        length = dot(direction, vector_at(c, k))
+        lower_b, upper_b = min(lower_b, length), max(upper_b, length)
+    gap = max(lower_a - upper_b, lower_b - upper_a)
     if gap * gap == np.inf:
-        longest = max(abs(way[0]), max(abs(way[1]), abs(way[2])))
-        way, gap = (way[0] / longest, way[1] / longest, way[2] / longest), gap / longest
-    return bool(gap > 0.0 and gap * gap > margin * margin * dot(way, way))
+        longest = max(abs(direction[0]), max(abs(direction[1]), abs(direction[2])))
+        direction, gap = (direction[0] / longest, direction[1] / longest, direction[2] / longest), gap / longest
+    return bool(gap > 0.0 and gap * gap > margin * margin * dot(direction, direction))
 
 
 @hot_kernel
 def edges_of(corners: Three) -> Three:
     """From each corner of a face to the next."""
-    become_part_of_caller()
+    always_inlined()
     first, second, third = corners
     return between(first, second), between(second, third), between(third, first)
 
 
 @hot_kernel
-def faces_stay_apart(c: FloatArray, margin: float) -> bool:
+def faces_stay_separated(c: FloatArray, margin: float) -> bool:
     """Whether the faces with corners ``c`` (27,) are certainly apart all the way.
 
     Directions are those of the middle of the way: both planes, pairs of edges, the nearest points of edges.
     """
-    stay_one_function()
+    never_inlined()
     still = vector_at(c, 18), vector_at(c, 21), vector_at(c, 24)
     edges_b = edges_of(still)
     if separates(c, cross(edges_b[0], edges_b[1]), margin):
         return True
-    middle = half_way(c, 0), half_way(c, 3), half_way(c, 6)
+    middle = direction_halfway(c, 0), direction_halfway(c, 3), direction_halfway(c, 6)
     edges_a = edges_of(middle)
     if separates(c, cross(edges_a[0], edges_a[1]), margin):
         return True
@@ -65,18 +65,18 @@ def faces_stay_apart(c: FloatArray, margin: float) -> bool:
         for edge_b in edges_b:
             if separates(c, cross(edge_a, edge_b), margin):
                 return True
-    return bool(separates(c, way_between_edges(middle, edges_a, still, edges_b), margin))
+    return bool(separates(c, direction_between_edges(middle, edges_a, still, edges_b), margin))
 
 
 @hot_kernel
-def half_way(c: FloatArray, k: int) -> Vector:
+def direction_halfway(c: FloatArray, k: int) -> Vector:
     """The corner ``c[k:k + 3]`` of A in the middle of its way."""
-    become_part_of_caller()
+    always_inlined()
     return 0.5 * (c[k] + c[9 + k]), 0.5 * (c[k + 1] + c[10 + k]), 0.5 * (c[k + 2] + c[11 + k])
 
 
 @hot_kernel
-def way_between_edges(corners_a: Three, edges_a: Three, corners_b: Three, edges_b: Three) -> Vector:
+def direction_between_edges(corners_a: Three, edges_a: Three, corners_b: Three, edges_b: Three) -> Vector:
     """The way between the nearest points of the edges of two faces, to the first. An edge may be a point.
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.
@@ -94,60 +94,60 @@ def way_between_edges(corners_a: Three, edges_a: Three, corners_b: Three, edges_
             if t < 0.0 or t > 1.0 or vv == 0.0:
                 t = min(1.0, max(0.0, t))
                 s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
-            way = beyond(beyond(w, s, u), -t, v)
-            distance = dot(way, way)
+            direction = beyond(beyond(w, s, u), -t, v)
+            distance = dot(direction, direction)
             if distance < best:
-                best, nearest = distance, way
+                best, nearest = distance, direction
     return nearest
 
 
 @hot_kernel
 def axis_of(box: FloatArray, n: int) -> Vector:
     """An axis of a node box (16,), in its body's frame."""
-    become_part_of_caller()
+    always_inlined()
     return box[3 + n], box[6 + n], box[9 + n]
 
 
 @hot_kernel
-def boxes_stay_apart(
+def boxes_stay_separated(
     box_a: FloatArray, box_b: FloatArray, before: FloatArray, after: FloatArray, chord: float, margin: float
 ) -> bool:
     """Whether node boxes (16,) of A and B are certainly apart while A goes from pose ``before`` to ``after`` (12,).
 
-    ``chord`` bounds the norm of the difference of both rotations: turned, a box reaches further by at most that times
+    ``chord`` bounds the norm of the difference of both rotations: rotated, a box reaches further by at most that times
     its half diagonal.
     """
-    stay_one_function()
+    never_inlined()
     wide = margin + chord * box_a[15]
     first = between(vector_at(box_b, 0), placed(before, vector_at(box_a, 0)))
     last = between(vector_at(box_b, 0), placed(after, vector_at(box_a, 0)))
-    axes_a = turned(before, axis_of(box_a, 0)), turned(before, axis_of(box_a, 1)), turned(before, axis_of(box_a, 2))
+    axes_a = rotated(before, axis_of(box_a, 0)), rotated(before, axis_of(box_a, 1)), rotated(before, axis_of(box_a, 2))
     for k in range(3):
         axis = axis_of(box_b, k)
         reach = box_b[12 + k] + wide
         for n in range(3):
             reach += box_a[12 + n] * abs(dot(axis, axes_a[n]))
-        if apart_along(axis, reach, first, last):
+        if separated_along(axis, reach, first, last):
             return True
     for n in range(3):
         reach = box_a[12 + n] + wide
         for k in range(3):
             reach += box_b[12 + k] * abs(dot(axes_a[n], axis_of(box_b, k)))
-        if apart_along(axes_a[n], reach, first, last):
+        if separated_along(axes_a[n], reach, first, last):
             return True
     return False
 
 
 @hot_kernel
-def apart_along(axis: Vector, reach: float, first: Vector, last: Vector) -> bool:
+def separated_along(axis: Vector, reach: float, first: Vector, last: Vector) -> bool:
     """Whether both ways between the centres go beyond ``reach`` on one side."""
-    become_part_of_caller()
+    always_inlined()
     start, stop = dot(axis, first), dot(axis, last)
     return bool(min(start, stop) > reach or max(start, stop) < -reach)
 
 
 @hot_kernel
-def turned_between(before: FloatArray, after: FloatArray) -> float:
+def angle_between(before: FloatArray, after: FloatArray) -> float:
     """Bound of the norm of the difference of two rotations (first 9 of each): the Frobenius norm, rounded up."""
     total = 0.0
     for k in range(9):

@@ -28,46 +28,46 @@ class SweptSpheres:
         self._spheres = tuple(spheres)
 
     def may_meet(
-        self, rotations: FloatArray, places: FloatArray, valid: BoolArray, pairs: IntArray, asked: BoolArray
+        self, rotations: FloatArray, translations: FloatArray, valid: BoolArray, pairs: IntArray, searched: BoolArray
     ) -> BoolArray:
         """Which of the legs asked about (T, P), row t from frame t-1 to t, may bring the spheres together, (T, P).
 
         Rows whose poses are not valid must not be asked about.
         """
-        near = np.zeros_like(asked)
-        if not asked.any():
+        near = np.zeros_like(searched)
+        if not searched.any():
             return near
         used = np.unique(pairs)
         centres, slack = {}, {}
         for body in used.tolist():
-            centres[body], slack[body] = self._path(body, rotations[:, body], places[:, body], valid[:, body])
+            centres[body], slack[body] = self._path(body, rotations[:, body], translations[:, body], valid[:, body])
         for column, (i, j) in enumerate(pairs.tolist()):
             reach = self._spheres[i].radius + self._spheres[j].radius + UNDERFLOW_PAD + slack[i][1:] + slack[j][1:]
             # "not above": a distance that overflowed to NaN counts as near
-            near[1:, column] = asked[1:, column] & ~(_least_distance(centres[i] - centres[j]) > reach)
+            near[1:, column] = searched[1:, column] & ~(_least_distance(centres[i] - centres[j]) > reach)
         return near
 
     def _path(
-        self, body: int, rotations: FloatArray, places: FloatArray, valid: BoolArray
+        self, body: int, rotations: FloatArray, translations: FloatArray, valid: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
         """World centres (T, 3), and how far off the chord to frame t the sphere may reach, rounding included, (T,)."""
         sphere = self._spheres[body]
         off = float(np.linalg.norm(sphere.centre))
         slack = np.zeros(len(rotations))
         with np.errstate(invalid="ignore", over="ignore"):
-            centres = place_points(sphere.centre[None], rotations, places)[:, 0]
+            centres = place_points(sphere.centre[None], rotations, translations)[:, 0]
             angle = ANGLE_OF_CHORD * np.sqrt(((rotations[1:] - rotations[:-1]) ** 2).sum(axis=(1, 2)))
-            far = np.abs(places).max(axis=1)
+            far = np.abs(translations).max(axis=1)
             slack[1:] = angle**2 * (off / 8.0)
             slack[1:] += SWEPT_ULPS * EPS * (off + sphere.radius + np.maximum(far[1:], far[:-1]))
         return np.where(valid[:, None], centres, np.nan), slack
 
 
-def _least_distance(places: FloatArray) -> FloatArray:
+def _least_distance(translations: FloatArray) -> FloatArray:
     """Distance from the origin, (T - 1,), of the chords from each of the places (T, 3) to the next."""
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        start, way = places[:-1], places[1:] - places[:-1]
-        along, length = -(start * way).sum(axis=1), (way * way).sum(axis=1)
-        share = np.where(length > 0.0, np.clip(along / length, 0.0, 1.0), 0.0)
-        nearest = start + share[:, None] * way
+        start, displacement = translations[:-1], translations[1:] - translations[:-1]
+        along, length = -(start * displacement).sum(axis=1), (displacement * displacement).sum(axis=1)
+        fraction = np.where(length > 0.0, np.clip(along / length, 0.0, 1.0), 0.0)
+        nearest = start + fraction[:, None] * displacement
         return np.sqrt((nearest * nearest).sum(axis=1))

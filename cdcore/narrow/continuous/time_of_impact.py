@@ -45,9 +45,9 @@ class TimeOfImpact:
     Parameters
     ----------
     verdict : HIT, FREE or UNRESOLVED.
-    toi : seconds (low, high): nothing touches before ``low``, at ``high`` a contact was seen; where UNRESOLVED, the
+    toi : seconds (low, high): nothing touches before ``lower``, at ``upper`` a contact was seen; where UNRESOLVED, the
         time within which the question is open; ``None`` where FREE.
-    faces : a face of A and one of B that meet at ``high``; ``None`` unless HIT.
+    faces : a face of A and one of B that meet at ``upper``; ``None`` unless HIT.
     inside : at the start, whether a part of one mesh is inside the other, without touching; ``None`` where holes of the
         outer one leave that open. Where FREE it stays so throughout, unless a mesh has holes to pass through.
     reason : why UNRESOLVED.
@@ -115,9 +115,9 @@ def time_of_impact(
     if touching is not None:
         start = float(motion.times[0])
         return TimeOfImpact(Impact.HIT, (start, start), touching, False)
-    pair, one = np.array([[0, 1]]), np.array([1])
+    pair, first_frame = np.array([[0, 1]]), np.array([1])
     stage = SegmentStage(trees, pair, tolerance=tolerance, effort=effort)
-    answer = stage.decide(motion.times, motion.rotations, motion.translations, one, np.array([0]))
+    answer = stage.decide(motion.times, motion.rotations, motion.translations, first_frame, np.array([0]))
     state, inside = int(answer.states[0]), _inside(mesh_a, mesh_b, motion.frames(0, 1))
     if state == FREE:
         return TimeOfImpact(Impact.FREE, None, None, inside)
@@ -139,8 +139,8 @@ def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np
 
 def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
     """The first faces that meet at the start."""
-    found = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).sets.faces
-    return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
+    meeting = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).sets.faces
+    return (int(meeting[0, 0]), int(meeting[0, 1])) if len(meeting) else None
 
 
 def _inside(mesh_a: TriangleMesh, mesh_b: TriangleMesh, start: Motion) -> bool | None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import FloatArray, IntArray
 
 
@@ -31,7 +31,7 @@ class Layers(NamedTuple):
 @hot_kernel
 def side_of_edge(pu: float, pv: float, qu: float, qv: float, x: float, y: float) -> float:
     """Twice the area of p, q and the ray at (x, y): positive on the left of p -> q; exactly opposite for q -> p."""
-    stay_one_function()
+    never_inlined()
     swapped = pu > qu or (pu == qu and pv > qv)
     if swapped:
         pu, pv, qu, qv = qu, qv, pu, pv
@@ -44,7 +44,7 @@ def side_of_edge(pu: float, pv: float, qu: float, qv: float, x: float, y: float)
 @hot_kernel
 def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> float:
     """Where the ray at (x, y) along w crosses the face; infinite where it does not."""
-    stay_one_function()
+    never_inlined()
     ab = side_of_edge(face[0, u], face[0, v], face[1, u], face[1, v], x, y)
     bc = side_of_edge(face[1, u], face[1, v], face[2, u], face[2, v], x, y)
     if (ab > 0.0) != (bc > 0.0):
@@ -56,9 +56,9 @@ def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> fl
 
 
 @kernel
-def pixels_of_face(low: float, high: float, first: float, size: float, count: int) -> tuple[int, int]:
+def pixels_of_face(lower: float, upper: float, first: float, size: float, count: int) -> tuple[int, int]:
     """First and last but one of the pixels whose rays may lie in [low, high]; one more on each side for rounding."""
-    begin, end = int(np.floor((low - first) / size)), int(np.floor((high - first) / size)) + 2
+    begin, end = int(np.floor((lower - first) / size)), int(np.floor((upper - first) / size)) + 2
     return max(0, min(count, begin)), max(0, min(count, end))
 
 
@@ -71,10 +71,10 @@ def visit_layers(
     u, v, w = (axis + 1) % 3, (axis + 2) % 3, axis
     for f in range(len(world)):
         face = world[f]
-        u_low, u_high = min(face[0, u], face[1, u], face[2, u]), max(face[0, u], face[1, u], face[2, u])
-        v_low, v_high = min(face[0, v], face[1, v], face[2, v]), max(face[0, v], face[1, v], face[2, v])
-        begin_i, end_i = pixels_of_face(u_low, u_high, first[u], size[u], count[u])
-        begin_j, end_j = pixels_of_face(v_low, v_high, first[v], size[v], count[v])
+        u_lower, u_upper = min(face[0, u], face[1, u], face[2, u]), max(face[0, u], face[1, u], face[2, u])
+        v_lower, v_upper = min(face[0, v], face[1, v], face[2, v]), max(face[0, v], face[1, v], face[2, v])
+        begin_i, end_i = pixels_of_face(u_lower, u_upper, first[u], size[u], count[u])
+        begin_j, end_j = pixels_of_face(v_lower, v_upper, first[v], size[v], count[v])
         for i in range(begin_i, end_i):
             x = first[u] + i * size[u]
             for j in range(begin_j, end_j):
@@ -89,8 +89,8 @@ def visit_layers(
 @kernel
 def sort_layers(depths: FloatArray, start: int, stop: int) -> None:
     """Insertion sort of one pixel's layers: there are few."""
-    for place in range(start + 1, stop):
-        at = place
+    for index in range(start + 1, stop):
+        at = index
         while at > start and depths[at - 1] > depths[at]:
             depths[at - 1], depths[at] = depths[at], depths[at - 1]
             at -= 1
@@ -113,7 +113,7 @@ def layers_of(world: FloatArray, axis: int, window: Window) -> Layers:
 @hot_kernel
 def shared_length(a: Layers, b: Layers, pixel: int, least: float, lengths: FloatArray) -> None:
     """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``."""
-    stay_one_function()
+    never_inlined()
     i, j, in_a, in_b, last = a.start[pixel], b.start[pixel], False, False, 0.0
     stop_a, stop_b = a.start[pixel + 1], b.start[pixel + 1]
     while i < stop_a or j < stop_b:

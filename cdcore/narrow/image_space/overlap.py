@@ -46,30 +46,30 @@ def overlap_of_placed(world_a: FloatArray, world_b: FloatArray, resolution: int)
 
     It misses overlaps thinner than a pixel that no ray of three axes runs through.
     """
-    low_a, high_a, low_b, high_b = (
+    lower_a, upper_a, lower_b, upper_b = (
         pick(world, axis=(0, 1)) for world in (world_a, world_b) for pick in (np.min, np.max)
     )
-    low, high = np.maximum(low_a, low_b), np.minimum(high_a, high_b)
-    if not (low < high).all():
+    lower, upper = np.maximum(lower_a, lower_b), np.minimum(upper_a, upper_b)
+    if not (lower < upper).all():
         return NOTHING
-    pixel = float((high - low).max()) / resolution
+    pixel = float((upper - lower).max()) / resolution
     # A side of whole pixels that rounding makes a hair longer gets no pixel more.
-    count = np.maximum(1, np.ceil((high - low) / pixel - 1e-9)).astype(np.int64)
-    size = (high - low) / count
+    count = np.maximum(1, np.ceil((upper - lower) / pixel - 1e-9)).astype(np.int64)
+    size = (upper - lower) / count
     least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
-    window, lengths = Window(low + (0.5 + SHIFT) * size, size, count), np.zeros((3, 3))
+    window, lengths = Window(lower + (0.5 + SHIFT) * size, size, count), np.zeros((3, 3))
     layers = sum(overlap_along(world_a, world_b, axis, window, least, lengths[axis]) for axis in range(3))
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
     volume = float((lengths[:, 2] * areas).mean())
-    inside = _inside(lengths, (low_a, high_a, low_b, high_b)) if volume > 0.0 else -1
+    inside = _inside(lengths, (lower_a, upper_a, lower_b, upper_b)) if volume > 0.0 else -1
     rays = count[0] * count[1] + count[1] * count[2] + count[2] * count[0]
     return Overlap(volume, int(rays), layers, inside)
 
 
 def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:
     """Which body shares every stretch that a ray runs in it, its box inside the other's; -1 for neither."""
-    low_a, high_a, low_b, high_b = boxes
-    within = ((low_a > low_b) & (high_a < high_b)).all(), ((low_b > low_a) & (high_b < high_a)).all()
+    lower_a, upper_a, lower_b, upper_b = boxes
+    within = ((lower_a > lower_b) & (upper_a < upper_b)).all(), ((lower_b > lower_a) & (upper_b < upper_a)).all()
     for body in range(2):
         # All of it up to rounding: both lengths are sums over the same rays.
         if within[body] and (lengths[:, 2] >= lengths[:, body] * (1.0 - 1e-9)).all():

@@ -32,8 +32,8 @@ def overlap_bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArra
     known = length > PARALLEL * lengths
     length[~known] = 1.0
     along = np.einsum("nbck,nak->nbac", points, axes) / length[:, None, :, None]
-    low, high = along.min(axis=3), along.max(axis=3)
-    overlap = np.minimum(high[:, 0] - low[:, 1], high[:, 1] - low[:, 0])
+    lower, upper = along.min(axis=3), along.max(axis=3)
+    overlap = np.minimum(upper[:, 0] - lower[:, 1], upper[:, 1] - lower[:, 0])
     rounding = PROJECTION_ULPS * EPS * extent
     turning = DIRECTION_ULPS * EPS * extent * lengths / length
     # along the normal of a triangle that has none anything may be less, across edges that are nearly parallel little

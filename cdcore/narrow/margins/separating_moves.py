@@ -22,7 +22,7 @@ DIRECTIONS = 6
 """Shifts are tried along the normals of so many faces of each body, the most frequent ones."""
 ROUNDING_ULPS = 16
 """Added to a step, times the size of the coordinates: moving rounds, and surfaces that just touch still meet."""
-FIRST_ASKED = 64
+FIRST_TESTED = 64
 """Face pairs that meet and are asked first: a move that leaves one of them meeting separates nothing."""
 
 
@@ -43,7 +43,7 @@ def shell_vectors(triangles: FloatArray, faces: NDArray[np.integer]) -> FloatArr
     return vectors[faces]
 
 
-def come_apart(
+def can_be_separated(
     first: FloatArray, second: FloatArray, shell_a: FloatArray, shell_b: FloatArray, meeting: NDArray[np.integer],
     step: float,
 ) -> bool:  # fmt: skip
@@ -55,9 +55,9 @@ def come_apart(
     """
     step += ROUNDING_ULPS * EPS * float(max(np.abs(first).max(), np.abs(second).max()))
     close = near_faces(first, second, 2 * LONGEST_MITRE * step)
-    asked = meeting[np.unique(np.linspace(0, len(meeting) - 1, FIRST_ASKED).astype(np.int64))]
+    tested = meeting[np.unique(np.linspace(0, len(meeting) - 1, FIRST_TESTED).astype(np.int64))]
     for x, y in _moves(first, second, shell_a, shell_b, meeting):
-        if not any(_meet(first, second, rows, step * x, step * y) for rows in (asked, close)):
+        if not any(_meet(first, second, rows, step * x, step * y) for rows in (tested, close)):
             return True
     return False
 
@@ -73,9 +73,9 @@ def _moves(
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """How the one and the other move, per step: their faces together by no more than one."""
     still = np.zeros(3)
-    for way in (*_directions(second, meeting[:, 1]), *_directions(first, meeting[:, 0])):
-        yield way, still
-        yield -way, still
+    for direction in (*_directions(second, meeting[:, 1]), *_directions(first, meeting[:, 0])):
+        yield direction, still
+        yield -direction, still
     yield from ((-shell_a, still), (still, -shell_b), (shell_a, still), (still, shell_b))
     yield -shell_a / 2, -shell_b / 2
 

@@ -92,15 +92,15 @@ def _between_edges(a: Vector, b: Vector, c: Vector, d: Vector) -> Fraction:
     """
     u, v, w = difference(b, a), difference(d, c), difference(a, c)
     uu, vv, uv, uw, vw = dot(u, u), dot(v, v), dot(u, v), dot(u, w), dot(v, w)
-    s, whole_s = _share(uv * vw - vv * uw, uu * vv - uv * uv)
-    t, whole_t = _share(uv * s + vw * whole_s, vv * whole_s)
-    s, whole_s = _share(uv * t - uw * whole_t, uu * whole_t)
+    s, whole_s = _fraction(uv * vw - vv * uw, uu * vv - uv * uv)
+    t, whole_t = _fraction(uv * s + vw * whole_s, vv * whole_s)
+    s, whole_s = _fraction(uv * t - uw * whole_t, uu * whole_t)
     away = [(x * whole_s + s * y) * whole_t - t * whole_s * z for x, y, z in zip(w, u, v, strict=True)]
     return Fraction(sum(x * x for x in away), (whole_s * whole_t) ** 2)
 
 
-def _share(part: int, whole: int) -> tuple[int, int]:
+def _fraction(numerator: int, whole: int) -> tuple[int, int]:
     """A share of an edge, between both its ends; 0 where all shares, or those of a point, are as near."""
-    if not 0 < part < whole:
-        return int(0 < whole <= part), 1
-    return part, whole
+    if not 0 < numerator < whole:
+        return int(0 < whole <= numerator), 1
+    return numerator, whole

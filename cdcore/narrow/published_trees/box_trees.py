@@ -43,8 +43,8 @@ class TreeKind:
 def along_body_axes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
     """Boxes along the body's axes, cut at the median of the centroids along the longest side of their box."""
     centroids = corners[0] / 3 + corners[1] / 3 + corners[2] / 3
-    low, high = extents(centroids[None], first)
-    return _straight(corners, first), _along_longest(centroids, high / 2 - low / 2, node)
+    lower, upper = extents(centroids[None], first)
+    return _straight(corners, first), _along_longest(centroids, upper / 2 - lower / 2, node)
 
 
 def solid_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, BoolArray]:
@@ -54,8 +54,8 @@ def solid_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[B
     number.
     """
     middles, boxes = corners.min(axis=0) / 2 + corners.max(axis=0) / 2, _straight(corners, first)
-    _, low, high = boxes
-    return boxes, _along_longest(middles - (low / 2 + high / 2)[:, node], high / 2 - low / 2, node) > 0
+    _, lower, upper = boxes
+    return boxes, _along_longest(middles - (lower / 2 + upper / 2)[:, node], upper / 2 - lower / 2, node) > 0
 
 
 def oriented_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
@@ -81,8 +81,8 @@ def rapid_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[B
     squares = 9 * centroids[:, None] * centroids + (corners[:, :, None] * corners[:, None]).sum(axis=0)
     covariance = np.add.reduceat(area * squares, first, axis=2) / (12 * total) - mean[:, None] * mean
     axes = principal_axes(covariance)
-    low, high = extents(coordinates_along(axes[..., node], corners), first)
-    return (axes, low, high), ((centroids - mean[:, node]) * axes[0][:, node]).sum(axis=0) > 0
+    lower, upper = extents(coordinates_along(axes[..., node], corners), first)
+    return (axes, lower, upper), ((centroids - mean[:, node]) * axes[0][:, node]).sum(axis=0) > 0
 
 
 TREE_KINDS: Final = {

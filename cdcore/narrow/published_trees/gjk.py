@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
 from cdcore.numerics import FloatArray
 
@@ -29,14 +29,14 @@ MEETING: Final = -1
 @hot_kernel
 def put(rows: FloatArray, row: int, point: Vector) -> None:
     """Write a row of ``rows`` (3 n,); assigning a slice would need the memory manager, which hot kernels go without."""
-    become_part_of_caller()
+    always_inlined()
     rows[3 * row], rows[3 * row + 1], rows[3 * row + 2] = point
 
 
 @hot_kernel
 def nearest_on_segment(y: FloatArray) -> tuple[int, Vector]:
     """Nearest point of rows 0 and 1, after how many rows it needs; these are moved to the front."""
-    stay_one_function()
+    never_inlined()
     a, b = vector_at(y, 0), vector_at(y, 3)
     edge = between(a, b)
     along, length = -dot(edge, a), dot(edge, edge)
@@ -51,7 +51,7 @@ def nearest_on_segment(y: FloatArray) -> tuple[int, Vector]:
 @hot_kernel
 def nearest_on_triangle(y: FloatArray) -> tuple[int, Vector]:
     """Nearest point of rows 0, 1 and 2, after how many rows it needs; these are moved to the front."""
-    stay_one_function()
+    never_inlined()
     a, b, c = vector_at(y, 0), vector_at(y, 3), vector_at(y, 6)
     ab, ac = between(a, b), between(a, c)
     d1, d2, d3, d4, d5, d6 = -dot(ab, a), -dot(ac, a), -dot(ab, b), -dot(ac, b), -dot(ab, c), -dot(ac, c)
@@ -82,14 +82,14 @@ def origin_is_beyond(y: FloatArray, i: int, j: int, k: int, other: int) -> bool:
     """Whether the plane of rows i, j, k keeps the origin from row ``other``."""
     corner = vector_at(y, 3 * i)
     normal = cross(between(corner, vector_at(y, 3 * j)), between(corner, vector_at(y, 3 * k)))
-    here, there = -dot(normal, corner), dot(normal, between(corner, vector_at(y, 3 * other)))
-    return bool(here * there <= 0.0)
+    here, beyond_edge = -dot(normal, corner), dot(normal, between(corner, vector_at(y, 3 * other)))
+    return bool(here * beyond_edge <= 0.0)
 
 
 @hot_kernel
 def nearest_on_tetrahedron(y: FloatArray, side: FloatArray, best: FloatArray) -> tuple[int, Vector]:
     """Nearest point of four rows, after how many rows it needs; 0 where the origin is inside."""
-    stay_one_function()
+    never_inlined()
     least, count, nearest = -1.0, 0, (0.0, 0.0, 0.0)
     for left_out in range(4):
         i, j, k = (left_out + 1) % 4, (left_out + 2) % 4, (left_out + 3) % 4
@@ -113,7 +113,7 @@ def nearest_on_tetrahedron(y: FloatArray, side: FloatArray, best: FloatArray) ->
 @hot_kernel
 def nearest_on_simplex(room: FloatArray, count: int) -> tuple[int, Vector]:
     """Nearest point of the first ``count`` rows of ``room`` (36,), after how many rows it needs; 0: inside."""
-    stay_one_function()
+    never_inlined()
     if count == 1:
         return 1, vector_at(room, 0)
     if count == 2:
@@ -126,16 +126,16 @@ def nearest_on_simplex(room: FloatArray, count: int) -> tuple[int, Vector]:
 @hot_kernel
 def least_difference(points: FloatArray, v: Vector) -> tuple[float, Vector]:
     """Point p - q of least ``v . (p - q)``, p of rows 0-2 and q of rows 3-5, after that product."""
-    stay_one_function()
+    never_inlined()
     p, q = vector_at(points, 0), vector_at(points, 9)
-    low, high = dot(v, p), dot(v, q)
+    lower, upper = dot(v, p), dot(v, q)
     for k in range(3, 9, 3):
         along = dot(v, vector_at(points, k))
-        if along < low:
-            p, low = vector_at(points, k), along
+        if along < lower:
+            p, lower = vector_at(points, k), along
         along = dot(v, vector_at(points, 9 + k))
-        if along > high:
-            q, high = vector_at(points, 9 + k), along
+        if along > upper:
+            q, upper = vector_at(points, 9 + k), along
     w = between(q, p)
     return dot(v, w), w
 
@@ -147,7 +147,7 @@ def steps_to_separate(points: FloatArray, axis: FloatArray, pad: float, room: Fl
     ``points`` (18,). 0 steps: ``axis`` (3,), as it came, does it. The axis found is left there. ``room`` is (36,), for
     scratch.
     """
-    stay_one_function()
+    never_inlined()
     v, count = vector_at(axis, 0), 0
     ahead, w = least_difference(points, v)
     if ahead > pad * np.sqrt(dot(v, v)):

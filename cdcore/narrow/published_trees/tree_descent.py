@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.box_box import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
-from cdcore.narrow.face_pair import keep_found, place_face, placed_pair_meets
+from cdcore.kernels.box_box import relative_box, relative_pose, separated_on_all_axes, separated_on_face_axes
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
+from cdcore.narrow.face_pair import keep_hit, place_face, placed_pair_meets
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
 from cdcore.narrow.triangles.filter import UNDECIDED
@@ -34,33 +34,33 @@ class PairPoses(NamedTuple):
     """K poses of two bodies, (K, 3, 3) and (K, 3) each, and by how much two volumes must be apart in each, (K,),
     infinite: only all pairs of faces can tell."""
 
-    turn_a: FloatArray
+    rotation_a: FloatArray
     move_a: FloatArray
-    turn_b: FloatArray
+    rotation_b: FloatArray
     move_b: FloatArray
     pad: FloatArray
 
 
 @hot_kernel
-def place_side(tree: BoxNodes, node: int, turn: FloatArray, move: FloatArray, k: int, box: FloatArray) -> None:
+def put_side(tree: BoxNodes, node: int, rotation: FloatArray, move: FloatArray, k: int, box: FloatArray) -> None:
     """Fill entries ``k`` and ``3 + k`` of ``box`` (6,), least and largest x, y, z of the world box around a node's."""
-    become_part_of_caller()
+    always_inlined()
     middle, reach = move[k], 0.0
     for i in range(3):
-        middle += turn[k, i] * tree.centre[node, i]
-        reach += abs(turn[k, i]) * tree.half[node, i]
+        middle += rotation[k, i] * tree.centre[node, i]
+        reach += abs(rotation[k, i]) * tree.half[node, i]
     box[k], box[3 + k] = middle - reach, middle + reach
 
 
 @hot_kernel
-def world_boxes_apart(
+def world_boxes_separated(
     tree_a: BoxNodes, a: int, tree_b: BoxNodes, b: int, poses: PairPoses, row: int, box_a: FloatArray, box_b: FloatArray
 ) -> bool:  # fmt: skip
     """Whether the world boxes of two nodes are further apart than the pad along an axis; if not, both are filled."""
-    stay_one_function()
+    never_inlined()
     for k in range(3):
-        place_side(tree_a, a, poses.turn_a[row], poses.move_a[row], k, box_a)
-        place_side(tree_b, b, poses.turn_b[row], poses.move_b[row], k, box_b)
+        put_side(tree_a, a, poses.rotation_a[row], poses.move_a[row], k, box_a)
+        put_side(tree_b, b, poses.rotation_b[row], poses.move_b[row], k, box_b)
         if box_a[k] > box_b[3 + k] + poses.pad[row] or box_b[k] > box_a[3 + k] + poses.pad[row]:
             return True
     return False
@@ -74,11 +74,17 @@ def longest_side(box: FloatArray) -> float:
 
 @hot_kernel
 def offset_of_centres(
-    centre_a: FloatArray, centre_b: FloatArray, turn: FloatArray, move: FloatArray, d: FloatArray
+    centre_a: FloatArray, centre_b: FloatArray, rotation: FloatArray, move: FloatArray, d: FloatArray
 ) -> None:
     """The way from A's box centre to B's, in A's frame."""
     for i in range(3):
-        d[i] = turn[i, 0] * centre_b[0] + turn[i, 1] * centre_b[1] + turn[i, 2] * centre_b[2] + move[i] - centre_a[i]
+        d[i] = (
+            rotation[i, 0] * centre_b[0]
+            + rotation[i, 1] * centre_b[1]
+            + rotation[i, 2] * centre_b[2]
+            + move[i]
+            - centre_a[i]
+        )
 
 
 @hot_kernel
@@ -86,7 +92,7 @@ def open_nodes(
     child_a: IntArray, a: int, child_b: IntArray, b: int, both: bool, first_is_larger: bool, stack: IntArray, depth: int
 ) -> int:  # fmt: skip
     """Put what is below two nodes, one of them no leaf, on the stack, what is asked first on top; its new depth."""
-    stay_one_function()
+    never_inlined()
     first_a, first_b = child_a[a], child_b[b]
     open_a = first_a >= 0 and (both or first_b < 0 or first_is_larger)
     open_b = first_b >= 0 and (both or not open_a)
@@ -109,13 +115,13 @@ def search_rows(  # noqa: C901 - one loop with its stack
     ``counts`` (K, 2): node tests, leaf tests; of SOLID (K, 5), also leaf tests that the cached axis ended, steps of
     GJK, exact face tests.
     """
-    turn_a, move_a, turn_b, move_b, pad = poses
-    turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
+    rotation_a, move_a, rotation_b, move_b, pad = poses
+    rotation, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     box_a, box_b, pair = np.empty(6), np.empty(6), np.empty(18)
     room, axis = np.empty(36), np.array([1.0, 0.0, 0.0])
-    found, known = np.empty((64, 3), dtype=np.int64), 0
+    hits, known = np.empty((64, 3), dtype=np.int64), 0
     for row in range(len(pad)):
-        pose_seen_from(turn_a[row], move_a[row], turn_b[row], move_b[row], turn, move)
+        relative_pose(rotation_a[row], move_a[row], rotation_b[row], move_b[row], rotation, move)
         tests, depth, done = 0, 1, pad[row] == np.inf
         if done:
             ended[row] = UNDECIDED
@@ -129,14 +135,14 @@ def search_rows(  # noqa: C901 - one loop with its stack
             tests += 1
             counts[row, 0] += 1
             if kind == WORLD:
-                apart = world_boxes_apart(tree_a, a, tree_b, b, poses, row, box_a, box_b)
+                separated = world_boxes_separated(tree_a, a, tree_b, b, poses, row, box_a, box_b)
             elif kind == SOLID:
-                offset_of_centres(tree_a.centre[a], tree_b.centre[b], turn, move, d)
-                apart = apart_on_face_axes(turn, d, tree_a.half[a], tree_b.half[b], pad[row])
+                offset_of_centres(tree_a.centre[a], tree_b.centre[b], rotation, move, d)
+                separated = separated_on_face_axes(rotation, d, tree_a.half[a], tree_b.half[b], pad[row])
             else:
-                box_seen_from(tree_a.centre[a], tree_a.axes[a], tree_b.centre[b], tree_b.axes[b], turn, move, m, d)
-                apart = apart_on_all_axes(m, d, tree_a.half[a], tree_b.half[b], pad[row])
-            if apart:
+                relative_box(tree_a.centre[a], tree_a.axes[a], tree_b.centre[b], tree_b.axes[b], rotation, move, m, d)
+                separated = separated_on_all_axes(m, d, tree_a.half[a], tree_b.half[b], pad[row])
+            if separated:
                 continue
             if tree_a.child[a] >= 0 or tree_b.child[b] >= 0:
                 size_a, size_b = tree_a.size[a], tree_b.size[b]
@@ -154,8 +160,8 @@ def search_rows(  # noqa: C901 - one loop with its stack
                         break
                     tests += 1
                     counts[row, 1] += 1
-                    place_face(tree_a.corners, face_a, turn_a[row], move_a[row], pair, 0)
-                    place_face(tree_b.corners, face_b, turn_b[row], move_b[row], pair, 9)
+                    place_face(tree_a.corners, face_a, rotation_a[row], move_a[row], pair, 0)
+                    place_face(tree_b.corners, face_b, rotation_b[row], move_b[row], pair, 9)
                     if kind == SOLID:
                         steps = steps_to_separate(pair, axis, pad[row], room)
                         if steps != MEETING:
@@ -167,7 +173,7 @@ def search_rows(  # noqa: C901 - one loop with its stack
                     if answer == UNDECIDED:
                         ended[row], done = UNDECIDED, True
                     elif answer == 1:
-                        found = keep_found(found, known, row, tree_a.number[face_a], tree_b.number[face_b])
+                        hits = keep_hit(hits, known, row, tree_a.number[face_a], tree_b.number[face_b])
                         known += 1
                         done = not every
-    return found[:known]
+    return hits[:known]

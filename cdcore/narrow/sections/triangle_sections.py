@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
 from cdcore.narrow.triangles.predicates import checked_triangles
 from cdcore.numerics import EPS, FloatArray
@@ -46,16 +46,16 @@ def fill_sections(pairs: FloatArray, segments: FloatArray) -> None:
             a, b = vector_at(p, 3 * edge), vector_at(p, 9 - face + 3 * ((edge + 1) % 3))
             begin, end = clipped(a, b, p, face, SLACK_ULPS * EPS * extent)
             if begin <= end:
-                way = between(a, b)
-                points[count], points[count + 1], points[count + 2] = beyond(a, begin, way)
-                points[count + 3], points[count + 4], points[count + 5] = beyond(a, end, way)
+                along = between(a, b)
+                points[count], points[count + 1], points[count + 2] = beyond(a, begin, along)
+                points[count + 3], points[count + 4], points[count + 5] = beyond(a, end, along)
                 count += 6
         farthest = -1.0
         for i in range(0, count, 3):
             for j in range(0, i, 3):
-                way = between(vector_at(points, j), vector_at(points, i))
-                if dot(way, way) > farthest:
-                    farthest = dot(way, way)
+                along = between(vector_at(points, j), vector_at(points, i))
+                if dot(along, along) > farthest:
+                    farthest = dot(along, along)
                     for k in range(3):
                         segments[pair, 0, k], segments[pair, 1, k] = points[j + k], points[i + k]
 
@@ -66,7 +66,7 @@ def clipped(a: Vector, b: Vector, p: FloatArray, face: int, slack: float) -> tup
 
     The first is above the second where it is nowhere.
     """
-    stay_one_function()
+    never_inlined()
     begin, end = 0.0, 1.0
     corners = vector_at(p, face), vector_at(p, face + 3), vector_at(p, face + 6)
     normal = cross(between(corners[0], corners[1]), between(corners[0], corners[2]))

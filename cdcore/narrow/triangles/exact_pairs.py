@@ -3,7 +3,7 @@
 A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area is its edges.
 """
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
 
@@ -11,7 +11,7 @@ from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
 @hot_kernel
 def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """An axis along which (b - a) x (d - c) is not zero, the float64 largest first; -1 where the product is zero."""
-    stay_one_function()
+    never_inlined()
     ux, uy, uz = p[3 * b] - p[3 * a], p[3 * b + 1] - p[3 * a + 1], p[3 * b + 2] - p[3 * a + 2]
     vx, vy, vz = p[3 * d] - p[3 * c], p[3 * d + 1] - p[3 * c + 1], p[3 * d + 2] - p[3 * c + 2]
     x, y, z = abs(uy * vz - uz * vy), abs(uz * vx - ux * vz), abs(ux * vy - uy * vx)
@@ -28,9 +28,9 @@ def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int
 
 
 @hot_kernel
-def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
+def ranges_separated(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
     """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
-    stay_one_function()
+    never_inlined()
     a_k, b_k, c_k, d_k = p[3 * a + k], p[3 * b + k], p[3 * c + k], p[3 * d + k]
     return max(a_k, b_k) < min(c_k, d_k) or max(c_k, d_k) < min(a_k, b_k)
 
@@ -41,9 +41,9 @@ def segments_meet_2d(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Me
 
     They meet where their boxes do and the line of neither has the whole other segment on one side.
     """
-    stay_one_function()
+    never_inlined()
     for step in range(1, 3):
-        if ranges_apart(p, a, b, c, d, (axis + step) % 3):
+        if ranges_separated(p, a, b, c, d, (axis + step) % 3):
             return False
     if cross_sign(p, a, b, a, c, axis, w) * cross_sign(p, a, b, a, d, axis, w) > 0:
         return False
@@ -75,7 +75,7 @@ def passes_inside(p: Memory, a: int, b: int, t: int, w: Memory) -> bool:
 @hot_kernel
 def segment_meets_triangle(p: Memory, a: int, b: int, a_side: int, b_side: int, t: int, axis: int, w: Memory) -> bool:
     """Segment ab, whose ends lie on the given sides of the plane, and the proper triangle t..t+2."""
-    stay_one_function()
+    never_inlined()
     if a_side * b_side > 0:
         return False
     if a_side == 0 and b_side == 0:
@@ -84,7 +84,7 @@ def segment_meets_triangle(p: Memory, a: int, b: int, a_side: int, b_side: int, 
 
 
 @hot_kernel
-def on_one_line(p: Memory, a: int, b: int, c: int, w: Memory) -> bool:
+def collinear(p: Memory, a: int, b: int, c: int, w: Memory) -> bool:
     """Rows a, b, c exactly collinear."""
     return projection_axis(p, a, b, a, c, w) < 0
 
@@ -92,18 +92,18 @@ def on_one_line(p: Memory, a: int, b: int, c: int, w: Memory) -> bool:
 @hot_kernel
 def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
     """Closed segments ab and cd in space; either may be a point."""
-    stay_one_function()
+    never_inlined()
     if orientation_sign(p, a, b, c, d, w) != 0:
         return False
     axis = projection_axis(p, a, b, c, d, w)
     if axis >= 0:
         return segments_meet_2d(p, a, b, c, d, axis, w)
-    if not (on_one_line(p, a, b, c, w) and on_one_line(p, c, d, a, w)):
+    if not (collinear(p, a, b, c, w) and collinear(p, c, d, a, w)):
         return False
-    apart = False
+    separated = False
     for k in range(3):
-        apart = apart or ranges_apart(p, a, b, c, d, k)
-    return not apart
+        separated = separated or ranges_separated(p, a, b, c, d, k)
+    return not separated
 
 
 @hot_kernel
@@ -119,20 +119,20 @@ def edges_meet(p: Memory, s: int, t: int, w: Memory) -> bool:
 @hot_kernel
 def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
     """1: an edge of rows s..s+2 meets the proper triangle t..t+2; -1: s is wholly on one side; 0: neither."""
-    stay_one_function()
+    never_inlined()
     first = orientation_sign(p, t, t + 1, t + 2, s, w)
-    before, one_side = first, True
+    before, same_side = first, True
     for k in range(3):
         after = orientation_sign(p, t, t + 1, t + 2, s + k + 1, w) if k < 2 else first
         if segment_meets_triangle(p, s + k, s + (k + 1) % 3, before, after, t, axis, w):
             return 1
-        one_side = one_side and before * after > 0
+        same_side = same_side and before * after > 0
         before = after
-    return -1 if one_side else 0
+    return -1 if same_side else 0
 
 
 @hot_kernel
-def boxes_apart(p: Memory) -> bool:
+def boxes_separated(p: Memory) -> bool:
     """The axis-aligned boxes of the two triangles are disjoint; comparisons do not round."""
     for k in range(3):
         if max(max(p[k], p[3 + k]), p[6 + k]) < min(min(p[9 + k], p[12 + k]), p[15 + k]):
@@ -145,8 +145,8 @@ def boxes_apart(p: Memory) -> bool:
 @hot_kernel
 def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     """Exact answer for one pair of moderate exponents; ``w`` are the digits of an exact sum."""
-    stay_one_function()
-    if boxes_apart(p):
+    never_inlined()
+    if boxes_separated(p):
         return False
     first_axis = projection_axis(p, 0, 1, 0, 2, w)
     second_axis = projection_axis(p, 3, 4, 3, 5, w)

@@ -10,10 +10,10 @@ times its permanent, which is at most 6 |w| |e| |f| in largest components: 49 u 
 
 from typing import Final, NamedTuple
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import Lanes, above, corners4, first3, first4, following4, minus, size, triple
-from cdcore.narrow.triangles.exact_pairs import boxes_apart, pair_intersects_exact
+from cdcore.narrow.triangles.exact_pairs import boxes_separated, pair_intersects_exact
 from cdcore.narrow.triangles.sums import exponents_are_moderate
 
 UNDECIDED: Final = 2
@@ -36,28 +36,28 @@ class Corners(NamedTuple):
 @hot_kernel
 def less(a: Corners, b: Corners) -> Corners:
     """a - b, lane by lane."""
-    become_part_of_caller()
+    always_inlined()
     return Corners(minus(a.x, b.x), minus(a.y, b.y), minus(a.z, b.z))
 
 
 @hot_kernel
 def first_of(a: Corners) -> Corners:
     """The first corner in every lane."""
-    become_part_of_caller()
+    always_inlined()
     return Corners(first4(a.x), first4(a.y), first4(a.z))
 
 
 @hot_kernel
 def following(a: Corners) -> Corners:
     """In each lane the corner that follows around the face."""
-    become_part_of_caller()
+    always_inlined()
     return Corners(following4(a.x), following4(a.y), following4(a.z))
 
 
 @hot_kernel
 def largest(a: Corners) -> float:
     """Largest absolute coordinate."""
-    become_part_of_caller()
+    always_inlined()
     (x, y, z), (u, v, w), (p, q, r) = first3(size(a.x)), first3(size(a.y)), first3(size(a.z))
     return max(max(max(max(x, y), max(z, u)), max(max(v, w), max(p, q))), r)
 
@@ -65,22 +65,22 @@ def largest(a: Corners) -> float:
 @hot_kernel
 def signs(w: Corners, e: Corners, f: Corners, bound: float) -> int:
     """Certain signs of w . (e x f): bits 0-2 above zero, 3-5 below."""
-    become_part_of_caller()
+    always_inlined()
     d = triple(w.x, w.y, w.z, e.x, e.y, e.z, f.x, f.y, f.z)
     return (above(d, bound) & 7) | ((above(-bound, d) & 7) << 3)
 
 
 @hot_kernel
-def one_way(sides: int) -> bool:
+def same_signs(sides: int) -> bool:
     """Three certain and equal signs."""
-    become_part_of_caller()
+    always_inlined()
     return (sides & 7) == 7 or (sides >> 3) == 7
 
 
 @hot_kernel
 def crossing(sides: int) -> int:
     """From certain sides of three corners, the edges (bits 0-2) whose ends lie certainly on different sides."""
-    become_part_of_caller()
+    always_inlined()
     up, down = sides & 7, sides >> 3
     return (up & ((down >> 1) | (down << 2)) | down & ((up >> 1) | (up << 2))) & 7
 
@@ -88,7 +88,7 @@ def crossing(sides: int) -> int:
 @hot_kernel
 def faces_meet_filtered(a: Corners, b: Corners) -> int:
     """0 no, 1 yes, or UNDECIDED for two faces."""
-    become_part_of_caller()
+    always_inlined()
     e, f = less(following(a), a), less(following(b), b)
     edge_a, edge_b = largest(e), largest(f)
     reach = largest(less(first_of(b), a)) + edge_a + edge_b
@@ -98,11 +98,11 @@ def faces_meet_filtered(a: Corners, b: Corners) -> int:
     scale = DETERMINANT_BOUND * reach
     bound = scale * edge_b * edge_b + UNDERFLOW_GUARD
     sides_a = signs(less(a, first_of(b)), first_of(f), first_of(following(f)), bound)
-    if one_way(sides_a):
+    if same_signs(sides_a):
         return 0
     bound = scale * edge_a * edge_a + UNDERFLOW_GUARD
     sides_b = signs(less(b, first_of(a)), first_of(e), first_of(following(e)), bound)
-    if one_way(sides_b):
+    if same_signs(sides_b):
         return 0
     bound = scale * edge_a * edge_b + UNDERFLOW_GUARD
     # turns of each edge of A about the edges of B
@@ -112,21 +112,21 @@ def faces_meet_filtered(a: Corners, b: Corners) -> int:
     a, e = following(a), following(e)
     w = signs(less(b, first_of(a)), first_of(e), f, bound)
     # an edge of A passes B inside when it turns one way about all of B's edges; edge j of B likewise, bit by bit
-    inside = int(one_way(u)) | int(one_way(v)) << 1 | int(one_way(w)) << 2
-    turns = u & v & w
-    if (crossing(sides_a) & inside) | (crossing(sides_b) & (turns | (turns >> 3))):
+    inside = int(same_signs(u)) | int(same_signs(v)) << 1 | int(same_signs(w)) << 2
+    oriented = u & v & w
+    if (crossing(sides_a) & inside) | (crossing(sides_b) & (oriented | (oriented >> 3))):
         return 1
     known = 7
-    for seen in (sides_a, sides_b, u, v, w):
-        known &= seen | (seen >> 3)
+    for side_bits in (sides_a, sides_b, u, v, w):
+        known &= side_bits | (side_bits >> 3)
     return 0 if known == 7 else UNDECIDED
 
 
 @hot_kernel
 def pair_intersects_filtered(p: Memory) -> int:
     """0 no, 1 yes, or UNDECIDED for rows 0-2 against rows 3-5 of p (6, 3)."""
-    stay_one_function()
-    if boxes_apart(p):
+    never_inlined()
+    if boxes_separated(p):
         return 0
     first = Corners(corners4(p, 0), corners4(p, 1), corners4(p, 2))
     second = Corners(corners4(p, 9), corners4(p, 10), corners4(p, 11))
@@ -136,7 +136,7 @@ def pair_intersects_filtered(p: Memory) -> int:
 @hot_kernel
 def pair_intersects(p: Memory, digits: Memory) -> int:
     """0 no, 1 yes, by exact sums where the filter cannot tell; UNDECIDED where only integers can."""
-    stay_one_function()
+    never_inlined()
     answer = pair_intersects_filtered(p)
     if answer == UNDECIDED and exponents_are_moderate(p, 18):
         answer = 1 if pair_intersects_exact(p, digits) else 0

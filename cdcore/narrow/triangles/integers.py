@@ -62,24 +62,24 @@ def candidate_axes(first: Triangle, second: Triangle) -> Iterator[Vector]:
     normals = normal(first), normal(second)
     yield from normals
     if any(cross(*normals)):
-        yield from (cross(one, other) for one in edges[:3] for other in edges[3:])
+        yield from (cross(first_edge, other) for first_edge in edges[:3] for other in edges[3:])
         return
     yield from (cross(upright, edge) for upright in normals for edge in edges)
     if any(normals[0]) and any(normals[1]):
         return
-    yield from (cross(one, other) for one in edges[:3] for other in edges[3:])
-    for apart in (difference(q, p) for p in first for q in second):
-        yield apart
+    yield from (cross(first_edge, other) for first_edge in edges[:3] for other in edges[3:])
+    for offset in (difference(q, p) for p in first for q in second):
+        yield offset
         for edge in edges:
             # what of it is at right angles to the edge, times the square of that
-            along, square = dot(apart, edge), dot(edge, edge)
-            yield difference(scaled(apart, square), scaled(edge, along))
+            along, square = dot(offset, edge), dot(edge, edge)
+            yield difference(scaled(offset, square), scaled(edge, along))
 
 
 def separates(axis: Vector, first: Triangle, second: Triangle) -> bool:
     """Whether all of one triangle lies before all of the other along an axis."""
-    one, other = [dot(axis, corner) for corner in first], [dot(axis, corner) for corner in second]
-    return max(one) < min(other) or max(other) < min(one)
+    first_edge, other = [dot(axis, corner) for corner in first], [dot(axis, corner) for corner in second]
+    return max(first_edge) < min(other) or max(other) < min(first_edge)
 
 
 def pair_intersects_integers(pair: ArrayLike) -> bool:

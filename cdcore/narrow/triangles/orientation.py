@@ -6,7 +6,7 @@ Source: J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast ro
 section 4, for the bounds.
 """
 
-from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.triangles.sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
 
@@ -64,7 +64,7 @@ def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> i
 @hot_kernel
 def add_triple(w: Memory, x: float, y: float, z: float) -> None:
     """Add x y z, exactly."""
-    stay_one_function()
+    never_inlined()
     if y == 0.0 or z == 0.0:
         return
     product, error = two_product(y, z)
@@ -76,7 +76,7 @@ def add_triple(w: Memory, x: float, y: float, z: float) -> None:
 @hot_kernel
 def orientation_sign(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """Exact sign of the volume of rows a, b, c, d of p."""
-    stay_one_function()
+    never_inlined()
     sign = orientation_filtered(p, a, b, c, d)
     if sign == 2:
         sign = orientation_exact(p, a, b, c, d, w)
@@ -86,7 +86,7 @@ def orientation_sign(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> in
 @hot_kernel
 def cross_sign(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory) -> int:
     """Exact sign of (b - a) x (d - c) seen along ``axis`` (0, 1, 2): turn to the left is 1."""
-    stay_one_function()
+    never_inlined()
     i = (axis + 1) % 3
     j = (axis + 2) % 3
     left = (p[3 * b + i] - p[3 * a + i]) * (p[3 * d + j] - p[3 * c + j])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of, words_of
+from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.sums import new_digits
@@ -51,13 +51,13 @@ def triangles_intersect(triangles: ArrayLike) -> BoolArray:
     answer_pairs(readonly(pairs[:]), answers, new_digits())
     left = np.flatnonzero(answers == UNDECIDED)
     if left.size:
-        answers[left] = _answers_near_one(pairs[left])
+        answers[left] = _answers_at_unit_scale(pairs[left])
     for index in np.flatnonzero(answers == UNDECIDED).tolist():
         answers[index] = pair_intersects_integers(pairs[index])
     return answers.astype(np.bool_)
 
 
-def _answers_near_one(pairs: FloatArray) -> ByteArray:
+def _answers_at_unit_scale(pairs: FloatArray) -> ByteArray:
     """The same of pairs so large or small that products leave the range of sums, scaled by powers of two."""
     exponents = np.frexp(np.abs(pairs).max(axis=(1, 2, 3), keepdims=True))[1]
     scaled = np.ldexp(pairs, -exponents)
@@ -72,7 +72,7 @@ def _answers_near_one(pairs: FloatArray) -> ByteArray:
 def answer_pairs(pairs: FloatArray, answers: ByteArray, digits: IntArray) -> None:
     """Answer 0, 1, or UNDECIDED where only integers can tell, for pairs (n, 2, 3, 3)."""
     for k in range(len(pairs)):
-        answers[k] = pair_intersects(doubles_of(pairs[k]), words_of(digits))
+        answers[k] = pair_intersects(doubles_of(pairs[k]), integers_of(digits))
 
 
 def checked_triangles(triangles: ArrayLike) -> FloatArray:

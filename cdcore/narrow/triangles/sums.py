@@ -17,7 +17,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, machine_operation, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, machine_operation, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.numerics import IntArray
 
@@ -62,19 +62,19 @@ def two_product(a: float, b: float) -> tuple[float, float]:
     """A product as (rounded product, error); no fused multiply-add, so every machine gives the same bits."""
     product = a * b
     c = SPLITTER * a
-    a_high = c - (c - a)
-    a_low = a - a_high
+    a_upper = c - (c - a)
+    a_lower = a - a_upper
     c = SPLITTER * b
-    b_high = c - (c - b)
-    b_low = b - b_high
-    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    b_upper = c - (c - b)
+    b_lower = b - b_upper
+    error = ((a_upper * b_upper - product) + a_upper * b_lower + a_lower * b_upper) + a_lower * b_lower
     return product, error
 
 
 @hot_kernel
 def clear_digits(digits: Memory) -> None:
     """Start a sum at zero."""
-    become_part_of_caller()
+    always_inlined()
     for k in range(DIGITS):
         digits[k] = 0
 
@@ -83,21 +83,21 @@ def clear_digits(digits: Memory) -> None:
 def add_double(digits: Memory, value: float) -> None:
     """Add one double, exactly."""
     bits = bits_of(value)
-    place = ((bits >> 52) & 0x7FF) - 1075 - LOWEST_BIT
+    position = ((bits >> 52) & 0x7FF) - 1075 - LOWEST_BIT
     if value == 0.0:
         return
     whole = (bits & 0xFFFFFFFFFFFFF) | 0x10000000000000
-    digit, shift = place >> 5, place & 31
-    low = (whole & 0xFFFFFFFF) << shift
-    high = (whole >> 32) << shift
+    digit, shift = position >> 5, position & 31
+    lower = (whole & 0xFFFFFFFF) << shift
+    upper = (whole >> 32) << shift
     if bits < 0:
-        digits[digit] -= low & 0xFFFFFFFF
-        digits[digit + 1] -= (low >> 32) + (high & 0xFFFFFFFF)
-        digits[digit + 2] -= high >> 32
+        digits[digit] -= lower & 0xFFFFFFFF
+        digits[digit + 1] -= (lower >> 32) + (upper & 0xFFFFFFFF)
+        digits[digit + 2] -= upper >> 32
     else:
-        digits[digit] += low & 0xFFFFFFFF
-        digits[digit + 1] += (low >> 32) + (high & 0xFFFFFFFF)
-        digits[digit + 2] += high >> 32
+        digits[digit] += lower & 0xFFFFFFFF
+        digits[digit + 1] += (lower >> 32) + (upper & 0xFFFFFFFF)
+        digits[digit + 2] += upper >> 32
 
 
 @hot_kernel
@@ -125,7 +125,7 @@ def sign_of_digits(digits: Memory) -> int:
 @hot_kernel
 def exponents_are_moderate(points: Memory, count: int) -> bool:
     """True where exact arithmetic on these ``count`` coordinates can neither underflow nor overflow."""
-    stay_one_function()
+    never_inlined()
     moderate = True
     for k in range(count):
         size = abs(points[k])

@@ -266,7 +266,7 @@ def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> 
 def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
     """An eye before the place where the search ended, or where it missed, that sees the smaller body whole."""
     assembly, look = result.assembly, run.look(search)
-    ended = run.watched.search.places(assembly.motion, search.frame, search.pair, look.hit or look.closest)
+    ended = run.watched.search.points(assembly.motion, search.frame, search.pair, look.hit or look.closest)
     target = ended.mean(axis=0) if search.meets is None else np.asarray(search.meets)
     user = towards_user(assembly, result.session.scene, search.frame, target.tolist())
     radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())

@@ -57,5 +57,5 @@ def test_surfaces_apart_by_a_margin_are_asked_again_no_later_than_points_moved_b
         ]
         moved = sum(np.linalg.norm(one[1] - one[0], axis=1).max() for one in ends)
         looks.verdict[0] = Verdict.CLEAR
-        looks.keep_apart(0, moved, True)
+        looks.keep_margin(0, moved, True)
         assert looks.near(close.frames(frame, frame + 1)) == [0]

@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations, rod_mesh, without_faces
 
 from cdcore import Body, TriangleMesh
-from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, places_apart
+from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, spread_positions
 
 
 @pytest.mark.parametrize(
@@ -43,5 +43,5 @@ def test_bodies_taken_apart_are_a_metre_from_each_other_also_a_small_one_after_a
     meshes = box_mesh(), ball_mesh(10.0), ball_mesh(0.1), rod_mesh()
     solids = [engine_solid(Body("a", mesh), "hull", "it", 1e-4) for mesh in meshes]
     reach = np.array([np.linalg.norm(solid.corners, axis=1).max() for solid in solids])
-    gaps = np.linalg.norm(np.diff(places_apart(solids)[0], axis=0), axis=1)
+    gaps = np.linalg.norm(np.diff(spread_positions(solids)[0], axis=0), axis=1)
     assert np.allclose(gaps, reach[1:] + reach[:-1] + 1.0)

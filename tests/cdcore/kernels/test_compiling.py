@@ -18,14 +18,14 @@ from numba.core.errors import TypingError
 from numba.core.event import Event
 
 from cdcore.kernels import compiling
-from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, kernel_folder, quick_compilers, stay_one_function
-from cdcore.kernels.memory import address_of, doubles_at, doubles_of, words_of
+from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, kernel_folder, never_inlined, quick_compilers
+from cdcore.kernels.memory import address_of, doubles_at, doubles_of, integers_of
 from cdcore.kernels.simd import load8, store
 
 
 @njit
 def doubled(x):
-    stay_one_function()
+    never_inlined()
     return 2 * x
 
 
@@ -183,7 +183,7 @@ def test_numbers_are_read_and_written_at_their_address():
 
 @kernel
 def last_of_rows(real, whole):
-    return doubles_of(real)[5], words_of(whole)[5], doubles_of(doubles_of(real))[0]
+    return doubles_of(real)[5], integers_of(whole)[5], doubles_of(doubles_of(real))[0]
 
 
 def test_an_array_of_rows_is_one_row_in_a_kernel():

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core import event
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 
 OFFSET = 7
 
@@ -17,13 +17,13 @@ def squared(x):
 
 @hot_kernel
 def shifted(x):
-    stay_one_function()
+    never_inlined()
     return squared(x) + OFFSET
 
 
 @hot_kernel
 def halved(x):
-    become_part_of_caller()
+    always_inlined()
     return x / 2
 
 

@@ -40,7 +40,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
         while look.hit is not None:
             assert look.hit not in found, "a pair is found once"
             found.add(look.hit)
-            look = search.look_on()
+            look = search.search_further()
         assert found == truth
 
 

@@ -59,8 +59,8 @@ def test_a_look_starts_at_the_pair_that_met_or_came_closest_in_the_look_before()
 def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search(name, settings, monkeypatch):
     detector, motion, alone = watch(name, **settings)
     detect_live(detector, motion)
-    searched, look = [], PairSearch.look_here
-    monkeypatch.setattr(PairSearch, "look_here", lambda *asked, **more: searched.append(1) or look(*asked, **more))
+    searched, look = [], PairSearch.search_from
+    monkeypatch.setattr(PairSearch, "search_from", lambda *asked, **more: searched.append(1) or look(*asked, **more))
     again = detector.watch(motion)
     notes = [
         {place: (look.result, look.start, look.budget) for place, look in noted.items()}

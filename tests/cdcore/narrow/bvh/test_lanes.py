@@ -7,7 +7,7 @@ from support.eight_frames import EightFrames
 from support.slow_trees import faces_below
 
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of, words_of
+from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
 from cdcore.narrow.bvh.face_lanes import certain_lanes
@@ -44,7 +44,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
-    pair = pair_at(words_of(row))
+    pair = pair_at(integers_of(row))
     mask = lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0
@@ -57,7 +57,7 @@ def faces_left(scene, pad):
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
             count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
-            for face_a, face_b, asked, meet in scene.found[: 4 * count].reshape(-1, 4).tolist():
+            for face_a, face_b, asked, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
                 yield a_tree.faces[face_a], b_tree.faces[face_b], asked, meet
 
 

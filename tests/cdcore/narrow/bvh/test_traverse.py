@@ -8,7 +8,7 @@ from support.eight_frames import EightFrames, row_of_pair
 from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import words_of
+from cdcore.kernels.memory import integers_of
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.frame_skips import root_gap
@@ -53,7 +53,7 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
 
 @kernel
 def gap_of(row, frame, pad):
-    pair = pair_at(words_of(row))
+    pair = pair_at(integers_of(row))
     return root_gap(pair, frame, pad)
 
 

@@ -30,7 +30,7 @@ def asked(inner, outer, motion=None, asked=True):
     bodies = [Body("inner", inner), Body("outer", outer)]
     motion = still(bodies, np.zeros((2, 3))) if motion is None else motion
     stage, frames, verdict = (
-        ContainmentStage(bodies, PAIR, asked=asked),
+        ContainmentStage(bodies, PAIR, enabled=asked),
         np.arange(len(motion)),
         np.zeros((len(motion), 1), "u1"),
     )

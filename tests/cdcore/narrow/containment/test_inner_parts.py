@@ -8,8 +8,8 @@ from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.kernels.box_box import gap_on_face_axes
 from cdcore.narrow.containment import containment_stage
-from cdcore.narrow.containment.containment_stage import frames_without_clearance, inner_parts_of, size_of
-from cdcore.narrow.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_part
+from cdcore.narrow.containment.containment_stage import frames_without_clearance, inner_components_of, size_of
+from cdcore.narrow.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_component
 from cdcore.narrow.containment.winding_surface import winding_surface
 from cdcore.protocol import detect_live
 
@@ -47,7 +47,7 @@ def path(rng, count, step=0.004):
 @pytest.mark.parametrize("name", INNER)
 def test_parts_that_moved_less_than_their_clearance_are_beside(name):
     mesh, rng = INNER[name], np.random.default_rng(7)
-    parts, boxes = inner_parts_of(mesh), boxes_of(cup())
+    parts, boxes = inner_components_of(mesh), boxes_of(cup())
     size, seen = size_of(mesh) + size_of(cup()), 0
     for _ in range(300):
         turns = np.stack([np.eye(3), random_rotations(rng)])[None]
@@ -61,21 +61,23 @@ def test_parts_that_moved_less_than_their_clearance_are_beside(name):
         places[0, 1] += step
         turn, move = np.empty((3, 3)), np.empty(3)
         pose_of_inner(turns, places, 0, (1, 0), turn, move)
-        assert all(reach_of_part(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
+        assert all(reach_of_component(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
     assert seen > 30
 
 
 @pytest.mark.parametrize("name", INNER)
 def test_frames_that_a_clearance_leaves_out_are_beside(name):
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
-    parts, boxes, size = inner_parts_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
+    parts, boxes, size = inner_components_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
     for _ in range(40):
         motion = path(rng, 60)
         near = frames_without_clearance(motion, np.arange(60), (1, 0), parts, boxes, size)
         turn, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
             pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), turn, move)
-            assert all(reach_of_part(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
+            assert all(
+                reach_of_component(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes))
+            )
         left_out += np.count_nonzero(~near)
     assert left_out > 200
 

@@ -54,12 +54,12 @@ def reversed_faces(mesh):
 )
 def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
     surface = winding_surface(mesh)
-    faces = surface.grid.triangles[: len(surface.part) - len(surface.caps)]
+    faces = surface.grid.triangles[: len(surface.component) - len(surface.caps)]
     points = np.random.default_rng(0).uniform(*mesh.bounds, (200, 3))
     expected = winding_number(points, faces)
     crossings, compared = np.zeros(len(surface.kinds), dtype=np.int64), 0
     for point, value in zip(points, expected, strict=True):
-        if ray_crossings(surface.grid, surface.part, point, MARGIN, crossings) == RAY_UNCERTAIN:
+        if ray_crossings(surface.grid, surface.component, point, MARGIN, crossings) == RAY_UNCERTAIN:
             continue
         caps = winding_number_at(point, surface.caps, 0, len(surface.caps))
         assert crossings.sum() - caps == pytest.approx(value, abs=1e-9)
@@ -93,7 +93,7 @@ def test_winding_number_and_parity_are_equal_in_sound_meshes(name):
     compared = 0
     for point, number in zip(points, numbers, strict=True):
         state = point_state(parity, point, MARGIN)
-        uncertain = ray_crossings(surface.grid, surface.part, point, MARGIN, crossings) == RAY_UNCERTAIN
+        uncertain = ray_crossings(surface.grid, surface.component, point, MARGIN, crossings) == RAY_UNCERTAIN
         assert uncertain == (state == UNCERTAIN)
         if not uncertain:
             assert crossings.sum() == state == round(number)

@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merged, moved
 
 from cdcore import TriangleMesh
-from cdcore.narrow.containment.winding_surface import PartKind, winding_surface
+from cdcore.narrow.containment.winding_surface import ComponentKind, winding_surface
 
 
 def without(mesh, *faces):
@@ -24,15 +24,18 @@ def cut_sphere(height):
 
 
 ALL = {
-    "box": (box_mesh(), PartKind.CLOSED),
-    "one triangle of a box": (without(box_mesh(), 4), PartKind.HOLED),
-    "one side of a box": (without(box_mesh(), *side(box_mesh(), 2)), PartKind.OPEN),
-    "one face of a ball": (without(icosphere_mesh(), 7), PartKind.HOLED),
-    "two places of a ball": (without(ball_mesh(1.0, 24, 36), 200, 900), PartKind.HOLED),
-    "half a ball": (cut_sphere(0.0), PartKind.OPEN),
-    "bowl": (cut_sphere(0.7), PartKind.OPEN),
-    "flask without a neck": (cut_sphere(0.9), PartKind.OPEN),
-    "curved sheet": (TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]), PartKind.OPEN),
+    "box": (box_mesh(), ComponentKind.CLOSED),
+    "one triangle of a box": (without(box_mesh(), 4), ComponentKind.HOLED),
+    "one side of a box": (without(box_mesh(), *side(box_mesh(), 2)), ComponentKind.OPEN),
+    "one face of a ball": (without(icosphere_mesh(), 7), ComponentKind.HOLED),
+    "two places of a ball": (without(ball_mesh(1.0, 24, 36), 200, 900), ComponentKind.HOLED),
+    "half a ball": (cut_sphere(0.0), ComponentKind.OPEN),
+    "bowl": (cut_sphere(0.7), ComponentKind.OPEN),
+    "flask without a neck": (cut_sphere(0.9), ComponentKind.OPEN),
+    "curved sheet": (
+        TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]),
+        ComponentKind.OPEN,
+    ),
 }
 
 
@@ -58,7 +61,7 @@ def test_flat_sheets_are_left_out_until_they_can_enclose_something():
     side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     sheets = [moved(side, [0, 0, 3 * k]) for k in range(4)]
     assert winding_surface(side).kinds.tolist() == winding_surface(merged(*sheets[:3])).kinds.tolist() == []
-    assert winding_surface(merged(*sheets)).kinds.tolist() == [PartKind.OPEN]
+    assert winding_surface(merged(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -70,9 +73,9 @@ def test_parts_with_caps_are_closed_whatever_is_lost_or_reversed(seed):
     faces[some] = faces[some, ::-1]
     surface = winding_surface(TriangleMesh(mesh.vertices, np.concatenate([faces, faces[:5], faces[5:9, ::-1]])))
     assert len(surface.grid.triangles) == len(faces) + len(surface.caps)
-    for part in np.unique(surface.part):
+    for part in np.unique(surface.component):
         uses = {}
-        for corners in surface.grid.triangles[surface.part == part].tolist():
+        for corners in surface.grid.triangles[surface.component == part].tolist():
             for k in range(3):
                 a, b = tuple(corners[k]), tuple(corners[(k + 1) % 3])
                 uses[a, b] = uses.get((a, b), 0) + 1
@@ -85,7 +88,7 @@ def test_parts_of_mixed_winding_are_wound_alike():
     faces = without(box, 4).faces.copy()
     faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]
     surface = winding_surface(TriangleMesh(box.vertices, faces))
-    assert surface.kinds.tolist() == [PartKind.HOLED]
+    assert surface.kinds.tolist() == [ComponentKind.HOLED]
     assert len(surface.caps) == 1
     assert surface.signs.tolist() == [1]
 
@@ -108,7 +111,7 @@ def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
     reversed_faces = {"outwards": slice(0), "inwards": slice(None), "mixed": slice(0, 1)}[wound]
     faces[reversed_faces] = faces[reversed_faces, ::-1]
     surface = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), faces))
-    assert surface.kinds.tolist() == [PartKind.CLOSED]
+    assert surface.kinds.tolist() == [ComponentKind.CLOSED]
     assert surface.signs.tolist() == [-1 if wound == "inwards" else 1]
     walls = sum((counts[axis] - 1) * 4 * np.prod(counts) // counts[axis] for axis in range(3))
     assert len(surface.grid.triangles) == len(mesh.faces) - walls
@@ -116,7 +119,7 @@ def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
 
 def test_a_fin_inside_a_solid_is_no_hole_and_one_outside_stays():
     box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
-    for tip, kind, faces in (([0.0, 0.1, 0.1], PartKind.CLOSED, 12), ([0.0, -0.9, -0.9], PartKind.HOLED, 13)):
+    for tip, kind, faces in (([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12), ([0.0, -0.9, -0.9], ComponentKind.HOLED, 13)):
         fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
         surface = winding_surface(merged(box, fin))
         assert surface.kinds.tolist() == [kind]
@@ -127,7 +130,7 @@ def test_sides_of_a_box_drawn_from_both_sides_are_no_walls():
     box = box_mesh()
     for faces in ([0], [0, 1], range(12)):
         surface = winding_surface(from_both_sides(box, *faces))
-        assert surface.kinds.tolist() == [PartKind.CLOSED]
+        assert surface.kinds.tolist() == [ComponentKind.CLOSED]
         assert len(surface.grid.triangles) == 12
 
 
@@ -136,7 +139,7 @@ def test_a_cell_drawn_from_both_sides_beside_a_solid_is_not_lost():
     double = cells((2, 1, 1))
     second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
     surface = winding_surface(from_both_sides(double, *second))
-    assert surface.kinds.tolist() == [PartKind.OPEN]
+    assert surface.kinds.tolist() == [ComponentKind.OPEN]
 
 
 def test_a_part_that_crosses_one_wound_the_other_way_is_noted():

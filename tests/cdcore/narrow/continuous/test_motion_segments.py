@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at, seen_from
+from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at, relative_to
 
 
 def leg_between(turn, place, turn_after, place_after):
@@ -63,7 +63,7 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
         pose_at(segment_a, share, pose_a)
         pose_at(segment_b, share, pose_b)
-        seen_from(pose_a, pose_b, relative)
+        relative_to(pose_a, pose_b, relative)
         return relative[:9].reshape(3, 3) @ point + relative[9:]
 
     ends = seen(start), seen(stop)

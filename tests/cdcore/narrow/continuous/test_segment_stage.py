@@ -23,7 +23,7 @@ from cdcore.narrow.continuous.motion_segments import leg_bounds, leg_pads, legs_
 from cdcore.narrow.continuous.segment_stage import (
     DEFAULT_EFFORT,
     DEFAULT_TOLERANCE,
-    HALF_TURN,
+    STRAIGHT_ANGLE,
     TOO_LARGE,
     SegmentStage,
 )
@@ -109,7 +109,7 @@ def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
 
 
 def test_half_a_turn_and_coordinates_beyond_the_bounds_are_told_and_a_little_less_is_searched():
-    assert state_of(*poses((0, 180))) == state_of(*poses((180, 0))) == HALF_TURN
+    assert state_of(*poses((0, 180))) == state_of(*poses((180, 0))) == STRAIGHT_ANGLE
     assert state_of(*poses((0, 179.99))) == HIT
     assert state_of(*poses(offset=(1e80, 0, 0))) == TOO_LARGE
 
@@ -134,14 +134,14 @@ def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None
 def test_a_ball_that_slides_past_a_plate_is_free_whatever_the_gap(gap):
     state, room = ask((-0.3, 0, 0.011 + gap), (0.3, 0, 0.011 + gap))
     assert state == FREE
-    assert room.work[search.PARTS] < 2000
+    assert room.work[search.INTERVALS] < 2000
 
 
 def test_what_rounding_cannot_tell_apart_is_too_close_and_says_where():
     state, room = ask((-1e-6, 0, 0.011 + 1e-9), (1e-6, 0, 0.011 + 1e-9), pad=1e-8, effort=10**9, shortest=1e-3)
     assert state == TOO_CLOSE
-    assert room.found[0] == 0.0
-    assert room.found[1] == 1.0
+    assert room.impacts[0] == 0.0
+    assert room.impacts[1] == 1.0
 
 
 def test_the_effort_ends_only_below_the_tolerance():

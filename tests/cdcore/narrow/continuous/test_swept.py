@@ -8,14 +8,14 @@ from support.shapes import ball_mesh, moved
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
-from cdcore.narrow.continuous.swept import faces_stay_apart
+from cdcore.narrow.continuous.swept import faces_stay_separated
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.triangles.predicates import triangles_intersect
 
 
 @kernel
 def stay_apart(corners, margin):
-    return faces_stay_apart(corners, margin)
+    return faces_stay_separated(corners, margin)
 
 
 def corners_of(before, after, other):

@@ -11,9 +11,9 @@ from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.continuous.clearance import certainly_apart
+from cdcore.narrow.continuous.clearance import certainly_separated
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
-from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
+from cdcore.narrow.margins.separating_moves import can_be_separated, shell_vectors, unit
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from replay.studies.stress.families import FAMILIES
 
@@ -90,7 +90,7 @@ def keep_apart(first, second, reach):
     """Whether two triangles that stand unmoved certainly keep each of some distances."""
     trees = build_box_trees([np.array([corners], dtype=float) for corners in (first, second)])
     pose = np.tile(np.eye(3), (len(reach), 1, 1)), np.zeros((len(reach), 3))
-    return certainly_apart(trees, pose, pose, reach).tolist()
+    return certainly_separated(trees, pose, pose, reach).tolist()
 
 
 def test_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_nearest():
@@ -115,7 +115,7 @@ def freed(first, second, step, turn=None, shift=(0, 0, 0)):
     meeting = meeting_faces_exhaustive(a, b)
     assert len(meeting), "they meet"
     shells = [shell_vectors(mesh.triangles, mesh.faces) @ turn.T for mesh in (first, second)]
-    return come_apart(a, b, *shells, meeting, step)
+    return can_be_separated(a, b, *shells, meeting, step)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])

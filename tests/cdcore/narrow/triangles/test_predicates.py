@@ -9,7 +9,7 @@ from support.predicate_work import filtered, left_open
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of, words_of
+from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.triangles import exact_pairs as triangle_exact
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.integers import pair_intersects_integers
@@ -66,7 +66,7 @@ def test_an_answer_of_the_filter_is_that_of_integers(family):
 
 @kernel
 def pair_intersects_exact(p, w):
-    return triangle_exact.pair_intersects_exact(doubles_of(p), words_of(w))
+    return triangle_exact.pair_intersects_exact(doubles_of(p), integers_of(w))
 
 
 @pytest.mark.slow
