@@ -1,4 +1,4 @@
-"""Where rounding is decided: the reference vertices, and the pads that cover their error.
+"""Reference vertices, and the pads that cover their rounding error.
 
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """

@@ -13,7 +13,9 @@ def hull_collider(mesh: TriangleMesh) -> TriangleMesh:
 
 @once_a_mesh
 def _hull_of_mesh(mesh: TriangleMesh) -> TriangleMesh | None:
-    """As ``hull_of``; an audit asks hulls at the detector's rate and at every frame, and each has a tree of its own."""
+    """Keep ``hull_of`` by mesh: an audit asks hulls at the detector's rate and at every frame, and each has its own
+    tree.
+    """
     return hull_of(mesh.referenced_vertices)
 
 

@@ -16,7 +16,7 @@ from cdcore.protocol import Body, Motion, Verdict, pair_has_pose
 
 @dataclass(frozen=True, eq=False)
 class BroadAnswer:
-    """What volumes decide: ``frames`` and ``columns`` (K,) of the pair-frames that may meet, by pair, then frame."""
+    """Answer of volumes: ``frames`` and ``columns`` (K,) of the pair-frames that may meet, by pair, then frame."""
 
     verdict: ByteArray
     """(T, P) CLEAR or NO_POSE; the caller writes its answers about the pair-frames into it."""
@@ -52,7 +52,7 @@ class BroadPhase:
         return BroadAnswer(verdict, frames, columns, work, clock)
 
     def everywhere(self, motion: Motion) -> BroadAnswer:
-        """As if all volumes overlapped: every pair-frame with poses may meet."""
+        """Candidates as if all volumes overlapped: every pair-frame with poses."""
         start, has_pose = perf_counter(), pair_has_pose(motion, self._pairs)
         frames, columns = true_places(has_pose)
         verdict = np.where(has_pose, CLEAR, NO_POSE)

@@ -157,17 +157,17 @@ class LivePairs:
 
     @property
     def seconds(self) -> dict[str, float]:
-        """As ``Live.seconds``."""
+        """Seconds of the last sample, by stage."""
         start, near, surfaces, end = self._clock
         return {"volumes": near - start, "surfaces": surfaces - near, "containment": end - surfaces}
 
     @property
     def work(self) -> Counter[str]:
-        """As ``Live.work``."""
+        """Counters of all samples so far."""
         return Counter(looks=self._samples, surface_queries=self._surfaces, containment_tests=self._insides)
 
     def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
+        """Verdicts of all pairs (P,) in a motion of one frame; see ``Live.look``."""
         start, verdict = perf_counter(), self.verdict
         columns = self.near(now)
         volumes_done = perf_counter()

@@ -158,7 +158,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
 
 def _solids_of(body: Body, shape: str) -> Solids:
-    """What stands in place of a body."""
+    """Returns the solids that replace each body."""
     if shape in (COMPOUND, SHIPPED) and body.colliders is not None:
         return body.colliders
     if shape == COMPOUND:

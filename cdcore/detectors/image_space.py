@@ -80,7 +80,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         )
 
     def _overlap(self, pair: list[int], poses: tuple[FloatArray, ...]) -> tuple[Overlap, Verdict, str]:
-        """What the rays saw of a pair at rotation, place, rotation, place; the verdict, and why it is INVALID."""
+        """Returns the overlap that rays saw at two placed poses, the verdict, and why it is INVALID."""
         triangles = [self.bodies[body].mesh.triangles for body in pair]
         placed = [place_points(triangles[0], *poses[:2]), place_points(triangles[1], *poses[2:])]
         lower, upper = (

@@ -39,7 +39,7 @@ from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSetti
 
 
 class _HeldMeshes(HeldLooks):
-    """Of each pair the last question and its answer; the only thing that passes from block to block."""
+    """Keeps the last question about each pair and its answer; nothing else passes from block to block."""
 
     def __init__(self, pairs: int, rate_hz: float | None, offset_s: float) -> None:
         super().__init__(pairs, rate_hz, offset_s)
@@ -128,7 +128,7 @@ class MeshDetector(PairDetector[Any]):
         )
 
     def _after_moves(self, motion: Motion, known: BoolArray, memory: _HeldMeshes, epsilon: float) -> BoolArray:
-        """Which pair-frames, (T, P), are asked because of a move since the last question."""
+        """Marks the pair-frames (T, P) that are queried because a body moved since the last query."""
         queried = np.zeros(known.shape, dtype=np.bool_)
         for column, ends in enumerate(self.pairs):
             frames = np.flatnonzero(known[:, column])
@@ -160,7 +160,7 @@ def _poses_of(motion: Motion, frames: IntArray, ends: IntArray) -> FloatArray:
 
 
 def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float) -> BoolArray:
-    """Which of K poses (1 + K, 2, 12), after that of the question before, are further than ``epsilon`` from the last.
+    """Marks which of K poses (1 + K, 2, 12) are further than ``epsilon`` from the last query; the first is that query.
 
     Seen from the second body, the ball of the first moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the
     map, the centre moves by itself. Each question sets the pose that the next are compared with, so errors do not add.

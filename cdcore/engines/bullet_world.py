@@ -31,7 +31,7 @@ class BulletWorld:
         self._away, self._unturned = spread_positions(solids)
 
     def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
-        """As ``EngineWorld.touching``: pairs for which Bullet lists a point of contact."""
+        """Pairs for which Bullet lists a point of contact; see ``EngineWorld.touching``."""
         engine, client = self._engine, self._client
         self._put(range(len(valid)), self._away, self._unturned)
         engine.performCollisionDetection(physicsClientId=client)

@@ -100,7 +100,7 @@ class EngineDetector(PairDetector[SettingsT]):
         return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
     def _touch(self, motion: Motion, frame: int) -> BoolArray:
-        """Which pairs the engine lists, (P,)."""
+        """Marks the pairs that the engine lists, (P,)."""
         valid = motion.valid[frame, self._order]
         # A pose that is not valid may hold anything.
         rotations = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))

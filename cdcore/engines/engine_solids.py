@@ -1,4 +1,4 @@
-"""What an engine is given for a mesh: the corners of its hull, or its triangles."""
+"""Solids that engines receive for a mesh: the corners of its hull, or its triangles."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def thickened(points: FloatArray, least: float) -> FloatArray:
 def engine_poses(
     solids: list[EngineSolid], rotations: FloatArray, translations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Where the middles are, (N, 3) metres, and quaternions (N, 4) as x, y, z, w."""
+    """Returns the world positions (N, 3) of the middles, metres, and quaternions (N, 4) as x, y, z, w."""
     middles = np.array([solid.middle for solid in solids]).reshape(-1, 3)
     positions = translations + np.einsum("nij,nj->ni", rotations, middles)
     return positions, Rotation.from_matrix(rotations).as_quat()

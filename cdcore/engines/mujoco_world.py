@@ -41,7 +41,7 @@ class MujocoWorld:
         self._data, self._engine = mujoco.MjData(self._model), mujoco
 
     def touching(self, translations: FloatArray, rotations: FloatArray, _valid: BoolArray) -> Any:
-        """As ``EngineWorld.touching``; a pair without a pose is the caller's to leave out."""
+        """Pairs that MuJoCo lists; the caller leaves out pairs without a pose. See ``EngineWorld.touching``."""
         data = self._data
         data.mocap_pos[:] = translations
         data.mocap_quat[:] = np.roll(rotations, 1, axis=1)

@@ -56,7 +56,7 @@ class PhysxWorld:
         finalize(self, _close, self._physx, self._stage, self._paths)
 
     def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> IntArray:
-        """As ``EngineWorld.touching``: pairs of bodies for which PhysX reports a point of contact."""
+        """Pairs of bodies for which PhysX reports a point of contact; see ``EngineWorld.touching``."""
         self._put(self._away, self._unturned)
         self._physx.step_sync(STEP)
         present = valid[:, None]

@@ -26,7 +26,7 @@ class RapierWorld:
             self._shapes = [_shape(rapier3d, solid) for solid in solids]
 
     def touching(self, translations: FloatArray, rotations: FloatArray, valid: BoolArray) -> list[tuple[int, int]]:
-        """As ``EngineWorld.touching``: pairs with an active contact, which Rapier would push apart."""
+        """Pairs with an active contact, which Rapier would push apart; see ``EngineWorld.touching``."""
         engine, world = self._engine, self._engine.PhysicsWorld()
         world.integration_parameters.normalized_prediction_distance = self._prediction
         body_of = {}

@@ -1,4 +1,4 @@
-"""What is said where an engine is not installed, or refuses a mesh; and silence where it prints."""
+"""Errors where an engine is not installed or refuses a mesh; silences engines that print."""
 
 import os
 import sys

@@ -76,7 +76,9 @@ def quick_compilers() -> tuple[dict[str, Any], dict[str, Any]]:
 
 @cache
 def kernel_folder() -> Path | None:
-    """Where machine code of these sources is kept, ``None`` if nothing can be written; that of earlier ones is removed.
+    """Returns the folder for machine code of these sources, or ``None`` if nothing can be written.
+
+    Machine code of earlier sources is removed.
 
     It is below ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else in the user's cache folder.
     """

@@ -49,7 +49,7 @@ def _doubles_at(_context: Any, _address: Any) -> Any:
 
 @cache
 def memory_at(address: int, kind: str) -> NDArray[Any]:
-    """What lies at an address as a long array, of which nobody knows where it ends; for interpreted kernels.
+    """Returns the memory at an address as an array of unknown length, for interpreted kernels.
 
     ``kind``: as NumPy writes the type of an entry.
     """

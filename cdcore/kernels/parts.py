@@ -50,7 +50,7 @@ class PartLibrary(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Where numba would note the address of what Python code needs; a part has no address and no Python."""
+        """The stand-in for numba's code generator: a part has neither an address nor Python code."""
         return _Nowhere
 
     def get_pointer_to_function(self, _name: str) -> int:
@@ -167,7 +167,7 @@ class KernelLowering(BaseNativeLowering):
 
     @property
     def lowering_class(self) -> Any:
-        """What writes down one function."""
+        """The class that lowers one function."""
         return KernelLower
 
 

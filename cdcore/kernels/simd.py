@@ -216,7 +216,7 @@ _many: Any = types.UniTuple
 
 
 def _start(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Where the first operand, an array or what is an address already, starts."""
+    """Returns the address at which the first operand starts, an array or an address already."""
     kind, array = signature.args[0], arguments[0]
     return array if isinstance(kind, types.CPointer) else context.make_array(kind)(context, builder, array).data
 

@@ -22,7 +22,7 @@ def between(p: Vector, q: Vector) -> Vector:
 
 @hot_kernel
 def beyond(p: Vector, fraction: float, direction: Vector) -> Vector:
-    """Where a share of a way from p leads."""
+    """Returns the point at p plus a fraction of a direction."""
     always_inlined()
     return p[0] + fraction * direction[0], p[1] + fraction * direction[1], p[2] + fraction * direction[2]
 

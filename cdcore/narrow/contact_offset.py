@@ -21,7 +21,7 @@ class ContactOffset:
         self._trees, self._pairs, self._reach = trees, np.sort(pairs, axis=1), reach
 
     def near(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
-        """Which of K pair-frames without contact are within reach, (K,)."""
+        """Marks the pair-frames without contact that are within reach, (K,)."""
 
         def separated(column: int, pose_a: Poses, pose_b: Poses) -> list[bool]:
             trees = [self._trees[body] for body in self._pairs[column]]

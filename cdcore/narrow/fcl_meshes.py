@@ -84,7 +84,7 @@ class FclMeshes:
     def at_poses(
         self, ask: Callable[[int, int], Answer], a: int, b: int, poses_a: Poses, poses_b: Poses
     ) -> list[Answer]:
-        """What ``touch`` or ``faces`` says of two bodies at each of K pairs of poses of a ``Motion``."""
+        """Answers of ``touch`` or ``faces`` for two bodies at each of K pairs of poses of a ``Motion``."""
         first, second = self._bodies[a], self._bodies[b]
         matrix_a, move_a = first.setRotation, first.setTranslation
         matrix_b, move_b = second.setRotation, second.setTranslation

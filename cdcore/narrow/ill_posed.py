@@ -1,4 +1,4 @@
-"""Which pair-frames are within tau of the other answer.
+"""Finds pair-frames that are within tau of the other answer.
 
 Floats with error bounds dismiss what is clearly deeper or clearly further; the rest is measured exactly. A contact
 needs a witness too: cubes that stand in each other with faces in common planes are deep in contact, though each of

@@ -15,7 +15,7 @@ from cdcore.protocol import Body, FaceSets, Motion, Verdict, ordered_by_name
 
 @dataclass(frozen=True, eq=False)
 class MeshAnswer:
-    """Which of K pair-frames are in contact (K,), in which faces if asked, mesh queries done and answers reused."""
+    """Contact of K pair-frames (K,), their faces if requested, mesh queries done and answers reused."""
 
     hits: BoolArray
     queries: int

@@ -36,7 +36,7 @@ def ask_changed_poses(
     motion: Motion, pairs: IntArray, frames: IntArray, columns: IntArray,
     ask: Callable[[int, Poses, Poses], Iterable[Answer]],
 ) -> tuple[list[Answer], IntArray]:  # fmt: skip
-    """What ``ask(column, poses of the first, those of the second)`` answers, one a pose, and which each has, (K,).
+    """Answers of ``ask(column, poses of the first, those of the second)``, one a pose, and the index of each, (K,).
 
     ``pairs`` (P, 2) body numbers; ``frames``, ``columns`` (K,). A pair-frame whose poses are bit for bit those of the
     one before it in its column shares that one's answer.

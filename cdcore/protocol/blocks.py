@@ -1,4 +1,4 @@
-"""What every detector demands of a motion: poses of its bodies, and blocks in order of time."""
+"""Checks that every detector makes of a motion: poses of its bodies, and blocks in order of time."""
 
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""What a detector found: a verdict for every frame and pair, on request the faces, the work and the time behind it."""
+"""The answer of a detector: a verdict for every frame and pair, the work and the time, on request the faces."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Detection:
         return self.section_source(*self._checked_index(frame, pair), faces)
 
     def take(self, frames: IntArray) -> Detection:
-        """What was found in some frames (n,), increasing; without work, seconds and segments."""
+        """Returns the answer for some frames (n,), increasing; without work, seconds and segments."""
         row = {frame: k for k, frame in enumerate(frames.tolist())}
         return replace(
             self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,

@@ -15,7 +15,7 @@ NO_FACES: Int32Array = readonly(np.zeros((0, 2), dtype=np.int32))
 
 @dataclass(frozen=True, eq=False)
 class FaceSets:
-    """Which faces meet, for every frame and pair in contact.
+    """Faces that meet, for every frame and pair in contact.
 
     Entry k says that in frame ``frame[k]`` pair ``pair[k]`` (a column of the detection) meets in
     ``faces[start[k]:stop[k]]``; entries are sorted by frame, then pair. Equal sets of neighbouring frames may share

@@ -114,7 +114,7 @@ class FrameDetector(PairDetector[Any]):
 
 
 def own_failure(doing: str, kind: type, error: Exception) -> OwnDetectorError:
-    """What to raise for an exception in somebody's detector: it names class, file and line.
+    """Returns the error to raise for an exception in somebody's detector: it names class, file and line.
 
     The line is the last one in the file of the class: a mistake is seldom in the library that it calls.
     """

@@ -1,4 +1,4 @@
-"""What a detector with a rate answers between its looks: each pair keeps its last answer (zero-order hold).
+"""Zero-order hold of a detector with a rate: between samples each pair keeps its last answer.
 
 A look is the first frame at or after a tick ``offset_s + k / rate_hz``, and the first frame of all.
 """
@@ -42,7 +42,7 @@ def last_answers(answered: BoolArray) -> IntArray:
 
 
 class HeldLooks:
-    """Which frames are looked at, and the last answer about each pair; handed from block to block.
+    """Keeps the sampling ticks and the last answer about each pair; handed from block to block.
 
     ``rate_hz``: looks per second; ``None``: every frame. ``offset_s``: seconds at which the first tick lies.
     """
@@ -53,7 +53,7 @@ class HeldLooks:
         self._verdict: ByteArray = np.full(pairs, BEFORE_FIRST_ANSWER, dtype=np.uint8)
 
     def looks(self, times: FloatArray) -> BoolArray:
-        """Which frames of the next block are looked at, (T,)."""
+        """Marks the frames of the next block that are sampled, (T,)."""
         if self._rate_hz is None or not len(times):
             return np.ones(len(times), dtype=np.bool_)
         ticks = tick_of(times, self._rate_hz, self._offset_s)
@@ -93,11 +93,11 @@ class LiveHeld:
 
     @property
     def work(self) -> Counter[str]:
-        """As ``Live.work``."""
+        """Counters of all samples so far."""
         return self._live.work
 
     def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
+        """Verdicts of all pairs (P,) in a motion of one frame; see ``Live.look``."""
         tick = float(tick_of(now.times[0], self._rate_hz, self._offset_s))
         if tick > self._tick:
             sample_verdict, self._tick = self._live.look(now), tick

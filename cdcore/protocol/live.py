@@ -24,7 +24,7 @@ class Live(Protocol):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """Of the last look, by stage."""
+        """Seconds of the last sample, by stage."""
         ...
 
     @property
@@ -48,7 +48,7 @@ class LiveBlocks:
         """By pair, why the last look left it undecided, where the detector noted that."""
 
     def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
+        """Verdicts of all pairs (P,) in a motion of one frame; see ``Live.look``."""
         detection = self._answer(now)
         self.seconds = {stage: float(np.sum(spent)) for stage, spent in detection.seconds.items()}
         self.work.update({name: int(np.sum(count)) for name, count in detection.work.items()})
@@ -67,7 +67,7 @@ def detect_live(detector: Detector, motion: Motion) -> Detection:
 
 
 def stream_live(detector: Detector, motions: Iterable[Motion]) -> Iterator[Detection]:
-    """As ``detect_live``, block by block, in one session."""
+    """Runs ``detect_live`` block by block, in one session."""
     head: Detection | None = None
     for motion in blocks_in_order(motions):
         if head is None:

@@ -260,7 +260,7 @@ def _where(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] |
 
 
 def _fault(position: FloatArray, rotation: FloatArray) -> str:
-    """What is wrong with one pose that was refused, and what to do."""
+    """Says why a pose was refused, and what to do."""
     with np.errstate(invalid="ignore", over="ignore"):
         error, determinant = float(np.abs(rotation.T @ rotation - np.eye(3)).max()), float(np.linalg.det(rotation))
     if not np.isfinite(position).all():

@@ -65,7 +65,7 @@ class PairDetector(ABC, Generic[SettingsT]):
         return None
 
     def _fresh_memory(self) -> Any:
-        """What passes from block to block, as it is before the first; nothing unless a detector says otherwise."""
+        """Returns the state that passes from block to block, as it is before the first; none by default."""
         return None
 
     @abstractmethod
@@ -73,7 +73,7 @@ class PairDetector(ABC, Generic[SettingsT]):
         """Answer for one block, and bring the memory up to date."""
 
     def _seconds(self, clock: list[float]) -> dict[str, float]:
-        """What each of ``stages`` took, from readings of the performance counter before and after each that was run."""
+        """Seconds of each of ``stages``, from readings of the performance counter before and after each of them."""
         return dict(zip(self.stages, np.diff(clock).tolist(), strict=False))
 
     def _detection(

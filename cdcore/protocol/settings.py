@@ -22,7 +22,7 @@ ALLOWED: Final = "allowed"
 
 @dataclass(frozen=True)
 class Allowed:
-    """What a setting may be: a test, and the same in words."""
+    """Allowed values of a setting: a test, and its description."""
 
     holds: Callable[[object], bool]
     expected: str

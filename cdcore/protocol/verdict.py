@@ -7,7 +7,7 @@ from cdcore.numerics import BoolArray, ByteArray
 
 
 class Verdict(IntEnum):
-    """What a detector says of one pair in one frame (stored as uint8)."""
+    """Answer of a detector about one pair in one frame (stored as uint8)."""
 
     CLEAR = 0
     """Surfaces disjoint, decided; no part of one inside the other where containment is decided."""

@@ -38,7 +38,7 @@ def take_poses(
 
 @hot_kernel
 def index_in(pick: IntArray, face: int) -> int:
-    """Where a face stands among ascending ones, or would stand."""
+    """Index of a face among ascending ones, or where it would be inserted."""
     lower, upper = 0, len(pick) - 1
     while lower < upper:
         middle = (lower + upper) // 2

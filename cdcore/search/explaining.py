@@ -37,7 +37,7 @@ class SearchExplainer:
         self._finds_by_pair: dict[tuple[int, int], BoolArray] = {}
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray, *, volumes_meet: bool) -> Explanation:
-        """What spheres and search make of one pair in one frame.
+        """Explains one pair in one frame by its spheres and its search.
 
         Parameters
         ----------

@@ -23,11 +23,11 @@ class LiveSearch(LivePairs):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """As ``Live.seconds``."""
+        """Seconds of the last sample, by stage."""
         seconds = super().seconds
         return {"volumes": seconds["volumes"], "search": seconds["surfaces"]}
 
     @property
     def work(self) -> Counter[str]:
-        """As ``Live.work``."""
+        """Counters of all samples so far."""
         return Counter(self._answer.work)

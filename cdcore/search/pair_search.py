@@ -89,7 +89,7 @@ class PairSearch:
         return self._placed[0].tobytes() + self._placed[1].tobytes()
 
     def search_from(self, stamp: float, start: Pair | None, budget: int) -> SearchResult:
-        """As ``look``, at the poses taken last."""
+        """Searches at the poses that were set last; otherwise as ``look``."""
         self._stamp = stamp
         self._fresh["stream"] = self._key ^ np.float64(stamp).view(np.uint64)
         return self._search(SEARCH, start or NO_PAIR, budget)

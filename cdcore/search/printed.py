@@ -39,7 +39,7 @@ def printed_17(theta: FloatArray, qubits: FloatArray) -> FloatArray:
 
 
 def printed_19(change: float, exponent: float) -> float:
-    """What is added to pheromone or heuristic: ``sgn(x) |x|^exponent``."""
+    """Returns the amount added to pheromone or heuristic: ``sgn(x) |x|^exponent``."""
     return float(np.sign(change) * np.abs(change) ** exponent)
 
 

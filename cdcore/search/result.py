@@ -1,4 +1,4 @@
-"""What one search of one pair of bodies found and took; a hit in it has passed the exact triangle test."""
+"""Result and cost of one search of one pair of bodies; a hit has passed the exact triangle test."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ Pair = tuple[int, int]
 
 
 class SearchResult(NamedTuple):
-    """What one search found, a pair that meets or ``None``, and took.
+    """A pair of faces that meets or ``None``, and the cost of the search.
 
     ``closest``: the pair whose centroids came closest, at ``distance`` metres. ``evaluations``: distances of centroids;
     ``tests``: of triangles; ``restarts``: populations drawn anew; ``iterations``: of the colony. ``reason``: "hit",

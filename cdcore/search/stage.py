@@ -37,7 +37,7 @@ LookKey = tuple[int, float, int, Pair | None, int]
 
 
 class PairMemory:
-    """What is known of a pair from its last look: its poses, whether it met and in which faces, the closest pair."""
+    """Remembers the last sample of a pair: its poses, whether it met and in which faces, the closest pair of faces."""
 
     def __init__(self) -> None:
         self.poses = b""
@@ -52,7 +52,7 @@ class PairMemory:
 
 
 class SearchAnswer:
-    """What the searches of one block gave.
+    """Answers of the searches of one block.
 
     ``hits`` (T, P): where a contact was confirmed. ``work``: counters. With ``faces``, ``entries`` holds frame, column
     and number of every pair-frame in contact; its face pairs are ``sets[number]``.
@@ -104,7 +104,7 @@ class SearchStage:
         self.empty: dict[LookKey, SearchResult] = {}
 
     def fresh_memory(self) -> list[PairMemory]:
-        """What is known of each pair before the first frame: nothing; it passes from block to block."""
+        """Returns an empty memory of each pair; it passes from block to block."""
         return [PairMemory() for _ in self._ends]
 
     def samples_meet(self, column: int, faces: IntArray) -> bool:

@@ -1,4 +1,4 @@
-"""What a search keeps between two calls of its kernel: one record of numbers, one record an ant, the faces it looks at.
+"""State of a search between two calls of its kernel: one record of numbers, one record an ant, and the faces.
 
 Kernels read and write fields as attributes, Python as ``state["field"]``.
 """

@@ -90,7 +90,7 @@ class NotingStage(SearchStage):
 
 @dataclass(frozen=True, eq=False)
 class Watched:
-    """What a detector with a search did with a motion.
+    """Record of what a detector with a search did with a motion.
 
     ``spheres``, ``boxes``, ``searched``: (T, P), the pair-frames that each stage let through, and those looked at.
     ``search``: traces a look. ``settings``: of the detector. ``face_sets``: of the contacts, as if faces had been asked

@@ -1,6 +1,6 @@
 """Two boxes in eight frames: which frames keep them apart for certain.
 
-Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative minor
+Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative rotation
 strays from it; any direction separates if the widened radii say so.
 """
 
@@ -35,7 +35,7 @@ def lanes_that_may_meet(
 ) -> int:  # fmt: skip
     """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
 
-    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the minor of the middle frame.
+    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
     Leaves the centre of a in b's box frame in ``scratch.offset`` (24,). Cross products of axes are tried for two leaves
     only: at inner nodes they cost more than they cull.
     """

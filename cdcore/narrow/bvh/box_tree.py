@@ -59,7 +59,7 @@ def build_box_trees(bodies: Sequence[FloatArray]) -> list[BoxTree]:
 
 
 def _box_tree(nodes: BoxNodes, triangles: FloatArray) -> BoxTree:
-    """What kernels read of the nodes over triangles (f, 3, 3)."""
+    """Builds the arrays that kernels read of the nodes over triangles (f, 3, 3)."""
     leaf_nodes = np.flatnonzero(nodes.child < 0)
     leaf_nodes = leaf_nodes[np.argsort(nodes.start[leaf_nodes])]
     counts = nodes.stop[leaf_nodes] - nodes.start[leaf_nodes]

@@ -49,7 +49,7 @@ def side(normal: Point, offset: Point, bound: float) -> Signs:
 
 @hot_kernel
 def orientation(offset: Point, e: Point, f: Vector, bound: float) -> Signs:
-    """Which way an edge turns about a fixed one, of the volume that both and the way from one to the other span."""
+    """Signs of the volume that an edge, a fixed edge and the offset between them span: the orientation of the edges."""
     always_inlined()
     volume = triple(offset[0], offset[1], offset[2], e[0], e[1], e[2], f[0], f[1], f[2])
     return above(volume, bound), above(-bound, volume)
@@ -57,7 +57,7 @@ def orientation(offset: Point, e: Point, f: Vector, bound: float) -> Signs:
 
 @hot_kernel
 def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: float, mask: int) -> int:
-    """Of ``mask`` the lanes in which two faces certainly meet, plus 256 times those in which they certainly do not.
+    """Lanes of ``mask`` in which two faces certainly meet, plus 256 times those in which they certainly do not.
 
     ``placed`` (72,): the moved face. ``size``: no corner of either is further from the origin in the lanes of ``mask``.
     """

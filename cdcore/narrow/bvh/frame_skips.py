@@ -1,4 +1,4 @@
-"""Which frames are not searched: those that repeat the one before, and those in which two bodies certainly stay apart.
+"""Frames that need no search: those that repeat the one before, and those in which two bodies certainly stay apart.
 
 How long these last is known from the gap of two root boxes now and the lengths of both bodies' paths.
 """

@@ -1,4 +1,4 @@
-"""What the hot kernels read of a pair: named tuples of memory and numbers, filled by name from one row of words.
+"""Named tuples of memory and numbers that hot kernels read of a pair, filled by name from one row of integers.
 
 A word is a number or the address of an array. The arrays themselves as operands of one named tuple took ten times as
 long to hand over, 2.7 microseconds for 25 of them, which a live look pays for every pair (2026-11).
@@ -185,7 +185,7 @@ def reader(kind: Any) -> Callable[[Memory], Any]:
 
 @cache
 def _kinds_of_entries(kind: Any) -> list[Any]:
-    """Of each name of a named tuple: a named tuple, how NumPy writes the type of its entries, or "" of a number."""
+    """For each field of a named tuple: a named tuple, NumPy's type string of its entries, or "" for a number."""
     kinds: list[Any] = []
     for hint in get_type_hints(kind, include_extras=True).values():
         if hasattr(hint, "_fields"):

@@ -61,7 +61,7 @@ def answer_faces(
 
 
 def settled(row: IntArray, later: IntArray, work: IntArray) -> IntArray:
-    """Of the face pairs (n,) that a pair's row left open, faces in leaf order, those that meet, by numbers of faces.
+    """Returns the undecided face pairs (n,) of a pair's row that meet, by numbers of faces; input is in leaf order.
 
     Notes contact, and counts in ``work``.
     """

@@ -62,7 +62,7 @@ NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class MotionAnswer:
-    """What was found for T frames and P pairs.
+    """Contacts for T frames and P pairs.
 
     ``hits`` (T, P). ``sets``: the faces of each contact, none unless asked for; equal poses share them. ``near``:
     frames and pairs, (n,) each, without contact that no bounding volume keeps apart. ``seconds`` of ``STAGES``; workers
@@ -137,7 +137,7 @@ class MotionSearch:
 
 
 def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]:
-    """Where stretches of about equal length begin, and the number of all frames; two numbers at least."""
+    """First frames of segments of about equal length, then the number of all frames; two numbers at least."""
     bits = face_bits(trees)[pairs].sum(axis=1).max()
     longest = min(SEGMENT_FRAMES, 1 << max(0, KEY_BITS - int(bits)))
     count = -(-frames // longest)

@@ -1,4 +1,4 @@
-"""Which bodies have a connected part inside another, where their surfaces do not meet.
+"""Decides whether a connected part of a body is inside another, where their surfaces do not meet.
 
 Solids with disjoint surfaces overlap exactly there. A ball in a box is contained; a rod in an open beaker is not, even
 if the beaker's mesh is closed: the cavity is outside the glass.
@@ -133,7 +133,7 @@ def components_of(mesh: TriangleMesh) -> list[Component]:
 
 @once_a_mesh
 def grid_of(mesh: TriangleMesh) -> InsideGrid:
-    """What a closed mesh is asked with."""
+    """The grid of a closed mesh that rays are cast through."""
     return build_inside_grid(mesh.triangles)
 
 

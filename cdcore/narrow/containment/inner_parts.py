@@ -1,4 +1,4 @@
-"""Where the connected parts of a body lie against the parts and holes of another one, by their boxes.
+"""Compares connected parts of a body with the parts and holes of another one, by their boxes.
 
 A part beside the boxes of all parts of the other body, or neither within such a box nor near a hole, is outside. How
 far it keeps from the boxes says how far it may move before it has to be asked about again.

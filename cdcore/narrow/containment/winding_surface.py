@@ -57,7 +57,7 @@ MOST_TRACED: Final = 20_000
 
 
 class ComponentKind(IntEnum):
-    """What a connected part of a surface is."""
+    """Kinds of connected parts of a surface."""
 
     CLOSED = 0
     """Every edge is passed as often one way as the other."""
@@ -235,7 +235,8 @@ def _single_faces(mesh: TriangleMesh, exponent: int) -> tuple[IntArray, FloatArr
 
 
 def _are_walls(faces: IntArray, corners: FloatArray, components: IntArray, from_both_sides: BoolArray) -> BoolArray:
-    """Which faces (n, 3), with corners (n, 3, 3), lie inside what the one-sided faces of their component enclose, (n,).
+    """Marks faces (n, 3), with corners (n, 3, 3), inside the solid that one-sided faces of their component enclose,
+    (n,).
 
     Only faces drawn from both sides (n,) do. They bound no solid; counted once, each would leave edges of three faces
     around it, which look like the rim of a hole.
@@ -259,7 +260,7 @@ def _are_walls(faces: IntArray, corners: FloatArray, components: IntArray, from_
 
 
 def _excess(faces: IntArray) -> IntArray:
-    """How much oftener each edge along the faces is passed in its own direction than in the other one, (3n,)."""
+    """Counts how much oftener each edge is passed in its own direction than in the other, along the faces, (3n,)."""
     start, end, edge, _ = _edges(faces)
     net = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0)).astype(np.int64)
     return np.where(start < end, net[edge], -net[edge])
@@ -274,7 +275,7 @@ def _edges(faces: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
 
 
 def _flips(faces: IntArray) -> BoolArray:
-    """Which faces (n, 3) to reverse, so that neighbours over an edge of two faces are wound alike; as few as can be.
+    """Marks the fewest faces (n, 3) to reverse so that neighbours over an edge of two faces are wound alike.
 
     A surface that cannot be wound alike, as a Moebius strip, stays as it is.
     """
@@ -362,7 +363,7 @@ def _hole(rim: list[int], corners: FloatArray) -> Hole:
 
 
 def _kind(component: FloatArray, holes: list[Hole]) -> ComponentKind:
-    """What a part (f, 3, 3) with these holes is."""
+    """Returns the kind of a part (f, 3, 3) with these holes."""
     if not holes:
         return ComponentKind.CLOSED
     caps = [hole.area for hole in holes]
@@ -405,5 +406,5 @@ def _stacked(arrays: list[FloatArray], empty: tuple[int, ...]) -> FloatArray:
 
 
 def _starts(counts: list[int]) -> IntArray:
-    """Where entries of so many begin, and where the last one ends."""
+    """Start of each group of entries, then the end of the last."""
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)

@@ -47,7 +47,7 @@ class HolePassages:
 
     @cached_property
     def _searches(self) -> dict[int, list[SegmentStage]]:
-        """Of each pair with a hole, by its column: for each body with holes, what searches for meetings with caps."""
+        """Searches for meetings with caps, for each pair with a hole by its column, one a body with holes."""
         questions = self._containment.winding_questions
         return {
             column: [self._search(column, question) for question in questions[column] if question.has_caps]

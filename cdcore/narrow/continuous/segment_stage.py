@@ -56,7 +56,7 @@ COUNTERS: Final = {"box_tests": BOX_TESTS, "face_tests": FACE_TESTS, "meeting_te
 
 @dataclass(frozen=True, eq=False)
 class SegmentAnswer:
-    """What was found on K legs.
+    """Answers for K legs.
 
     ``states`` (K,): FREE, HIT, or a key of ``REASONS``. ``impact`` (K, 2) seconds: before the first nothing touches, at
     the second a contact was seen; else what is undecided. ``faces`` (K, 2): meet where HIT, in the pair's order.

@@ -30,7 +30,7 @@ class SweptSpheres:
     def may_meet(
         self, rotations: FloatArray, translations: FloatArray, valid: BoolArray, pairs: IntArray, searched: BoolArray
     ) -> BoolArray:
-        """Which of the legs asked about (T, P), row t from frame t-1 to t, may bring the spheres together, (T, P).
+        """Marks legs (T, P), of those searched, on which the spheres may meet; row t is from frame t-1 to t.
 
         Rows whose poses are not valid must not be asked about.
         """

@@ -20,7 +20,7 @@ from cdcore.protocol.settings import MOST_METRES, MOST_WORK, CheckedSettings, nu
 
 
 class Impact(Enum):
-    """What is known of the motion between two poses."""
+    """Result of a query about the motion between two poses."""
 
     HIT = "HIT"
     """The surfaces meet; seen on triangles, exactly."""

@@ -14,7 +14,7 @@ from cdcore.numerics import FloatArray, IntArray
 
 
 class Window(NamedTuple):
-    """Where the first ray runs, size of a pixel, number of pixels along each axis, (3,) each."""
+    """Position of the first ray, size of a pixel, number of pixels along each axis, (3,) each."""
 
     first: FloatArray
     size: FloatArray
@@ -22,7 +22,7 @@ class Window(NamedTuple):
 
 
 class Layers(NamedTuple):
-    """Where each pixel's layers start (n + 1,), and their depths, ascending within a pixel."""
+    """Start of each pixel's layers (n + 1,), and their depths, ascending within a pixel."""
 
     start: IntArray
     depths: FloatArray
@@ -43,7 +43,7 @@ def side_of_edge(pu: float, pv: float, qu: float, qv: float, x: float, y: float)
 
 @hot_kernel
 def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> float:
-    """Where the ray at (x, y) along w crosses the face; infinite where it does not."""
+    """Depth at which the ray at (x, y) along w crosses the face; infinite where it does not."""
     never_inlined()
     ab = side_of_edge(face[0, u], face[0, v], face[1, u], face[1, v], x, y)
     bc = side_of_edge(face[1, u], face[1, v], face[2, u], face[2, v], x, y)

@@ -1,4 +1,4 @@
-"""How much two closed solids overlap, from layered depth images along three axes: what sampled rays have seen.
+"""Overlap of two closed solids from layered depth images along three axes, as sampled rays see it.
 
 Source: B. Heidelberger, M. Teschner, M. Gross, Real-time volumetric intersections of deforming objects (VMV 2003);
 Detection of collisions and self-collisions using image-space techniques (WSCG 2004).
@@ -26,7 +26,7 @@ MOST_PIXELS: Final = 4096
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """What the rays of three axes saw: ``volume`` in cubic metres is the mean of those along x, y and z.
+    """Overlap along the rays of three axes: ``volume`` in cubic metres is the mean of those along x, y and z.
 
     ``inside``: 0 where A, 1 where B lies wholly inside the other as far as the rays tell; else -1.
     """
@@ -67,7 +67,7 @@ def overlap_of_placed(world_a: FloatArray, world_b: FloatArray, resolution: int)
 
 
 def _inside(lengths: FloatArray, boxes: tuple[FloatArray, ...]) -> int:
-    """Which body shares every stretch that a ray runs in it, its box inside the other's; -1 for neither."""
+    """Number of the body all of whose ray intervals lie in the other, its box inside the other's; -1 for neither."""
     lower_a, upper_a, lower_b, upper_b = boxes
     within = ((lower_a > lower_b) & (upper_a < upper_b)).all(), ((lower_b > lower_a) & (upper_b < upper_a)).all()
     for body in range(2):

@@ -18,7 +18,7 @@ PARALLEL_PAD = 1e-8
 
 
 def overlap_bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of triangle pairs (n, 2, 3, 3) a lower and an upper bound of the least overlap along the eleven axes of a pair,
+    """Bounds, lower and upper, of the least overlap of triangle pairs (n, 2, 3, 3) along the eleven axes of a pair,
     two normals and nine cross products of edges, and a distance that the triangles certainly keep; (n,) each.
     """
     points = pairs - pairs[:, :1, :1]

@@ -27,7 +27,7 @@ FIRST_TESTED = 64
 
 
 def shell_vectors(triangles: FloatArray, faces: NDArray[np.integer]) -> FloatArray:
-    """Where the corners of each face go when all faces of a body move outward by 1, (f, 3, 3), in units of the step.
+    """Moves of the corners of each face when all faces of a body move outward by 1, (f, 3, 3), in units of the step.
 
     A corner moves so that every face around it moves by 1 along its normal, if that can be; by least squares if not.
     ``triangles`` (f, 3, 3) corners, ``faces`` (f, 3) vertex numbers; faces without area do not count.

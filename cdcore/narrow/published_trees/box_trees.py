@@ -106,5 +106,5 @@ def _straight(corners: FloatArray, first: IntArray) -> Boxes:
 
 
 def _along_longest(points: FloatArray, side: FloatArray, node: IntArray) -> FloatArray:
-    """Of points (3, E) the coordinate along the longest side (3, n) of their node."""
+    """Coordinates of points (3, E) along the longest side (3, n) of their node."""
     return np.take_along_axis(points, np.argmax(side, axis=0)[node][None], axis=0)[0]

@@ -1,1 +1,1 @@
-"""Where two surfaces meet: intersection segments, for pictures and lengths."""
+"""Intersection segments of two surfaces, for pictures and lengths."""

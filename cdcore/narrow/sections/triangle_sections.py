@@ -1,4 +1,4 @@
-"""Where two triangles that meet have points in common: a segment, computed in doubles, for pictures and lengths.
+"""The segment that two meeting triangles have in common, computed in doubles, for pictures and lengths.
 
 Each edge is clipped by the other triangle: by its plane, from both sides, and by its three edges. Who asks knows from
 the exact test that the two meet; a point within rounding of the other triangle counts as on it.
@@ -35,7 +35,7 @@ def triangle_pair_sections(triangles: ArrayLike) -> FloatArray:
 
 @kernel
 def fill_sections(pairs: FloatArray, segments: FloatArray) -> None:
-    """Of the points where edges of each pair (n, 18) enter and leave the other triangle, the two farthest apart."""
+    """Fills the two farthest of the points where edges of each pair (n, 18) enter and leave the other triangle."""
     points = np.empty(36)
     for pair in range(len(pairs)):
         p, count, extent = pairs[pair], 0, 0.0
