@@ -6,7 +6,7 @@ What they leave is asked of a narrow phase, pair by pair.
 from collections import Counter
 from collections.abc import Callable, Collection
 from time import perf_counter
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -21,15 +21,26 @@ STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""
 MARGIN_FRACTION: Final = 1.0 - 1e-6
 """Share of a margin that steps may use up: taking one off rounds by 1e-16 of it, and 1e9 frames may follow."""
-FIRST_REACH, LEAST_REACH, MOST_REACH = 4.0, 1.5, 16.0
-"""How many steps ahead a pair is asked about: more while that succeeds, fewer where its surfaces are too near.
 
-Two thirds of the tree searches of the bench are left out so (2026-11): 2.6 of a python-fcl loop became 1.6 to 1.8.
-"""
-WAIT: Final = 3
-"""Looks for which a pair is not asked about again that failed at the least reach: ``aabb`` and ``obb`` take 0.93 of the
-time so, ``exact`` 0.97 (2026-11); 7 looks and 31 save less.
-"""
+
+class SkipSchedule(NamedTuple):
+    """How many steps ahead a pair is tested, so that samples can be skipped while its surfaces are far apart.
+
+    Two thirds of the tree searches of the bench are left out so (2026-11): 2.6 of a python-fcl loop became 1.6 to 1.8.
+    """
+
+    first_reach: float = 4.0
+    """Steps ahead at the first test of a pair."""
+    least_reach: float = 1.5
+    """Fewest steps ahead: a quarter as many after each test that fails."""
+    most_reach: float = 16.0
+    """Most steps ahead: twice as many after each test that succeeds."""
+    wait: int = 3
+    """Samples without such a test after one that failed at the least reach: ``aabb`` and ``obb`` take 0.93 of the time
+    so, ``exact`` 0.97 (2026-11); 7 samples and 31 save less."""
+
+
+SKIPS: Final = SkipSchedule()
 
 Decide = Callable[[Motion, int, float], tuple[int, bool]]
 """``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
@@ -125,7 +136,7 @@ class LivePairs:
         self._steps, self._margins, self._clearances = np.zeros(bodies), np.zeros(pairs), np.zeros(pairs)
         self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins, self._clearances
         self._named = np.empty(pairs, dtype=np.int64)
-        self._reach, self._waits = [FIRST_REACH] * pairs, [0] * pairs
+        self._reach, self._waits = [SKIPS.first_reach] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
         self._clock = (0.0, 0.0, 0.0, 0.0)
         self._samples = self._surfaces = self._insides = 0
@@ -150,10 +161,10 @@ class LivePairs:
         """Keep the verdict of a pair until its bodies moved by the margin, if its surfaces are ``separated`` by it."""
         if separated:
             self._margins[pair] = margin * MARGIN_FRACTION
-            self._reach[pair] = min(2.0 * self._reach[pair], MOST_REACH)
+            self._reach[pair] = min(2.0 * self._reach[pair], SKIPS.most_reach)
         elif margin > 0.0:
-            self._waits[pair] = WAIT if self._reach[pair] == LEAST_REACH else 0
-            self._reach[pair] = max(0.25 * self._reach[pair], LEAST_REACH)
+            self._waits[pair] = SKIPS.wait if self._reach[pair] == SKIPS.least_reach else 0
+            self._reach[pair] = max(0.25 * self._reach[pair], SKIPS.least_reach)
 
     @property
     def seconds(self) -> dict[str, float]:

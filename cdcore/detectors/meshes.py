@@ -6,17 +6,17 @@ Volumes leave the pair-frames that may meet, meshes decide them, and each answer
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.mesh_stage import MeshStage
+from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray, true_places
 from cdcore.protocol import (
     NO_FACES,
     Body,
@@ -36,6 +36,9 @@ from cdcore.protocol import (
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.held_looks import last_answers
 from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSettings, number
+
+BEFORE_BLOCK: Final = 0
+"""Number of a sample, from 1, in place of one before the block."""
 
 
 class _HeldMeshes(HeldLooks):
@@ -92,27 +95,17 @@ class MeshDetector(PairDetector[Any]):
         samples = motion if sampled.all() else motion.take(np.flatnonzero(sampled))
         queried = known[sampled] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
         near = self._broad.candidates(samples)
-        frames, columns = (entries[queried[near.frames, near.columns]] for entries in (near.frames, near.columns))
-        meshes = self._meshes.decide(samples, frames, columns, faces=faces)
-        near.verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
-        near.clock.append(perf_counter())
-        contained = self._containment.mark(samples, frames[~meshes.hits], columns[~meshes.hits], near.verdict)
-        near.clock.append(perf_counter())
+        chosen = queried[near.frames, near.columns]
+        frames, columns = near.frames[chosen], near.columns[chosen]
+        meshes = self._search(samples, near, frames, columns, faces)
+        contained = self._contain(samples, near, frames[~meshes.hits], columns[~meshes.hits])
         verdict, hold_work = memory.hold(near.verdict, queried, sampled, known)
-        # The look, counted from 1, that answers a pair after each look; 0: one before the block.
         last, face_sets, sections = last_answers(queried), None, None
-        newest = last[-1]
         if faces:
-            pairs, answering = len(self.pairs), last[np.cumsum(sampled)]
-            sets, which = [NO_FACES, *memory.faces, *meshes.sets], np.zeros(last.shape, dtype=np.int64)
-            which[0] = 1 + np.arange(pairs)
-            which[frames + 1, columns] = 1 + pairs + meshes.which
-            frame, pair = np.nonzero(verdict == Verdict.CONTACT)
-            face_sets = FaceSets.from_shared(frame, pair, which[answering[frame, pair], pair], sets)
+            answering = last[np.cumsum(sampled)]
             sections = self._sections(samples, answering, memory.poses.copy())
-            memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
-        fresh = np.flatnonzero(newest)
-        memory.poses[fresh] = _poses_of(samples, newest[fresh] - 1, self.pairs[fresh])
+            face_sets = self._remember_faces(memory, meshes, (frames, columns), last, answering, verdict)
+        self._remember_poses(memory, samples, last[-1])
         work = near.work | hold_work | {
             "pair_looks": int(queried.sum()), "mesh_queries": meshes.queries, "reused": meshes.reused,
             "containment_tests": contained, "face_pairs": sum(len(faces) for faces in meshes.sets),
@@ -126,6 +119,45 @@ class MeshDetector(PairDetector[Any]):
             seconds=self._seconds(near.clock),
             section_source=sections,
         )
+
+    def _search(
+        self, samples: Motion, near: BroadAnswer, frames: IntArray, columns: IntArray, faces: bool
+    ) -> MeshAnswer:
+        """Queries the meshes of pair-frames (K,) and marks contacts in the verdict of the broad phase."""
+        meshes = self._meshes.decide(samples, frames, columns, faces=faces)
+        near.verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
+        near.clock.append(perf_counter())
+        return meshes
+
+    def _contain(self, samples: Motion, near: BroadAnswer, frames: IntArray, columns: IntArray) -> int:
+        """Marks containment in pair-frames without contact; returns the number of tests."""
+        tests = self._containment.mark(samples, frames, columns, near.verdict)
+        near.clock.append(perf_counter())
+        return tests
+
+    def _remember_faces(
+        self, memory: _HeldMeshes, meshes: MeshAnswer, searched: tuple[IntArray, IntArray], last: IntArray,
+        answering: IntArray, verdict: ByteArray,
+    ) -> FaceSets:  # fmt: skip
+        """Keeps the faces of the last query of each pair, and returns those of every contact.
+
+        ``last`` (1 + L, P), ``answering`` (T, P): number of the sample that answers, from 1, after each sample and each
+        frame; ``BEFORE_BLOCK``: one of an earlier block, whose faces the memory has.
+        """
+        pairs = len(self.pairs)
+        sets = [NO_FACES, *memory.faces, *meshes.sets]
+        set_of_answer = np.zeros(last.shape, dtype=np.int64)
+        set_of_answer[BEFORE_BLOCK] = 1 + np.arange(pairs)
+        frames, columns = searched
+        set_of_answer[frames + 1, columns] = 1 + pairs + meshes.which
+        frame, pair = np.nonzero(verdict == Verdict.CONTACT)
+        memory.faces = [sets[k] for k in set_of_answer[last[-1], np.arange(pairs)].tolist()]
+        return FaceSets.from_shared(frame, pair, set_of_answer[answering[frame, pair], pair], sets)
+
+    def _remember_poses(self, memory: _HeldMeshes, samples: Motion, newest: IntArray) -> None:
+        """Keeps the poses of the last query of each pair; ``newest`` (P,): number of its sample, from 1."""
+        fresh = np.flatnonzero(newest != BEFORE_BLOCK)
+        memory.poses[fresh] = _poses_of(samples, newest[fresh] - 1, self.pairs[fresh])
 
     def _after_moves(self, motion: Motion, known: BoolArray, memory: _HeldMeshes, epsilon: float) -> BoolArray:
         """Marks the pair-frames (T, P) that are queried because a body moved since the last query."""

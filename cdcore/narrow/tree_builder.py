@@ -31,9 +31,8 @@ Boxes = tuple[FloatArray, FloatArray, FloatArray]
 
 Rule = Callable[[FloatArray, IntArray, IntArray], tuple[Boxes, FloatArray | BoolArray]]
 """``(corners, node, first) -> boxes, key``: called once a level with the faces of all its nodes, (3, 3, E) corners and
-coordinates, the node within the level each belongs to (E,), and where each node's faces start (n,). Numbers as key: the
-place of each face along the cut, which is at their median. Truth values: which faces come second; if all or none do,
-half of them."""
+coordinates, the node within the level each belongs to (E,), and where each node's faces start (n,). The key of a
+face is its coordinate along the cut (``cut_at_median``), or whether it comes second (``cut_by_side``)."""
 
 
 class BoxNodes(NamedTuple):
@@ -82,10 +81,8 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
         taken = order[position]
         boxes, key = rule(scaled.take(taken, axis=2), node, first)
         order[position] = taken[np.lexsort((taken, key, node))]
-        opened, cut = sizes > leaf_faces, sizes // 2
-        if key.dtype == np.bool_:
-            before = sizes - np.add.reduceat(key.astype(np.int64), first)
-            cut = np.where((before > 0) & (before < sizes), before, cut)
+        opened = sizes > leaf_faces
+        cut = cut_by_side(key == 1, sizes, first) if key.dtype == np.bool_ else cut_at_median(sizes)
         count += len(start)
         child = np.full(len(start), -1, dtype=np.int64)
         child[opened] = count + 2 * np.arange(opened.sum())
@@ -114,6 +111,17 @@ def _build_group(bodies: list[FloatArray], rule: Rule, leaf_faces: int) -> Itera
             size=sides.max(axis=1),
         )
         yield grown, int(depth[nodes[-1]])
+
+
+def cut_at_median(sizes: IntArray) -> IntArray:
+    """Number of faces in the first child of each node: half of its faces, sorted along the cut."""
+    return sizes // 2
+
+
+def cut_by_side(second: BoolArray, sizes: IntArray, first: IntArray) -> IntArray:
+    """Number of faces in the first child of each node: those not marked ``second``; half if all or none are."""
+    before = sizes - np.add.reduceat(second.astype(np.int64), first)
+    return np.where((before > 0) & (before < sizes), before, cut_at_median(sizes))
 
 
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -55,7 +55,7 @@ def follow_start(i: int, j: int, faces: Faces, state: State) -> float:
     never_inlined()
     state.asked_by = START
     distance: float = evaluate(i, j, faces, state)
-    if state.walk != 0:
+    if state.descends_from_start != 0:
         descend(i, j, distance, faces, state)
     return distance
 
@@ -63,11 +63,11 @@ def follow_start(i: int, j: int, faces: Faces, state: State) -> float:
 @hot_kernel
 def step(swarm: Swarm, faces: Faces, state: State) -> None:
     """A round of the strategy: an iteration of the colony, a local search, or a random pair."""
-    if state.who == RANDOM:
+    if state.searcher == RANDOM:
         state.asked_by = DRAW
         i, j = drawn_pair(faces, state)
         evaluate(i, j, faces, state)
-    elif state.who == LOCAL:
+    elif state.searcher == LOCAL:
         local_round(faces, state)
     else:
         if state.fresh != 0:
@@ -95,7 +95,7 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
         if state.open > 0:
             return UNSURE
     while not is_over(state):
-        if state.who == COLONY and state.quiet >= state.restart_after:
+        if state.searcher == COLONY and state.quiet >= state.restart_after:
             state.fresh, state.quiet = 1, 0
             state.restarts += 1
         if 2 * state.entries >= faces.table.shape[0]:

@@ -137,9 +137,11 @@ class PairSearch:
             fresh[name] = -1
         for name in FROM_SETTINGS:
             fresh[name] = getattr(settings, name)
-        fresh["fresh"], fresh["without"] = 1, settings.without_equation or 0
-        fresh["who"], fresh["walk"] = SEARCHERS.get(settings.variant, COLONY), settings.variant in ("memetic", "local")
-        fresh["daemon"] = settings.variant == "memetic"
+        fresh["fresh"] = 1
+        fresh["left_out_equation"] = settings.without_equation or 0
+        fresh["searcher"] = SEARCHERS.get(settings.variant, COLONY)
+        fresh["descends_from_start"] = settings.variant in ("memetic", "local")
+        fresh["improves_best"] = settings.variant == "memetic"
         fresh["scale"] = self.first.mean_radius + self.second.mean_radius or 1.0
         fresh["closest"], fresh["bodies_size"] = np.inf, self.first.size + self.second.size
 

@@ -13,28 +13,53 @@ OPEN_KEPT, OPEN_ASKED = 64, 8
 """Most pairs left open at a time by the flood fill and by the search, which waits for their answer."""
 
 COUNTS = (
-    # What was spent; evaluations since the last hit or restart; populations drawn anew.
-    "evaluations", "tests", "quiet", "iterations", "restarts",
-    # Places of the pair that meets (-1: none), of the closest pair, of the pair the last descent started from, and of
-    # the pair the colony's first ant starts at (-1: none).
-    "hit_a", "hit_b", "best_a", "best_b", "last_a", "last_b", "start_a", "start_b",
-    # Mark of this search's entries in the table of tested pairs, and their number; pairs the filter left open, ever and
-    # now.
-    "generation", "entries", "undecided", "open",
-    # Limits and choices: who searches, whether a start is walked down from, whether the best ant is improved by local
-    # search, the equation left out (0: none), whether the population is still to be drawn.
-    "budget", "restart_after", "ants", "who", "walk", "daemon", "without", "fresh",
-    # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
-    "head", "found_count", "by_corners", "flood_tests",
-    # Who evaluates, a place in ``ASKED_BY``; address of the trace (0: nobody watches) and its rows.
-    "asked_by", "trace_address", "trace_rows",
-)  # fmt: skip
+    "evaluations",  # pairs of faces evaluated
+    "tests",  # pairs of faces tested for a meeting
+    "quiet",  # evaluations since the last hit or restart
+    "iterations",  # iterations of the colony
+    "restarts",  # populations drawn anew
+    "hit_a",  # index of the pair that meets, in each body; -1: none
+    "hit_b",
+    "best_a",  # index of the closest pair
+    "best_b",
+    "last_a",  # index of the pair that the last descent started from
+    "last_b",
+    "start_a",  # index of the pair at which the first ant starts; -1: none
+    "start_b",
+    "generation",  # mark of the entries of this search in the table of tested pairs
+    "entries",  # number of these entries
+    "undecided",  # pairs that the filter ever left open
+    "open",  # pairs that it leaves open now
+    "budget",  # most evaluations
+    "restart_after",  # quiet evaluations before the population is drawn anew
+    "ants",  # size of the population
+    "searcher",  # colony, local search or random draws
+    "descends_from_start",  # whether local search begins at the start
+    "improves_best",  # whether local search improves the best ant of each iteration
+    "left_out_equation",  # number of an equation of the paper that is not applied; 0: none
+    "fresh",  # whether the population is still to be drawn
+    "head",  # next pair of the flood fill to look around
+    "found_count",  # pairs that the flood fill found
+    "by_corners",  # whether it goes on over corners, not only over edges
+    "flood_tests",  # tests that it did
+    "asked_by",  # who evaluates, an index of ``ASKED_BY``
+    "trace_address",  # where evaluations are traced; 0: nowhere
+    "trace_rows",  # rows of the trace
+)
 NUMBERS = (
-    # Size of both bodies; added to the radii of faces; what a distance is divided by; smallest distance so far.
-    "bodies_size", "pad", "scale", "closest",
-    # As in the settings.
-    "turn", "mutation", "alpha", "beta", "evaporation", "reward", "pheromone_least", "pheromone_most",
-)  # fmt: skip
+    "bodies_size",  # size of both bodies, metres
+    "pad",  # added to the radii of faces, metres
+    "scale",  # what a distance is divided by, metres
+    "closest",  # smallest distance so far, metres
+    "turn",  # as in the settings, from here on
+    "mutation",
+    "alpha",
+    "beta",
+    "evaporation",
+    "reward",
+    "pheromone_least",
+    "pheromone_most",
+)
 
 STATE = np.dtype(
     [

@@ -29,7 +29,7 @@ FARTHEST = 1e-3
 def decoded(angle: float, chain: int, features: int, state: State) -> int:
     """Place of the feature an angle stands for: (15), or without it straight from the angle."""
     never_inlined()
-    if state.without == 15:
+    if state.left_out_equation == 15:
         return index_of(wrapped(angle) / TWO_PI + 0.5, features)
     return equation_15(angle, chain, features)
 
@@ -63,7 +63,7 @@ def reward(ant: State, distance: float, state: State) -> None:
     change = fitness - ant.fitness
     ant.fitness = fitness
     ant.heuristic = 1.0 / (FARTHEST + distance / state.scale)
-    if state.without != 19:
+    if state.left_out_equation != 19:
         ant.pheromone = clamped(equation_19(ant.pheromone, change, state.reward), state)
 
 
@@ -74,11 +74,11 @@ def weigh(swarm: Swarm, best: int, state: State) -> float:
     highest = -np.inf
     for k in range(state.ants):
         ant = swarm[k]
-        if state.without != 20:
+        if state.left_out_equation != 20:
             deposit = ant.fitness if k == best else 0.0
             ant.pheromone = clamped(equation_20(ant.pheromone, state.evaporation, deposit), state)
         ant.weight = 0.0
-        if state.without != 16:
+        if state.left_out_equation != 16:
             ant.weight = equation_16(ant.pheromone, ant.heuristic, state.alpha, state.beta)
         highest = max(highest, ant.weight)
     total = 0.0
@@ -106,10 +106,10 @@ def stepped(angle: float, target: float, state: State) -> float:
     size = state.turn * fraction
     if ahead != 0.0:
         size = 2.0 * fraction * min(state.turn, abs(ahead))
-        if state.without != 17:
+        if state.left_out_equation != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
     turned = equation_17(angle, sign * size)
-    if state.without != 18 and chance < state.mutation:
+    if state.left_out_equation != 18 and chance < state.mutation:
         return equation_18(turned)
     return turned
 
@@ -142,7 +142,7 @@ def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
     state.iterations += 1
     state.asked_by = BY_ANT
     best, best_i, best_j, best_d = -1, 0, 0, 0.0
-    chains, first = 1 if state.without == 15 else 2, state.evaluations
+    chains, first = 1 if state.left_out_equation == 15 else 2, state.evaluations
     for k in range(state.ants):
         closest, ant = np.inf, swarm[k]
         for chain in range(chains):
@@ -159,6 +159,6 @@ def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
     total = weigh(swarm, best, state)
     trace_pheromone(swarm, first, chains, state)
     move(swarm, total, state)
-    if state.daemon != 0 and (best_i != state.last_a or best_j != state.last_b):
+    if state.improves_best != 0 and (best_i != state.last_a or best_j != state.last_b):
         state.last_a, state.last_b = best_i, best_j
         descend(best_i, best_j, best_d, faces, state)

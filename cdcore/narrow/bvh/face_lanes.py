@@ -26,14 +26,14 @@ def corner_at(placed: Memory, k: int) -> Point:
 
 
 @hot_kernel
-def less(a: Point, b: Point) -> Point:
+def difference_of(a: Point, b: Point) -> Point:
     """a - b, of which one may be fixed."""
     always_inlined()
     return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
 
 
 @hot_kernel
-def upright(e: Point, f: Point) -> Point:
+def normal_of(e: Point, f: Point) -> Point:
     """e x f."""
     always_inlined()
     return minor(e[1], f[2], e[2], f[1]), minor(e[2], f[0], e[0], f[2]), minor(e[0], f[1], e[1], f[0])
@@ -65,35 +65,53 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: fl
     reach = 2.0 * size + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
     fixed = vector_at(boxed, 9 * face), vector_at(boxed, 9 * face + 3), vector_at(boxed, 9 * face + 6)
-    f = between(fixed[0], fixed[1]), between(fixed[1], fixed[2]), between(fixed[2], fixed[0])
+    fixed_edges = between(fixed[0], fixed[1]), between(fixed[1], fixed[2]), between(fixed[2], fixed[0])
     corners = corner_at(placed, 0), corner_at(placed, 24), corner_at(placed, 48)
-    normal = cross(f[0], f[1])
-    a0, b0 = side(normal, less(corners[0], fixed[0]), bound)
-    a1, b1 = side(normal, less(corners[1], fixed[0]), bound)
-    a2, b2 = side(normal, less(corners[2], fixed[0]), bound)
-    separated = ((a0 & a1 & a2) | (b0 & b1 & b2)) & mask
+    normal = cross(fixed_edges[0], fixed_edges[1])
+    above_0, below_0 = side(normal, difference_of(corners[0], fixed[0]), bound)
+    above_1, below_1 = side(normal, difference_of(corners[1], fixed[0]), bound)
+    above_2, below_2 = side(normal, difference_of(corners[2], fixed[0]), bound)
+    separated = ((above_0 & above_1 & above_2) | (below_0 & below_1 & below_2)) & mask
     if separated == mask:
         return separated << 8
-    e = less(corners[1], corners[0]), less(corners[2], corners[1]), less(corners[0], corners[2])
-    plane = upright(e[0], e[1])
-    c0, d0 = side(plane, less(fixed[0], corners[0]), bound)
-    c1, d1 = side(plane, less(fixed[1], corners[0]), bound)
-    c2, d2 = side(plane, less(fixed[2], corners[0]), bound)
-    separated |= ((c0 & c1 & c2) | (d0 & d1 & d2)) & mask
+    edges = (
+        difference_of(corners[1], corners[0]),
+        difference_of(corners[2], corners[1]),
+        difference_of(corners[0], corners[2]),
+    )
+    plane = normal_of(edges[0], edges[1])
+    fixed_above_0, fixed_below_0 = side(plane, difference_of(fixed[0], corners[0]), bound)
+    fixed_above_1, fixed_below_1 = side(plane, difference_of(fixed[1], corners[0]), bound)
+    fixed_above_2, fixed_below_2 = side(plane, difference_of(fixed[2], corners[0]), bound)
+    separated |= (
+        (fixed_above_0 & fixed_above_1 & fixed_above_2) | (fixed_below_0 & fixed_below_1 & fixed_below_2)
+    ) & mask
     if separated == mask:
         return separated << 8
-    known = (a0 | b0) & (a1 | b1) & (a2 | b2) & (c0 | d0) & (c1 | d1) & (c2 | d2)
+    known = (above_0 | below_0) & (above_1 | below_1) & (above_2 | below_2)
+    known &= (fixed_above_0 | fixed_below_0) & (fixed_above_1 | fixed_below_1) & (fixed_above_2 | fixed_below_2)
     # an edge whose ends lie on both sides passes inside where it turns one way about all edges of the other face
-    crosses = (a0 & b1) | (b0 & a1), (a1 & b2) | (b1 & a2), (a2 & b0) | (b2 & a0)
-    meet, u0, u1, u2, v0, v1, v2 = 0, 255, 255, 255, 255, 255, 255
-    for edge in range(3):
-        e0, f0 = orientation(less(fixed[0], corners[edge]), e[edge], f[0], bound)
-        e1, f1 = orientation(less(fixed[1], corners[edge]), e[edge], f[1], bound)
-        e2, f2 = orientation(less(fixed[2], corners[edge]), e[edge], f[2], bound)
-        meet |= crosses[edge] & ((e0 & e1 & e2) | (f0 & f1 & f2))
-        u0, u1, u2, v0, v1, v2 = u0 & e0, u1 & e1, u2 & e2, v0 & f0, v1 & f1, v2 & f2
-        known &= (e0 | f0) & (e1 | f1) & (e2 | f2)
-    meet |= ((c0 & d1) | (d0 & c1)) & (u0 | v0)
-    meet |= ((c1 & d2) | (d1 & c2)) & (u1 | v1)
-    meet |= ((c2 & d0) | (d2 & c0)) & (u2 | v2)
+    crosses = (
+        (above_0 & below_1) | (below_0 & above_1),
+        (above_1 & below_2) | (below_1 & above_2),
+        (above_2 & below_0) | (below_2 & above_0),
+    )
+    meet = 0
+    all_positive_0, all_positive_1, all_positive_2 = 255, 255, 255
+    all_negative_0, all_negative_1, all_negative_2 = 255, 255, 255
+    for k in range(3):
+        positive_0, negative_0 = orientation(difference_of(fixed[0], corners[k]), edges[k], fixed_edges[0], bound)
+        positive_1, negative_1 = orientation(difference_of(fixed[1], corners[k]), edges[k], fixed_edges[1], bound)
+        positive_2, negative_2 = orientation(difference_of(fixed[2], corners[k]), edges[k], fixed_edges[2], bound)
+        meet |= crosses[k] & ((positive_0 & positive_1 & positive_2) | (negative_0 & negative_1 & negative_2))
+        all_positive_0 &= positive_0
+        all_positive_1 &= positive_1
+        all_positive_2 &= positive_2
+        all_negative_0 &= negative_0
+        all_negative_1 &= negative_1
+        all_negative_2 &= negative_2
+        known &= (positive_0 | negative_0) & (positive_1 | negative_1) & (positive_2 | negative_2)
+    meet |= ((fixed_above_0 & fixed_below_1) | (fixed_below_0 & fixed_above_1)) & (all_positive_0 | all_negative_0)
+    meet |= ((fixed_above_1 & fixed_below_2) | (fixed_below_1 & fixed_above_2)) & (all_positive_1 | all_negative_1)
+    meet |= ((fixed_above_2 & fixed_below_0) | (fixed_below_2 & fixed_above_0)) & (all_positive_2 | all_negative_2)
     return (meet & mask) | ((separated | (known & ~meet)) & mask) << 8

@@ -53,9 +53,8 @@ FEW: Final = 16
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 Faces = NDArray[np.int32]
-TREE_FIELDS, POSE_FIELDS = len(TreeMemory._fields), len(PoseMemory._fields)
-STOP: Final = 2 * (TREE_FIELDS + POSE_FIELDS) + 3
-"""Of a pair's words: the two bodies, where hits, volumes and repeats lie, then how many frames it asks about."""
+HITS, VOLUMES, REPEATS = range(3)
+"""Planes of the marks (P, 3, T): frames with contact; what volumes say; frames that repeat the poses before them."""
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -115,7 +114,7 @@ class MotionSearch:
         known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, self._pairs).T
         meetings = [meeting for segment in segments for meeting in segment.meetings]
         sets = _face_sets(marks, meetings + beyond, known, faces)
-        hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
+        hits, near = marks[:, HITS].view(np.bool_), marks[:, VOLUMES] > marks[:, HITS]
         laid_out = sum(segment.laid_out for segment in segments)
         seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
         work = np.sum([np.zeros(len(COUNTERS), np.int64), *(segment.work for segment in segments)], axis=0)
@@ -176,33 +175,29 @@ def face_bits(trees: Sequence[BoxTree]) -> IntArray:
 
 
 class PairRows:
-    """The ``Pair`` of each of P pairs (P, 2) of bodies with a tree each, as kernels read them: rows of words."""
+    """The ``Pair`` of each of P pairs (P, 2) of bodies with a tree each, as kernels read them."""
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, every: bool) -> None:
         radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
         self.swapped = radius[pairs[:, 0]] > radius[pairs[:, 1]]
         self._a, self._b = np.where(self.swapped[:, None], pairs[:, ::-1], pairs).T
         self.bits_a, self.bits_b = bits[self._a], bits[self._b]
-        tree_rows = np.array([tree.memory_row for tree in trees])
-        self._of_body = np.zeros((len(trees), POSE_FIELDS), dtype=np.int64)
-        self._memory_rows = np.zeros((len(pairs), layout(Pair).itemsize // 8), dtype=np.int64)
-        rows = self._memory_rows.view(layout(Pair))[:, 0]
-        rows["every"], rows["bits_a"], rows["bits_b"] = every, self.bits_a, self.bits_b
-        self._memory_rows[:, :TREE_FIELDS] = tree_rows[self._a]
-        self._memory_rows[:, TREE_FIELDS + POSE_FIELDS :][:, :TREE_FIELDS] = tree_rows[self._b]
+        tree_rows = np.array([tree.memory_row for tree in trees]).view(layout(TreeMemory))[:, 0]
+        self._pose_rows = np.zeros(len(trees), dtype=layout(PoseMemory))
+        self._rows = np.zeros(len(pairs), dtype=layout(Pair))
+        self._rows["tree_a"], self._rows["tree_b"] = tree_rows[self._a], tree_rows[self._b]
+        self._rows["every"], self._rows["bits_a"], self._rows["bits_b"] = every, self.bits_a, self.bits_b
 
     def about(self, tracks: Tracks, marks: ByteArray, start: int, stop: int) -> IntArray:
-        """The words (P, w) that ask about what is laid out in the tracks, frames ``start`` to ``stop`` of ``marks``
-        (P, 3, T).
-        """
-        memory_rows, at_b = self._memory_rows, TREE_FIELDS + POSE_FIELDS
-        self._of_body[tracks.bodies] = integers_of_rows(tracks.rows)
-        memory_rows[:, TREE_FIELDS:at_b] = self._of_body[self._a]
-        memory_rows[:, at_b + TREE_FIELDS : 2 * at_b] = self._of_body[self._b]
-        mark_rows = np.arange(marks.shape[0] * 3).reshape(-1, 3)
-        memory_rows[:, STOP - 3 : STOP] = address_of(marks) + start + marks.shape[2] * mark_rows
-        memory_rows[:, STOP] = stop - start
-        return memory_rows
+        """Rows of integers (P, w) that ask about frames ``start`` to ``stop`` of ``marks`` (P, 3, T), as laid out."""
+        rows = self._rows
+        self._pose_rows[tracks.bodies] = tracks.rows
+        rows["pose_a"], rows["pose_b"] = self._pose_rows[self._a], self._pose_rows[self._b]
+        plane, pair = marks.shape[2], np.arange(len(rows))
+        for number, name in enumerate(("hits", "volumes", "repeats")):
+            rows[name] = address_of(marks) + start + plane * (3 * pair + number)
+        rows["stop"] = stop - start
+        return integers_of_rows(rows)
 
 
 class Poses(NamedTuple):
@@ -298,7 +293,7 @@ class Workspace:
             if self._every:
                 by_row.setdefault(row, []).extend(meeting)
             self._keys[0] = self._later[0] = 0
-            done = bool(self._state[AT_FRAME] == rows[row, STOP])
+            done = bool(self._state[AT_FRAME] == rows[row].view(layout(Pair))["stop"][0])
             row += done
         return [(row, np.concatenate(some)) for row, some in by_row.items()]
 
@@ -306,17 +301,17 @@ class Workspace:
 def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[PairMeetings]:
     """Every face against every face in frames beyond the bounds of the kernels, which are noted as ``NEAR``."""
     meetings, (rotations, translations, _) = list[PairMeetings](), poses
-    if marks[:, 1].max() < BEYOND:
+    if marks[:, VOLUMES].max() < BEYOND:
         return meetings
-    beyond = marks[:, 1] == BEYOND
-    marks[:, 1][beyond] = NEAR
+    beyond = marks[:, VOLUMES] == BEYOND
+    marks[:, VOLUMES][beyond] = NEAR
     for column, frame in np.argwhere(beyond).tolist():
         a, b = pairs[column].tolist()
         faces = meeting_faces_placed(
             _triangles(trees[a]), (rotations[frame, a], translations[frame, a]),
             _triangles(trees[b]), (rotations[frame, b], translations[frame, b]),
         )  # fmt: skip
-        marks[column, 0, frame] = len(faces) > 0
+        marks[column, HITS, frame] = len(faces) > 0
         meetings.append(PairMeetings(column, np.full(len(faces), frame), faces))
     return meetings
 
@@ -329,29 +324,44 @@ def _triangles(tree: BoxTree) -> FloatArray:
 
 
 def _face_sets(marks: ByteArray, meetings: list[PairMeetings], known: BoolArray | None, faces: bool) -> FaceSets:
-    """Give frames that repeat poses the answer of the first of them, and those without a pose none."""
-    everywhere, repeats = np.arange(marks.shape[2]), np.logical_or.reduce(marks[:, 2], axis=1)
-    by_row: dict[int, list[PairMeetings]] = {}
-    for meeting in sorted(meetings, key=lambda meeting: meeting.column):
-        by_row.setdefault(meeting.column, []).append(meeting)
+    """Copies answers to frames that repeat a pose, clears frames without a pose, and collects the faces of contacts."""
+    sources = _copy_to_repeats(marks)
+    if known is not None:
+        marks[:, [HITS, VOLUMES]] *= known[:, None]
+    by_pair: dict[int, list[PairMeetings]] = {}
+    for meeting in meetings if faces else ():
+        by_pair.setdefault(meeting.column, []).append(meeting)
     entries, rows, row_count = [(NO_FRAMES,) * 4], [NO_FACES], 0
-    for column in range(len(marks)):
-        source = everywhere
-        if repeats[column]:
-            source = np.maximum.accumulate(np.where(marks[column, 2], 0, everywhere))
-            marks[column, :2] = marks[column, :2][:, source]
-        if known is not None:
-            marks[column, :2] *= known[column]
-        if faces and column in by_row:
-            of_faces, sets = (np.concatenate(some) for some in list(zip(*by_row[column], strict=True))[1:])
-            if (np.diff(of_faces) < 0).any():  # frames beyond the kernels come last
-                order = np.argsort(of_faces, kind="stable")
-                of_faces, sets = of_faces[order], sets[order]
-            touching = np.flatnonzero(marks[column, 0])
-            first, last = np.searchsorted(of_faces, [source[touching], source[touching] + 1]) + row_count
-            entries.append((touching, np.full(len(touching), column), first, last))
-            rows.append(sets)
-            row_count += len(of_faces)
+    for column in sorted(by_pair):
+        frames, sets = _by_frame(by_pair[column])
+        touching = np.flatnonzero(marks[column, HITS])
+        source = sources[column][touching]
+        first, last = np.searchsorted(frames, [source, source + 1]) + row_count
+        entries.append((touching, np.full(len(touching), column), first, last))
+        rows.append(sets)
+        row_count += len(frames)
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order = np.lexsort((pair, frame))
     return FaceSets(frame[order], pair[order], start[order], stop[order], np.concatenate(rows))
+
+
+def _copy_to_repeats(marks: ByteArray) -> list[IntArray]:
+    """Copies hits and volumes to frames that repeat a pose; returns per pair the frame that each one repeats, (T,)."""
+    every_frame = np.arange(marks.shape[2])
+    sources = [every_frame] * len(marks)
+    for column in np.flatnonzero(np.logical_or.reduce(marks[:, REPEATS], axis=1)).tolist():
+        source = np.maximum.accumulate(np.where(marks[column, REPEATS], 0, every_frame))
+        for plane in (HITS, VOLUMES):
+            marks[column, plane] = marks[column, plane][source]
+        sources[column] = source
+    return sources
+
+
+def _by_frame(meetings: list[PairMeetings]) -> tuple[IntArray, Faces]:
+    """Frames (m,), ascending, and face pairs (m, 2) of all meetings of one pair."""
+    frames = np.concatenate([meeting.frame for meeting in meetings])
+    faces = np.concatenate([meeting.faces for meeting in meetings])
+    if (np.diff(frames) < 0).any():  # frames beyond the kernels come last
+        order = np.argsort(frames, kind="stable")
+        frames, faces = frames[order], faces[order]
+    return frames, faces
