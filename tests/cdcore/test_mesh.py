@@ -17,7 +17,7 @@ from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, place_points
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
 
-def test_a_mesh_cannot_be_changed_afterwards_and_does_not_follow_its_source():
+def test_meshes_are_immutable_and_independent_of_their_source():
     vertices, faces = np.array(CORNERS), np.array([[0, 1, 2]], dtype=np.int32)
     mesh = TriangleMesh(vertices, faces)
     vertices[0], faces[0] = 7.0, 0
@@ -88,7 +88,7 @@ def test_it_prints_as_its_size():
     assert repr(box_mesh()) == "TriangleMesh(8 vertices, 12 faces)"
 
 
-def test_points_are_placed_row_by_row_in_the_declared_order_of_roundings():
+def test_placed_points_round_in_the_declared_order():
     rng = np.random.default_rng(0)
     rotation, translation, points = random_rotations(rng), rng.normal(size=3), rng.normal(size=(50, 3))
     placed = place_points(points, rotation, translation)

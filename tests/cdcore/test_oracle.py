@@ -32,10 +32,10 @@ def quick_and_slow(quick, slow):
 def corrupted(far):
     """A world in which one body, then two, are that far away for a frame, and one loses its pose before."""
     world = random_world(2, "soup")
-    place, valid = world.motion.translations.copy(), world.motion.valid.copy()
-    place[4, 0, 1], place[8, :2, 0] = far, -far
+    position, valid = world.motion.translations.copy(), world.motion.valid.copy()
+    position[4, 0, 1], position[8, :2, 0] = far, -far
     valid[7] = False
-    return World(world.bodies, Motion(world.motion.times, place, world.motion.rotations, valid))
+    return World(world.bodies, Motion(world.motion.times, position, world.motion.rotations, valid))
 
 
 @cache
@@ -48,13 +48,13 @@ def world_of(key):
 def truth(key, frames):
     """Faces of the pairs with poses in some frames: (frame, column) -> (k, 2), or ``None`` without a pose."""
     world, answer = world_of(key), {}
-    turns, places = world.motion.rotations, world.motion.translations
+    rotations, positions = world.motion.rotations, world.motion.translations
     for frame in frames:
         for column, ends in enumerate(((0, 1), (0, 2), (1, 2))):
             if not world.motion.valid[frame, list(ends)].all():
                 answer[frame, column] = None
                 continue
-            faces = [placed(world.bodies[k].mesh.triangles, turns[frame, k], places[frame, k]) for k in ends]
+            faces = [placed(world.bodies[k].mesh.triangles, rotations[frame, k], positions[frame, k]) for k in ends]
             answer[frame, column] = meeting_faces(*faces)
     return answer
 
@@ -76,7 +76,7 @@ def assert_true(key, name, frames=(0, 12)):
 
 @quick_and_slow(QUICK, SLOW)
 @pytest.mark.parametrize("name", COMPLETE)
-def test_every_complete_detector_finds_the_faces_that_meet_and_no_others(name, worlds):
+def test_complete_detectors_list_exactly_the_meeting_faces(name, worlds):
     assert sum(assert_true(world, name) for world in worlds) > 100
 
 
@@ -96,8 +96,8 @@ def test_blocks_order_and_frames_alone_change_no_answer(name, worlds):
         assert detect_live(detector, motion).digest == whole.digest, key
         joined = join(detector.stream(motion.blocks(5), faces=True))
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest), key
-        turned = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **PLAIN)
-        other = turned.detect(motion, faces=True)
+        rotated = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **PLAIN)
+        other = rotated.detect(motion, faces=True)
         assert (other.digest, other.faces_digest) == (whole.digest, whole.faces_digest), key
 
 
@@ -105,36 +105,36 @@ def long_motion(frames, away=0.0):
     """A soup that wanders to and fro beside a ball, turned a little more each frame; ``away``: how far off it stays."""
     rng, number = np.random.default_rng(4), np.arange(frames)
     bodies = bodies_of([SHAPES["soup"](rng), SHAPES["ball"](rng)])
-    place, turn = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
-    place[:, 0] = np.stack([number * 37 % 101, number * 11 % 89, number * 7 % 97], axis=1) / 64 + [away, 0, 0]
+    position, turn = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
+    position[:, 0] = np.stack([number * 37 % 101, number * 11 % 89, number * 7 % 97], axis=1) / 64 + [away, 0, 0]
     turn[:, 0] = rotation(np.stack([number / 256, 1 + 0 * number, 0 * number, number / 512], axis=1))
-    return bodies, Motion(number / 90, place, turn)
+    return bodies, Motion(number / 90, position, turn)
 
 
 @pytest.mark.parametrize("far", [1e9, 1e15, 1e80])
 def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
     bodies, motion = long_motion(400)
-    place = motion.translations.copy()
-    place[200, 0] = far
+    position = motion.translations.copy()
+    position[200, 0] = far
     work = [
         create_detector("exact", bodies, **PLAIN).detect(given, faces=True).work
-        for given in (motion, Motion(motion.times, place, motion.rotations))
+        for given in (motion, Motion(motion.times, position, motion.rotations))
     ]
     assert work[1]["node_tests"] <= 1.2 * work[0]["node_tests"] + 100
     assert work[1]["world_tests"] <= 1.2 * work[0]["world_tests"] + 100
 
 
-def test_distant_bodies_are_left_out_for_as_long_as_their_paths_allow():
+def test_distant_bodies_are_skipped_while_paths_allow():
     work = create_detector("exact", long_motion(8)[0], **PLAIN).detect(long_motion(8_192, away=100.0)[1]).work
     assert work["skipped"] == 8_192 and work["blocks"] == 0
     assert work["gap_tests"] < 8_192 / 30
 
 
-def test_small_bodies_on_a_long_way_through_each_other_meet_in_the_one_frame_they_do():
+def test_small_fast_bodies_meet_in_the_right_frame():
     bodies = bodies_of([plate(None) / 512, plate(None) / 512])
-    place = np.zeros((129, 2, 3))
-    place[:, 0, 2] = (np.arange(129) - 64) / 1024
-    motion = unturned(place)
+    position = np.zeros((129, 2, 3))
+    position[:, 0, 2] = (np.arange(129) - 64) / 1024
+    motion = unturned(position)
     detection = create_detector("exact", bodies, **PLAIN).detect(motion)
     assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
     assert detection.work["skipped"] > 64
@@ -149,13 +149,13 @@ def test_bodies_at_rest_are_asked_once_and_keep_their_faces():
     assert len(detection.face_sets.faces) == detection.face_counts[0, 0]
 
 
-def test_a_list_of_faces_that_fills_at_the_last_of_a_pair_loses_none_of_them():
+def test_full_face_lists_lose_no_faces():
     rng, frames = np.random.default_rng(26), 8  # of 1,200 draws one whose list is full at the last leaves that meet
     soups = [rng.normal(size=(80, 1, 3)) * 0.6 + rng.normal(size=(80, 3, 3)) * 0.8 for _ in range(2)]
-    place = np.zeros((frames + 1, 3, 3))
-    place[:, :, 1] = np.arange(frames + 1)[:, None]
-    place[-1, 0, 2], place[:, 2, 2] = 10.0, 20.0
-    motion = unturned(place)
+    position = np.zeros((frames + 1, 3, 3))
+    position[:, :, 1] = np.arange(frames + 1)[:, None]
+    position[-1, 0, 2], position[:, 2, 2] = 10.0, 20.0
+    motion = unturned(position)
     bodies = bodies_of([*soups, plate(None)])
     detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
     assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
@@ -163,11 +163,11 @@ def test_a_list_of_faces_that_fills_at_the_last_of_a_pair_loses_none_of_them():
     assert not detection.face_counts[-1].any() and not detection.face_counts[:, 1:].any()
 
 
-def test_a_question_about_contact_of_coplanar_grids_needs_no_list_of_all_faces():
+def test_boolean_query_of_coplanar_grids_lists_no_faces():
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
-    place = np.zeros((24, 2, 3))
-    place[:, 0, 0] = np.arange(24) / 64
-    motion = unturned(place)
+    position = np.zeros((24, 2, 3))
+    position[:, 0, 0] = np.arange(24) / 64
+    motion = unturned(position)
     detector = create_detector("exact", bodies, **PLAIN)
     detector.detect(motion.frames(0, 1))
     tracemalloc.start()

@@ -28,7 +28,7 @@ def holds(sphere, points):
     return (reach <= sphere.radius + 4 * EPS * size).all()
 
 
-def test_the_ball_around_a_box_stands_in_its_middle_wherever_that_is():
+def test_ball_of_a_box_is_centred_on_it():
     ball = sphere_by_farthest_steps(moved(box_mesh((1, 2, 3)), [5, -2, 1]))
     assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
     assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)
@@ -44,7 +44,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 @example(moved(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())
-def test_every_used_vertex_of_any_mesh_lies_in_every_ball_and_best_is_the_smallest(mesh):
+def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
     balls = [build(mesh) for build in BUILDERS]
     assert all(holds(ball, mesh.referenced_vertices) for ball in balls)
     assert sphere_best(mesh).radius == min(ball.radius for ball in balls)
@@ -62,31 +62,31 @@ def test_equation_21_is_the_mean_of_all_triangle_corners():
 
 
 @pytest.mark.parametrize("build", [sphere_by_farthest_steps, sphere_best])
-def test_the_tight_balls_come_within_two_per_cent_of_the_smallest_of_a_tetrahedron(build):
+def test_tight_balls_are_within_two_percent_of_minimal(build):
     corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
     mesh = TriangleMesh(corners, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
     assert np.sqrt(3) <= build(mesh).radius * (1 + 1e-12) <= 1.02 * np.sqrt(3)
 
 
-def test_a_far_vertex_that_no_face_uses_does_not_inflate_any_ball():
+def test_unused_vertices_do_not_inflate_balls():
     box = box_mesh()
     stray = TriangleMesh([*box.vertices.tolist(), [1e6, 0, 0]], box.faces)
     for build in BUILDERS:
         assert build(stray).radius == build(box).radius
 
 
-def test_a_mesh_near_the_limits_of_float64_neither_overflows_nor_vanishes():
+def test_meshes_near_the_limits_of_float64_keep_their_balls():
     box = box_mesh((1, 2, 3))
     small, large = (sphere_best(TriangleMesh(box.vertices * scale, box.faces)) for scale in (1e-120, 1e150))
     assert small.radius > 0
     assert np.isfinite(large.radius)
 
 
-def test_a_ball_is_found_once_and_keeps_no_mesh_that_nobody_uses(monkeypatch):
-    asked = []
-    monkeypatch.setitem(SPHERES, "paper", (lambda mesh: asked.append(1) or sphere_by_triangle_mean(mesh),))
+def test_balls_are_cached_without_keeping_meshes_alive(monkeypatch):
+    requested = []
+    monkeypatch.setitem(SPHERES, "paper", (lambda mesh: requested.append(1) or sphere_by_triangle_mean(mesh),))
     mesh = box_mesh()
-    assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper") and asked == [1]
+    assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper") and requested == [1]
     assert sphere_in_mode(mesh, "best").radius <= sphere_in_mode(mesh, "paper").radius
     gone = weakref.ref(mesh)
     del mesh

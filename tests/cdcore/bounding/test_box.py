@@ -29,7 +29,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @settings(max_examples=150)
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 @example(moved(rod_mesh(), [1e3, 0, 0]))
-def test_every_used_vertex_lies_in_the_box_whose_axes_are_orthonormal(mesh):
+def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
     for build in BUILDERS:
         box = build(mesh)
         assert slack(box, mesh) >= 0
@@ -78,7 +78,7 @@ def test_a_flat_mesh_is_its_own_hull():
     assert hull_collider(flat) is flat
 
 
-def test_a_sphere_has_the_largest_half_extent_and_lets_corners_stick_out():
+def test_sphere_of_largest_half_extent_leaves_corners_outside():
     points = sphere_collider(box_mesh((2.0, 1.0, 1.0), (5.0, 0.0, 0.0))).referenced_vertices
     away = np.linalg.norm(points - [5.0, 0.0, 0.0], axis=1)
     assert np.allclose(away, 1.0) and np.linalg.norm([1.0, 0.5, 0.5]) > 1.0

@@ -15,9 +15,9 @@ from cdcore.protocol import resolve_pairs
 PAIR = np.array([[0, 1]])
 
 
-def asked(boxes, places, turns):
-    count = len(places)
-    motion = Motion(np.arange(count), places, turns)
+def requested(boxes, positions, rotations):
+    count = len(positions)
+    motion = Motion(np.arange(count), positions, rotations)
     return BoxStage(boxes, PAIR).may_meet(motion, np.arange(count), np.zeros(count, dtype=np.int64))
 
 
@@ -36,10 +36,10 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
     for _ in range(2):
         half = rng.uniform(0.05, 1.0, 3)
         boxes.append(Box(rng.normal(size=3) * 0.3, random_rotations(rng), half))
-    turns, places = random_rotations(rng, count, 2), rng.normal(size=(count, 2, 3)) * 0.8
-    answers = asked(boxes, places, turns)
+    rotations, positions = random_rotations(rng, count, 2), rng.normal(size=(count, 2, 3)) * 0.8
+    answers = requested(boxes, positions, rotations)
     expected = [
-        boxes_share_a_point(boxes[0], (turns[k, 0], places[k, 0]), boxes[1], (turns[k, 1], places[k, 1]))
+        boxes_share_a_point(boxes[0], (rotations[k, 0], positions[k, 0]), boxes[1], (rotations[k, 1], positions[k, 1]))
         for k in range(count)
     ]
     assert 40 < sum(expected) < count - 40
@@ -52,23 +52,23 @@ def test_boxes_that_touch_exactly_may_meet(kind, world):
     rng = np.random.default_rng(1)
     offset = {"face": [1.0, 0.3, 0.2], "edge": [1.0, 1.0, 0.2], "vertex": [1.0, 1.0, 1.0]}[kind]
     count = 500
-    turns = np.repeat(random_rotations(rng, count)[:, None], 2, 1)
-    places = np.repeat((rng.normal(size=(count, 3)) * world)[:, None], 2, 1)
+    rotations = np.repeat(random_rotations(rng, count)[:, None], 2, 1)
+    positions = np.repeat((rng.normal(size=(count, 3)) * world)[:, None], 2, 1)
     boxes = [box_best(box_mesh()), box_best(box_mesh(centre=offset))]
-    assert asked(boxes, places, turns).all()
-    beside = places + np.stack([np.zeros((count, 3)), turns[:, 1] @ offset], axis=1)
-    assert asked([boxes[0], boxes[0]], beside, turns).all(), "rounded where the bodies stand"
-    apart = [boxes[0], box_best(box_mesh(centre=np.array(offset) * (1 + 1e-3 + 1e-8 * world)))]
-    assert not asked(apart, places, turns).any()
+    assert requested(boxes, positions, rotations).all()
+    beside = positions + np.stack([np.zeros((count, 3)), rotations[:, 1] @ offset], axis=1)
+    assert requested([boxes[0], boxes[0]], beside, rotations).all(), "rounded where the bodies stand"
+    separated = [boxes[0], box_best(box_mesh(centre=np.array(offset) * (1 + 1e-3 + 1e-8 * world)))]
+    assert not requested(separated, positions, rotations).any()
 
 
 def test_numbers_that_overflow_are_never_rejected():
     boxes = [box_best(box_mesh()), box_best(box_mesh())]
-    places = np.array([[[1e308, 0, 0], [-1e308, 0, 0]]])
-    assert asked(boxes, places * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]
+    positions = np.array([[[1e308, 0, 0], [-1e308, 0, 0]]])
+    assert requested(boxes, positions * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]
 
 
-def test_what_may_meet_is_a_part_of_what_spheres_let_through_and_holds_every_contact():
+def test_box_candidates_are_sphere_candidates_and_hold_every_contact():
     bodies, motion = lab(100)
     broad = BroadPhase(bodies, resolve_pairs(bodies, None))
     spheres, boxes = broad.by_stage(motion)

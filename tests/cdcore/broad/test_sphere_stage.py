@@ -13,24 +13,24 @@ PAIR = np.array([[0, 1]])
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e7])
-def test_a_ball_that_comes_to_touch_is_a_candidate_from_there_on(offset):
+def test_approaching_ball_is_a_candidate_from_touching_on(offset):
     gaps = np.array([1.0, 1e-6, 100 * EPS * (2.0 + offset), 0.0])
-    places = np.zeros((4, 2, 3))
-    places[:, 0, 0], places[:, 1, 0] = 2.0 + gaps + offset, offset
-    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(places))
+    positions = np.zeros((4, 2, 3))
+    positions[:, 0, 0], positions[:, 1, 0] = 2.0 + gaps + offset, offset
+    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(positions))
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 3 + [Verdict.CANDIDATE] and tests == 4
 
 
 def test_a_pair_without_a_pose_is_not_tested():
-    places, valid = np.zeros((30, 2, 3)), np.ones((30, 2), dtype=bool)
-    places[:10, 0, 0], places[20:, 0, 0] = 9.0, 0.5
+    positions, valid = np.zeros((30, 2, 3)), np.ones((30, 2), dtype=bool)
+    positions[:10, 0, 0], positions[20:, 0, 0] = 9.0, 0.5
     valid[10:20, 0] = False
-    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(places, valid=valid))
+    verdict, tests = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, PAIR).candidates(unturned(positions, valid=valid))
     assert verdict[:, 0].tolist() == [Verdict.CLEAR] * 10 + [Verdict.NO_POSE] * 10 + [Verdict.CANDIDATE] * 10
     assert tests == 20
 
 
-def test_every_pair_is_decided_by_the_distance_of_its_placed_centres():
+def test_spheres_decide_by_distance_of_placed_centres():
     rng = np.random.default_rng(0)
     motion = Motion(np.arange(200), rng.normal(size=(200, 4, 3)), random_rotations(rng, 200, 4))
     spheres = [Sphere(centre, radius) for centre, radius in zip(rng.normal(size=(4, 3)), (0.5, 1, 1.5, 2), strict=True)]
@@ -49,10 +49,10 @@ def test_every_pair_is_decided_by_the_distance_of_its_placed_centres():
 def test_the_pad_covers_the_size_of_what_was_rounded(centre, away):
     """Balls that touch but for rounding: far from the origin of their bodies, or with these far from the world's."""
     rng, count = np.random.default_rng(1), 3000
-    ways = rng.normal(size=(count, 3))
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
-    middle, turns = np.array([centre, 0.0, 0.0]), random_rotations(rng, count, 2)
-    places = away - turns @ middle
-    places[:, 1] += 2.0 * ways
-    verdict, _ = SphereStage([Sphere(middle, 1.0)] * 2, PAIR).candidates(Motion(np.arange(count), places, turns))
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    middle, rotations = np.array([centre, 0.0, 0.0]), random_rotations(rng, count, 2)
+    positions = away - rotations @ middle
+    positions[:, 1] += 2.0 * directions
+    verdict, _ = SphereStage([Sphere(middle, 1.0)] * 2, PAIR).candidates(Motion(np.arange(count), positions, rotations))
     assert (verdict == Verdict.CANDIDATE).all()

@@ -13,76 +13,76 @@ BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0
 
 def heights(z, valid=None, linked=None, bodies=(BALL, PLATE)):
     """A ball above a plate at these heights, frame by frame, 90 a second."""
-    place = np.zeros((len(z), len(bodies), 3))
-    place[:, 0, 2] = z
-    turn = np.tile(np.eye(3), (len(z), len(bodies), 1, 1))
-    return Motion(np.arange(len(z)) / 90, place, turn, valid, linked=linked)
+    position = np.zeros((len(z), len(bodies), 3))
+    position[:, 0, 2] = z
+    rotation = np.tile(np.eye(3), (len(z), len(bodies), 1, 1))
+    return Motion(np.arange(len(z)) / 90, position, rotation, valid, linked=linked)
 
 
 def detect(motion, bodies=(BALL, PLATE), **settings):
     return create_detector("continuous", bodies, **settings).detect(motion)
 
 
-def words(detection):
+def labels(detection):
     return [Verdict(v).name for v in detection.verdict[:, 0]]
 
 
-def test_a_ball_that_jumps_through_a_plate_between_two_frames_is_found_with_its_time():
+def test_tunnelling_ball_is_detected_with_its_time():
     motion = heights([0.1, 0.05, -0.05, -0.1])
     detection = detect(motion)
     assert detection.covers == "intervals"
-    assert words(detection) == ["CLEAR", "CLEAR", "CONTACT", "CLEAR"]
+    assert labels(detection) == ["CLEAR", "CLEAR", "CONTACT", "CLEAR"]
     assert (create_detector("exact", (BALL, PLATE)).detect(motion).verdict == Verdict.CLEAR).all()
-    ((low, high),) = detection.toi.values()
-    assert low <= (1 + 0.039 / 0.1) / 90 <= high <= low + 1e-6
+    ((lower, upper),) = detection.toi.values()
+    assert lower <= (1 + 0.039 / 0.1) / 90 <= upper <= lower + 1e-6
     assert list(detection.toi) == [(2, 0)]
 
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
-def test_far_from_the_origin_a_slow_approach_has_the_wider_bound_that_is_true(away):
+def test_slow_approach_far_out_gets_a_wider_true_bound(away):
     fall = heights([0.01101, 0.01099])
     motion = Motion(1.7e9 + fall.times, fall.translations + away, fall.rotations)
-    ((low, high),) = detect(motion).toi.values()
+    ((lower, upper),) = detect(motion).toi.values()
     (first, rest), (last, _) = motion.translations[:, :, 2]
     touch = motion.times[0] + (first - rest - 0.011) / (first - last) * (motion.times[1] - motion.times[0])
-    assert low <= touch + np.spacing(touch) and touch - np.spacing(touch) <= high
-    assert (high - low > 1e-6) == (away > 0.0)
+    assert lower <= touch + np.spacing(touch) and touch - np.spacing(touch) <= upper
+    assert (upper - lower > 1e-6) == (away > 0.0)
 
 
-def test_both_intervals_around_a_contact_are_contact_and_only_its_beginning_has_a_time():
+def test_only_the_start_of_a_contact_has_a_time():
     detection = detect(heights([0.1, 0.011, 0.011, 0.1, 0.2]))
-    assert words(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]
+    assert labels(detection) == ["CLEAR", "CONTACT", "CONTACT", "CONTACT", "CLEAR"]
     assert list(detection.toi) == [(1, 0)]
     assert detection.toi[1, 0][1] == 1 / 90
     first = detect(heights([0.0, 0.1, 0.2]))
-    assert words(first) == ["CONTACT", "CONTACT", "CLEAR"]
+    assert labels(first) == ["CONTACT", "CONTACT", "CLEAR"]
     assert first.toi == {(0, 0): (0.0, 0.0)}
 
 
-def test_across_a_lost_pose_or_a_gap_there_is_no_interval_and_the_reason_says_which():
+def test_lost_poses_and_gaps_have_no_interval_but_a_reason():
     valid = np.ones((7, 2), dtype=bool)
     valid[2, 0] = False
     linked = np.ones((7, 2), dtype=bool)
     linked[5, 1] = False
     detection = detect(heights([0.1, 0.1, 0.0, -0.1, -0.1, 0.1, 0.1], valid, linked))
-    assert words(detection) == ["CLEAR", "CLEAR", "NO_POSE", "NO_POSE", "CLEAR", "NO_POSE", "CLEAR"]
+    assert labels(detection) == ["CLEAR", "CLEAR", "NO_POSE", "NO_POSE", "CLEAR", "NO_POSE", "CLEAR"]
     assert detection.reasons == {(3, 0): LOST_BEFORE, (5, 0): GAP_BEFORE}
     after = detect(heights([0.1, 0.1, 0.1, 0.0, 0.0, 0.1, 0.1], valid, linked))
-    assert words(after) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
+    assert labels(after) == ["CLEAR", "CLEAR", "NO_POSE", "CONTACT", "CONTACT", "NO_POSE", "CLEAR"]
     assert after.toi == {(3, 0): (3 / 90, 3 / 90)}
 
 
-def test_a_ball_that_stays_in_a_box_is_contained_until_it_leaves():
+def test_ball_in_a_box_is_contained_until_it_leaves():
     room = Body("room", box_mesh((1, 1, 1)))
     detection = detect(heights([0, 0.1, 0.2, 0.2, 0.9, 1.2], bodies=(BALL, room)), (BALL, room))
-    assert words(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
+    assert labels(detection) == ["CONTAINED"] * 4 + ["CONTACT", "CLEAR"]
     refused = detect(heights([0, 0.1], bodies=(BALL, room)), (BALL, room), containment=False)
-    assert words(refused) == ["CLEAR", "CLEAR"]
+    assert labels(refused) == ["CLEAR", "CLEAR"]
     assert refused.containment == ("refused: containment=False",)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_contacts_of_exact_are_contacts_and_dense_sampling_finds_none_in_a_clear_interval(seed):
+def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     bodies, motion = lab(90, seed=seed)
     detection = detect(motion, bodies)
     exact = create_detector("exact", bodies)
@@ -94,30 +94,30 @@ def test_contacts_of_exact_are_contacts_and_dense_sampling_finds_none_in_a_clear
     clear = np.isin(detection.verdict[1:], [Verdict.CLEAR, Verdict.CONTAINED])
     assert clear.sum() > 300
     assert not dense.any(axis=1)[clear].any()
-    begins = [place for place in detection.toi if place[0]]
+    begins = [position for position in detection.toi if position[0]]
     assert len(begins) > 4
-    assert all(high - low <= 1e-6 for low, high in detection.toi.values())
+    assert all(upper - lower <= 1e-6 for lower, upper in detection.toi.values())
     assert (detection.verdict != Verdict.UNRESOLVED).all()
 
 
-def between(motion, parts):
-    """The motion at ``parts`` instants within each interval, ends included."""
+def between(motion, components):
+    """The motion at ``components`` instants within each interval, ends included."""
     frames, bodies = motion.valid.shape
-    turn, place = np.empty((frames - 1, parts, bodies, 3, 3)), np.empty((frames - 1, parts, bodies, 3))
+    rotation, position = np.empty((frames - 1, components, bodies, 3, 3)), np.empty((frames - 1, components, bodies, 3))
     pose = np.empty(12)
     for k in range(bodies):
         legs = legs_of(motion.rotations[:, k], motion.translations[:, k], np.arange(1, frames))
         for t, leg in enumerate(legs.T):
-            for n, share in enumerate(np.linspace(0, 1, parts)):
-                pose_at(leg, share, pose)
-                turn[t, n, k], place[t, n, k] = pose[:9].reshape(3, 3), pose[9:]
-    valid = np.repeat(motion.valid[1:] & motion.valid[:-1], parts, axis=0)
-    count = (frames - 1) * parts
-    return Motion(np.arange(count), place.reshape(count, bodies, 3), turn.reshape(count, bodies, 3, 3), valid)
+            for n, fraction in enumerate(np.linspace(0, 1, components)):
+                pose_at(leg, fraction, pose)
+                rotation[t, n, k], position[t, n, k] = pose[:9].reshape(3, 3), pose[9:]
+    valid = np.repeat(motion.valid[1:] & motion.valid[:-1], components, axis=0)
+    count = (frames - 1) * components
+    return Motion(np.arange(count), position.reshape(count, bodies, 3), rotation.reshape(count, bodies, 3, 3), valid)
 
 
 @pytest.mark.parametrize("block", [1, 3, 40])
-def test_times_and_reasons_of_a_stream_are_those_of_the_whole(block):
+def test_streamed_times_and_reasons_equal_the_whole(block):
     bodies, motion = lab(120, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))
@@ -127,7 +127,7 @@ def test_times_and_reasons_of_a_stream_are_those_of_the_whole(block):
     assert joined.work["searched"] == whole.work["searched"]
 
 
-def test_bodies_that_stand_still_or_are_far_apart_cost_no_search():
+def test_resting_or_distant_bodies_cost_no_search():
     still = detect(heights([0.02] * 10))
     assert still.work["searched"] == still.work["intervals"] == 0
     far = detect(heights(np.linspace(1, 2, 10)))
@@ -138,9 +138,9 @@ def test_bodies_that_stand_still_or_are_far_apart_cost_no_search():
 
 def test_what_cannot_be_told_is_unresolved_counted_and_explained():
     bodies, motion = (BALL, PLATE), heights([0.012, 0.012])
-    turn = motion.rotations.copy()
-    turn[1, 0] = np.diag([1.0, -1.0, -1.0])
-    detection = detect(Motion(motion.times, motion.translations, turn), bodies)
-    assert words(detection) == ["CLEAR", "UNRESOLVED"]
+    rotation = motion.rotations.copy()
+    rotation[1, 0] = np.diag([1.0, -1.0, -1.0])
+    detection = detect(Motion(motion.times, motion.translations, rotation), bodies)
+    assert labels(detection) == ["CLEAR", "UNRESOLVED"]
     assert detection.work["unresolved"] == 1
     assert "half a turn" in detection.reasons[1, 0]

@@ -11,9 +11,9 @@ BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
 
 def along(xs, times):
-    places = np.zeros((len(xs), 2, 3))
-    places[:, 0, 0] = xs
-    return unturned(places, times)
+    positions = np.zeros((len(xs), 2, 3))
+    positions[:, 0, 0] = xs
+    return unturned(positions, times)
 
 
 def asked_at(frames, times, rate, block=None):
@@ -23,8 +23,8 @@ def asked_at(frames, times, rate, block=None):
     motion = along(np.where(meets, 0.9, 3.0), times)
     detection = detector.detect(motion) if block is None else join(detector.stream(motion.blocks(block)))
     last = np.asarray(frames)[np.searchsorted(frames, np.arange(len(times)), side="right") - 1]
-    held = {key: detection.work[key] for key in ("looks", "held")}
-    assert held == {"looks": len(frames), "held": len(times) - len(frames)}
+    kept = {key: detection.work[key] for key in ("looks", "held")}
+    assert kept == {"looks": len(frames), "held": len(times) - len(frames)}
     return np.array_equal(counts_as_contact(detection.verdict[:, 0]), meets[last])
 
 
@@ -38,26 +38,26 @@ def test_at_every_frame_it_says_what_hybrid_says(seed):
     assert discrete.work["held"] == 0
 
 
-def test_faces_of_known_contacts_are_those_of_all_its_work_and_with_a_rate_it_cannot_tell():
+def test_faces_of_known_contacts_equal_the_whole_without_a_rate():
     bodies, motion = lab(150, 0)
     detector = create_detector("discrete", bodies)
     whole = detector.detect(motion, faces=True)
     again = detector.faces_of(motion, whole.verdict == Verdict.CONTACT)
     assert len(again.faces) > 100
-    for one in ("frame", "pair"):
-        assert np.array_equal(getattr(again, one), getattr(whole.face_sets, one))
+    for item in ("frame", "pair"):
+        assert np.array_equal(getattr(again, item), getattr(whole.face_sets, item))
     for frame, pair in zip(again.frame, again.pair, strict=True):
         assert np.array_equal(again.at(frame, pair), whole.face_sets.at(frame, pair))
     assert create_detector("discrete", bodies, rate_hz=30).faces_of(motion, whole.verdict == Verdict.CONTACT) is None
 
 
-def test_a_quarter_of_the_rate_looks_at_every_fourth_frame_also_of_stamps_rounded_to_nanoseconds():
+def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps():
     every = list(range(0, 5400, 4))
     for times in (np.arange(5400) / 90, np.round(np.arange(5400) / 90 * 1e9) / 1e9):
         assert asked_at(every, times, 22.5)
 
 
-def test_a_look_is_the_first_frame_at_or_after_each_tick():
+def test_samples_are_first_frames_at_or_after_ticks():
     rng = np.random.default_rng(0)
     times = 7.3 + np.cumsum(rng.uniform(0.002, 0.13, 300))
     rate = 10.0
@@ -86,7 +86,7 @@ def test_a_look_without_a_pose_teaches_nothing(name):
     assert detector.detect(blind).verdict[:, 0].tolist() == [Verdict.NO_POSE] * 6 + [Verdict.NOT_FOUND] * 2 + [0] * 4
 
 
-def test_faces_and_sections_stand_with_the_verdict_they_were_seen_with():
+def test_faces_and_sections_stay_with_their_sampled_verdict():
     times = np.arange(8) / 90
     motion = along([0.9, 0.91, 0.92, 0.93, 0.8, 0.81, 0.82, 0.83], times)
     detector = create_detector("discrete", BODIES, rate_hz=22.5)
@@ -107,12 +107,12 @@ def stirring(rate=90.0, seconds=8.0):
     """The rod's foot goes up and down through the rim: height of the foot over time, and the motion."""
     times = np.arange(int(seconds * rate)) / rate
     foot = RIM + 0.05 * np.cos(2 * np.pi * 0.35 * times + 0.2)
-    places = np.zeros((len(times), 2, 3))
-    places[:, 1, 2] = foot
-    return foot, Motion(times, places, np.broadcast_to(np.eye(3), (len(times), 2, 3, 3)))
+    positions = np.zeros((len(times), 2, 3))
+    positions[:, 1, 2] = foot
+    return foot, Motion(times, positions, np.broadcast_to(np.eye(3), (len(times), 2, 3, 3)))
 
 
-def test_the_hull_of_a_beaker_invents_exactly_the_seconds_a_rod_is_below_its_rim():
+def test_beaker_hull_is_false_while_the_rod_is_below_rim():
     foot, motion = stirring()
     exact = create_detector("exact", [BEAKER, ROD]).detect(motion)
     assert not counts_as_contact(exact.verdict).any()
@@ -120,25 +120,25 @@ def test_the_hull_of_a_beaker_invents_exactly_the_seconds_a_rod_is_below_its_rim
     assert np.array_equal(hull, foot <= RIM) and 0 < hull.sum() < len(hull)
 
 
-def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_the_cause():
+def test_sphere_explains_a_missed_corner_by_its_shape():
     bodies = [Body("box", box_mesh()), Body("pin", box_mesh((0.1, 0.1, 0.1)))]
-    turn, half = np.tile(np.eye(3), (1, 2, 1, 1)), np.sqrt(0.5)
-    turn[0, 0, :2, :2] = [[half, -half], [half, half]]
-    near = Motion([0.0], np.array([[[0, 0, 0], [0.65, 0, 0]]]), turn)
+    rotation, half = np.tile(np.eye(3), (1, 2, 1, 1)), np.sqrt(0.5)
+    rotation[0, 0, :2, :2] = [[half, -half], [half, half]]
+    near = Motion([0.0], np.array([[[0, 0, 0], [0.65, 0, 0]]]), rotation)
     assert create_detector("exact", bodies).detect(near).verdict[0, 0] != Verdict.CLEAR
     detector = create_detector("collider", bodies, shape="sphere")
     assert detector.detect(near).verdict[0, 0] == Verdict.CLEAR
-    told = detector.explain(near, 0, 0, np.zeros((1, 2), dtype=np.int64))
-    assert told.shapes_meet is False and told.looked is True
+    reported = detector.explain(near, 0, 0, np.zeros((1, 2), dtype=np.int64))
+    assert reported.shapes_meet is False and reported.looked is True
 
 
 @pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
-def test_bodies_are_in_contact_from_the_sum_of_both_skins_on(shape):
+def test_contact_starts_at_the_sum_of_both_skins(shape):
     cube, wall = Body("cube", box_mesh((0.02, 0.02, 0.02))), Body("wall", box_mesh((0.1, 0.1, 0.1)))
     gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])
-    places = np.zeros((len(gaps), 2, 3))
-    places[:, 0, 0] = gaps + 0.06
-    motion = unturned(places, np.arange(len(gaps)) / 90)
+    positions = np.zeros((len(gaps), 2, 3))
+    positions[:, 0, 0] = gaps + 0.06
+    motion = unturned(positions, np.arange(len(gaps)) / 90)
     for names in (("cube", "wall"), ("wall", "cube")):
         bare, skinned = (
             create_detector("collider", [cube, wall], pairs=[names], shape=shape, skin_m=skin) for skin in (0.0, 0.001)

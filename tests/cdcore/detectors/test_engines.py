@@ -37,8 +37,8 @@ REACH = {
 
 
 def cube_above_plate(gaps):
-    places = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
-    motion = unturned(places)
+    positions = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
+    motion = unturned(positions)
     return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion
 
 
@@ -47,9 +47,9 @@ def in_contact(name, bodies, motion, **settings):
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_a_cube_above_a_plate_is_in_contact_below_the_distance_that_the_engine_documents(name):
-    found = in_contact(name, *cube_above_plate(GAPS))
-    assert found.tolist() == np.less(GAPS * 1000, REACH[name]).tolist()
+def test_cube_touches_plate_below_the_documented_distance(name):
+    answer = in_contact(name, *cube_above_plate(GAPS))
+    assert answer.tolist() == np.less(GAPS * 1000, REACH[name]).tolist()
 
 
 @pytest.mark.parametrize(
@@ -62,8 +62,8 @@ def test_a_cube_above_a_plate_is_in_contact_below_the_distance_that_the_engine_d
 )
 def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetres):
     pytest.importorskip(ENGINE_MODULE[name])
-    found = in_contact(name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings)
-    assert found.tolist() == [True, False]
+    answer = in_contact(name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings)
+    assert answer.tolist() == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -75,14 +75,14 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
         pytest.param("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5, marks=pytest.mark.slow),
     ],
 )
-def test_between_random_hulls_it_errs_by_no_more_than_its_row_says(name, settings, reach, early, late):
+def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach, early, late):
     pytest.importorskip(ENGINE_MODULE[name])
     about = np.concatenate([-np.logspace(-2.3, -8, 18), np.logspace(-8, -2.3, 18)])
     for seed in range(12):
         bodies, motion = hulls_at(seed, reach + about)
-        found = in_contact(name, bodies, motion, **settings)
-        assert found[about < -late].all()
-        assert not found[about > early].any()
+        answer = in_contact(name, bodies, motion, **settings)
+        assert answer[about < -late].all()
+        assert not answer[about > early].any()
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_what_was_asked_before_changes_no_answer(name, shape):
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_a_rod_within_a_beaker_touches_its_hull_and_not_its_mesh(name):
+def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
     motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
     for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):
@@ -113,27 +113,27 @@ def test_a_rod_within_a_beaker_touches_its_hull_and_not_its_mesh(name):
 
 
 @pytest.mark.parametrize("name", ["bullet", "physx"])
-def test_two_meshes_that_the_engine_cannot_test_are_not_supported_and_never_clear(name):
+def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh()), Body("ball", ball_mesh(0.01))]
     motion = Motion(
         np.arange(2), np.array([[[0, 0, 0], [0, 0, 9], [0, 0, 5]], [[0, 0, 0], [0, 0, 0.01], [0, 0, 5]]]),
         np.tile(np.eye(3), (2, 3, 1, 1)), np.array([[True, True, True], [True, False, True]]),
     )  # fmt: skip
-    found = create_detector(name, bodies, shape="mesh").detect(motion)
-    assert found.verdict[:, 0].tolist() == [Verdict.INVALID, Verdict.NO_POSE]
-    assert "not supported" in found.reasons[0, 0] and "not supported" in found.containment[0]
-    assert (found.verdict[:, 1] == Verdict.CLEAR).all()
+    answer = create_detector(name, bodies, shape="mesh").detect(motion)
+    assert answer.verdict[:, 0].tolist() == [Verdict.INVALID, Verdict.NO_POSE]
+    assert "not supported" in answer.reasons[0, 0] and "not supported" in answer.containment[0]
+    assert (answer.verdict[:, 1] == Verdict.CLEAR).all()
     explained = create_detector(name, bodies, shape="mesh").explain(motion, 0, 0, np.zeros((0, 2)))
     assert explained.shapes_meet is None
     assert create_detector(name, bodies, shape="hull").detect(motion).verdict[0, 0] == Verdict.CLEAR
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_it_has_room_for_the_contacts_of_many_bodies_in_one_place(name):
+def test_crowded_bodies_lose_no_contacts(name):
     bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(15)]
-    places = np.random.default_rng(0).normal(scale=0.01, size=(15, 3))
-    assert counts_as_contact(create_detector(name, bodies).detect(still(bodies, places)).verdict).all()
+    positions = np.random.default_rng(0).normal(scale=0.01, size=(15, 3))
+    assert counts_as_contact(create_detector(name, bodies).detect(still(bodies, positions)).verdict).all()
 
 
 @pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
@@ -144,7 +144,7 @@ def test_rapier_tests_two_meshes():
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_a_sheet_is_a_body_and_one_larger_than_float32_can_tell_is_refused_by_name(name):
+def test_sheets_are_bodies_and_oversized_ones_are_refused(name):
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
     motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
@@ -154,12 +154,12 @@ def test_a_sheet_is_a_body_and_one_larger_than_float32_can_tell_is_refused_by_na
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_a_mesh_far_from_the_origin_of_its_body_keeps_its_digits(name):
+def test_meshes_far_from_their_origin_keep_precision(name):
     far = np.array([300.0, -200.0, 100.0])
     bodies, motion = cube_above_plate(GAPS)
     moved = [Body(body.name, TriangleMesh(body.mesh.vertices + far, body.mesh.faces)) for body in bodies]
-    there = Motion(motion.times, motion.translations - far, motion.rotations)
-    assert np.array_equal(in_contact(name, moved, there), in_contact(name, bodies, motion))
+    present = Motion(motion.times, motion.translations - far, motion.rotations)
+    assert np.array_equal(in_contact(name, moved, present), in_contact(name, bodies, motion))
 
 
 @pytest.mark.slow

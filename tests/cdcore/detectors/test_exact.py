@@ -23,27 +23,27 @@ def test_a_small_closed_body_inside_a_large_one_is_contained():
     assert create_detector("exact", bodies, containment=False).detect(motion).verdict.tolist() == [[Verdict.CLEAR]]
 
 
-def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about_and_live_answers_are_the_same():
-    bodies, places = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
-    places[:, 0, 0] = np.linspace(0.0, 3.0, 300)
-    motion = unturned(places)
+def test_boxes_spare_containment_tests_live_and_offline():
+    bodies, positions = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
+    positions[:, 0, 0] = np.linspace(0.0, 3.0, 300)
+    motion = unturned(positions)
     detector = create_detector("exact", bodies)
-    found = detector.detect(motion)
-    assert detect_live(detector, motion).digest == found.digest
-    contained = int((found.verdict == Verdict.CONTAINED).sum())
-    assert 30 < contained <= found.work["containment_tests"] < contained + 8
+    answer = detector.detect(motion)
+    assert detect_live(detector, motion).digest == answer.digest
+    contained = int((answer.verdict == Verdict.CONTAINED).sum())
+    assert 30 < contained <= answer.work["containment_tests"] < contained + 8
 
 
 BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 
 
 def along(xs, turns=None):
-    places = np.zeros((len(xs), 2, 3))
-    places[:, 0, 0] = xs
-    turn = np.tile(np.eye(3), (len(xs), 2, 1, 1))
+    positions = np.zeros((len(xs), 2, 3))
+    positions[:, 0, 0] = xs
+    rotation = np.tile(np.eye(3), (len(xs), 2, 1, 1))
     if turns is not None:
-        turn[:, 0] = Rotation.from_rotvec(np.outer(turns, [0, 0, 1])).as_matrix()
-    return Motion(np.arange(len(xs)), places, turn)
+        rotation[:, 0] = Rotation.from_rotvec(np.outer(turns, [0, 0, 1])).as_matrix()
+    return Motion(np.arange(len(xs)), positions, rotation)
 
 
 def work(motion, **settings):
@@ -69,25 +69,25 @@ def test_blocks_of_a_stream_remember_the_pose_before():
         assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest)
 
 
-def test_epsilon_lets_small_moves_pass_and_does_not_let_them_add_up():
+def test_epsilon_ignores_small_moves_without_adding_them_up():
     creeping = along(0.9 + 0.0004 * np.arange(100))
     assert work(creeping) == (100, 0)
     queries, cached = work(creeping, epsilon=1e-3)
     assert (queries, cached) == (34, 66)
 
 
-def test_epsilon_sees_a_turn_by_the_way_of_the_outermost_point():
+def test_epsilon_measures_rotation_at_the_outermost_point():
     assert work(along([0.9] * 50, turns=1e-5 * np.arange(50)), epsilon=1e-3)[0] == 1
     assert work(along([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
 
 
 def test_epsilon_does_not_ask_again_when_both_move_as_one():
     steps = np.linspace(0, 1, 40)
-    turn = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()
-    places = np.zeros((40, 2, 3))
-    places[:, 0] = turn @ [0.9, 0, 0]
-    places += steps[:, None, None]
-    motion = Motion(steps, places, np.repeat(turn[:, None], 2, 1))
+    rotation = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()
+    positions = np.zeros((40, 2, 3))
+    positions[:, 0] = rotation @ [0.9, 0, 0]
+    positions += steps[:, None, None]
+    motion = Motion(steps, positions, np.repeat(rotation[:, None], 2, 1))
     assert work(motion)[0] == 40
     assert work(motion, epsilon=1e-9) == (1, 39)
 
@@ -100,10 +100,10 @@ def test_within_epsilon_a_verdict_is_at_most_that_far_off():
     assert first[0] <= first[1] <= first[0] + 5
 
 
-def test_asked_live_ties_and_sizes_beyond_the_kernels_are_decided_as_in_the_whole_motion():
-    places = np.zeros((4, 2, 3))
-    places[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
-    motion = unturned(places)
+def test_live_ties_and_extreme_sizes_equal_the_whole_motion():
+    positions = np.zeros((4, 2, 3))
+    positions[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
+    motion = unturned(positions)
     detector = create_detector("exact", [Body("a", box_mesh()), Body("b", box_mesh())])
     whole = detector.detect(motion).verdict
     assert whole[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]

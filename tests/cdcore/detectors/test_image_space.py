@@ -31,10 +31,10 @@ def pairs():
 
 def verdicts(name, first, second, seed=0):
     rng = np.random.default_rng(seed)
-    low, high = first.bounds
-    turns = random_rotations(rng, FRAMES, 2)
-    places = np.einsum("nij,nj->ni", turns[:, 0], rng.uniform(low, high, (FRAMES, 3)))
-    motion = Motion(np.arange(FRAMES), np.stack([0 * places, places], axis=1), turns)
+    lower, upper = first.bounds
+    rotations = random_rotations(rng, FRAMES, 2)
+    positions = np.einsum("nij,nj->ni", rotations[:, 0], rng.uniform(lower, upper, (FRAMES, 3)))
+    motion = Motion(np.arange(FRAMES), np.stack([0 * positions, positions], axis=1), rotations)
     return create_detector(name, [Body("a", first), Body("b", second)]).detect(motion)
 
 
@@ -44,12 +44,12 @@ def test_contained_bodies_are_not_called_contact(name, exchanged):
     first, second = pairs()[name]
     if exchanged:
         first, second = second, first
-    truth, seen = (verdicts(asker, first, second).verdict[:, 0] for asker in ("exact", "image-space"))
+    truth, sample = (verdicts(asker, first, second).verdict[:, 0] for asker in ("exact", "image-space"))
     contained = truth == Verdict.CONTAINED
     assert exchanged or contained.sum() > 3
-    assert not (seen[contained] == Verdict.CONTACT).any()
+    assert not (sample[contained] == Verdict.CONTACT).any()
     # Rays pass a thin crossing now and then.
-    assert ((truth == Verdict.CONTACT) & (seen == Verdict.CONTAINED)).mean() < 0.1
+    assert ((truth == Verdict.CONTACT) & (sample == Verdict.CONTAINED)).mean() < 0.1
 
 
 @pytest.mark.parametrize(
@@ -60,8 +60,8 @@ def test_contained_bodies_are_not_called_contact(name, exchanged):
         (merged(box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])), "a has faces drawn twice, or parts that cross"),
     ],
 )
-def test_a_mesh_without_an_inside_for_rays_is_invalid_not_clear(mesh, why):
-    found = verdicts("image-space", mesh, ball_mesh(0.1))
-    assert set(found.verdict[:, 0].tolist()) <= {Verdict.INVALID, Verdict.CLEAR}
-    assert (found.verdict == Verdict.INVALID).any()
-    assert all(reason.startswith(why) for reason in found.reasons.values())
+def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, why):
+    answer = verdicts("image-space", mesh, ball_mesh(0.1))
+    assert set(answer.verdict[:, 0].tolist()) <= {Verdict.INVALID, Verdict.CLEAR}
+    assert (answer.verdict == Verdict.INVALID).any()
+    assert all(reason.startswith(why) for reason in answer.reasons.values())

@@ -20,13 +20,13 @@ JUMP, CORRUPT = 900e3, 3e14
 """Metres: a jump that is not yet taken for a corrupt pose, and one that no room has."""
 
 
-def scene(places, step, handle):
-    """A plate across x at ``places`` (T,), then at rest while needles along x come nearer by some ``step`` a frame.
+def scene(positions, step, handle):
+    """A plate across x at ``positions`` (T,), then at rest while needles along x come nearer by some ``step`` a frame.
 
     ``handle``: a face of the plate beside the needles, so that its bounding box holds them before anything meets.
     Returns bodies, pairs, motion and whether each pair meets, (T, P).
     """
-    rng, frames, wide = np.random.default_rng(0), len(places) + APPROACH, float(NEEDLES)
+    rng, frames, wide = np.random.default_rng(0), len(positions) + APPROACH, float(NEEDLES)
     corners = [
         (0, -wide, -1),
         (0, wide, -1),
@@ -39,11 +39,11 @@ def scene(places, step, handle):
     plate = TriangleMesh(np.array(corners), np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6)][: 3 if handle else 2]))
     bodies = [Body("plate", plate), *(Body(f"needle {k}", box_mesh((1.0, THIN, THIN))) for k in range(NEEDLES))]
     translations = np.zeros((frames, 1 + NEEDLES, 3))
-    translations[: len(places), 0, 0] = places
+    translations[: len(positions), 0, 0] = positions
     start = 0.5 + step * APPROACH * rng.uniform(0.3, 0.7, NEEDLES)
-    way = start - np.cumsum(step * rng.uniform(0.5, 1.5, (APPROACH, NEEDLES)), axis=0)
-    translations[: len(places), 1:, 0] = way[0] + rng.uniform(0.0, 1.0, NEEDLES)
-    translations[len(places) :, 1:, 0] = way
+    direction = start - np.cumsum(step * rng.uniform(0.5, 1.5, (APPROACH, NEEDLES)), axis=0)
+    translations[: len(positions), 1:, 0] = direction[0] + rng.uniform(0.0, 1.0, NEEDLES)
+    translations[len(positions) :, 1:, 0] = direction
     translations[:, 1:, 1] = 2.0 * (np.arange(NEEDLES) - NEEDLES / 2) + 0.3
     motion = unturned(translations, np.arange(frames) / 90.0)
     x, plate_x = translations[:, 1:, 0], translations[:, :1, 0]
@@ -74,7 +74,7 @@ def corrupt_pose_then_rest():
     [("exact", jumps_then_rest), pytest.param("exact", an_hour_of_jumps_then_rest, marks=pytest.mark.slow)]
     + [(name, corrupt_pose_then_rest) for name in ("exact", "aabb", "obb", "rapid-style", "solid-style", "hybrid")],
 )
-def test_a_contact_after_a_long_path_begins_in_its_frame_however_it_is_asked(name, recording):
+def test_contact_after_a_long_path_starts_in_its_frame(name, recording):
     bodies, pairs, motion, meets = recording()
     detector, last = create_detector(name, bodies, pairs=pairs), motion.frames(len(motion) - 1, len(motion))
     assert 0.2 < meets[-APPROACH:].mean() < 0.8

@@ -16,18 +16,18 @@ TOLERANCE = 1e-6
 
 @pytest.mark.slow
 @pytest.mark.parametrize("margin", [0.0, 0.002])
-def test_beyond_its_tolerance_it_decides_as_exact_hulls_do_at_any_margin(margin):
+def test_beyond_its_tolerance_it_agrees_with_exact_hulls(margin):
     gaps = margin + np.array([-1e-3, -1e-5, -TOLERANCE, TOLERANCE, 1e-5, 1e-3])
     for seed in range(30):
         bodies, motion = hulls_at(seed, gaps)
-        found = create_detector("mujoco", bodies, margin_m=margin).detect(motion).verdict[:, 0]
-        assert (found == Verdict.CONTACT).tolist() == [True] * 3 + [False] * 3
-        assert margin or np.array_equal(found, create_detector("collider", bodies).detect(motion).verdict[:, 0])
+        answer = create_detector("mujoco", bodies, margin_m=margin).detect(motion).verdict[:, 0]
+        assert (answer == Verdict.CONTACT).tolist() == [True] * 3 + [False] * 3
+        assert margin or np.array_equal(answer, create_detector("collider", bodies).detect(motion).verdict[:, 0])
 
 
 @pytest.mark.parametrize("thickness", [0.0, 1e-9, 9e-6, 2e-5, 1e-3])
 @pytest.mark.parametrize("size", [0.01, 2.0])
-def test_a_sheet_touches_what_crosses_it_and_not_what_is_above_it(thickness, size):
+def test_sheet_touches_only_bodies_that_cross_it(thickness, size):
     sheet = TriangleMesh(box_mesh().vertices * [size, size, thickness], box_mesh().faces)
     top, half = sheet.vertices[:, 2].max(), np.ptp(box_mesh().vertices[:, 2]) * 0.005
     small = TriangleMesh(box_mesh().vertices * 0.01, box_mesh().faces)
@@ -43,9 +43,9 @@ def test_a_body_may_be_called_anything():
     assert create_detector("mujoco", bodies).pairs.shape == (6, 2)
 
 
-def test_a_mesh_that_it_refuses_is_refused_by_name_in_one_line():
-    box, turn = box_mesh(), random_rotations(np.random.default_rng(0), 1)[0]
-    for vertices in (box.vertices * [3e4, 3e4, 1e-4] @ turn, box.vertices * 1e100):
+def test_refused_mesh_is_named_in_a_single_line():
+    box, rotation = box_mesh(), random_rotations(np.random.default_rng(0), 1)[0]
+    for vertices in (box.vertices * [3e4, 3e4, 1e-4] @ rotation, box.vertices * 1e100):
         with pytest.raises(InvalidMeshError, match=r"^MuJoCo .*slab.*$"):
             create_detector("mujoco", [Body("slab", TriangleMesh(vertices, box.faces))])
 
@@ -59,10 +59,10 @@ def test_a_crowd_in_one_place_loses_no_contact():
 def test_it_explains_whether_it_looked_and_whether_the_hulls_meet():
     bodies, motion = lab(60)
     always, slow = (create_detector("mujoco", bodies, rate_hz=rate) for rate in (None, 13.0))
-    seen, pair = always.detect(motion).verdict, 4
-    told = [slow.explain(motion, frame, pair, np.zeros((0, 2))) for frame in range(60)]
-    assert sum(one.looked for one in told) == slow.detect(motion).work["looks"]
-    known = seen[:, pair] != Verdict.NO_POSE
-    meet = np.array([one.shapes_meet for one in told])
+    sample, pair = always.detect(motion).verdict, 4
+    reported = [slow.explain(motion, frame, pair, np.zeros((0, 2))) for frame in range(60)]
+    assert sum(item.looked for item in reported) == slow.detect(motion).work["looks"]
+    known = sample[:, pair] != Verdict.NO_POSE
+    meet = np.array([item.shapes_meet for item in reported])
     assert {True, False} == set(meet[known].tolist())
-    assert np.array_equal(meet[known], seen[known, pair] == Verdict.CONTACT)
+    assert np.array_equal(meet[known], sample[known, pair] == Verdict.CONTACT)

@@ -44,7 +44,7 @@ def test_where_spheres_overlap_it_never_says_clear(variant):
     assert (searched(variant).verdict[~candidate] != Verdict.NOT_FOUND).all()
 
 
-def test_the_default_finds_nearly_all_contact_of_the_lab_and_says_what_it_took():
+def test_default_detects_nearly_all_lab_contact_and_counts_work():
     found, exact = searched("memetic"), truth()
     contact = exact.verdict == Verdict.CONTACT
     assert (found.verdict[contact] == Verdict.CONTACT).mean() > 0.97
@@ -76,7 +76,7 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
     assert Verdict.CONTAINED in hybrid.verdict or (hybrid.verdict == Verdict.CONTACT).any()
 
 
-def test_it_explains_of_a_frame_whether_the_volumes_met_in_it():
+def test_explanation_says_whether_volumes_met():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     contact = found("hybrid").verdict != Verdict.CLEAR
@@ -85,7 +85,7 @@ def test_it_explains_of_a_frame_whether_the_volumes_met_in_it():
     assert detector.explain(motion, frame, pair, np.zeros((0, 2), dtype=np.int64)).spheres_meet is True
 
 
-def test_contacts_the_search_has_found_need_no_mesh_query_unless_faces_are_asked():
+def test_search_hits_need_no_mesh_query_without_faces():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     plain = detector.detect(motion)
@@ -93,14 +93,14 @@ def test_contacts_the_search_has_found_need_no_mesh_query_unless_faces_are_asked
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
-def test_a_contact_of_the_search_that_the_meshes_miss_keeps_the_faces_of_the_search():
+def test_search_contacts_missed_by_meshes_keep_their_faces():
     bodies, motion = lab(150)
     detector, search = create_detector("hybrid-qaco", bodies, decide="mesh"), found("hybrid-qaco")
     ask = detector._meshes.decide
 
-    def none_on_early_pairs(*asked, faces):
-        answer = ask(*asked, faces=faces)
-        early = asked[2] < 3
+    def none_on_early_pairs(*requested, faces):
+        answer = ask(*requested, faces=faces)
+        early = requested[2] < 3
         return replace(answer, hits=answer.hits & ~early, which=np.where(early, len(answer.sets), answer.which),
                        sets=[*answer.sets, np.zeros((0, 2), dtype=np.int32)])  # fmt: skip
 
@@ -111,7 +111,7 @@ def test_a_contact_of_the_search_that_the_meshes_miss_keeps_the_faces_of_the_sea
         assert np.array_equal(both.faces(frame, pair), same.faces(frame, pair)), (frame, pair)
 
 
-def test_deciding_by_search_invents_nothing_and_says_not_found_instead_of_clear():
+def test_deciding_by_search_gives_no_false_contact():
     search, exact = found("hybrid-qaco"), found("exact")
     contact = search.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()

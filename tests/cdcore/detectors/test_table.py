@@ -26,7 +26,7 @@ def test_every_row_names_a_class_of_that_name(name):
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_the_seconds_of_all_stages_are_part_of_those_of_the_call(name):
+def test_stage_seconds_sum_to_at_most_the_call(name):
     bodies, motion = lab(8)
     detector, start = create_detector(name, bodies), perf_counter()
     spent = [float(np.sum(stage)) for stage in detector.detect(motion).seconds.values()]
@@ -42,7 +42,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones():
         create_detector("chaos", BODIES)
 
 
-def test_a_row_or_module_and_class_lead_to_a_detector_without_reading_what_is_installed(monkeypatch):
+def test_detectors_load_without_reading_installed_packages(monkeypatch):
     monkeypatch.setattr(table, "entry_points", None)
     assert load_detector("sphere") is load_detector("cdcore.detectors.sphere:SphereDetector") is SphereDetector
 
@@ -78,11 +78,11 @@ def test_own_class_that_cannot_load_says_why(name, sentence, monkeypatch, tmp_pa
 def test_an_installed_package_adds_a_row(monkeypatch):
     point = EntryPoint("outside", "cdcore.detectors.sphere:SphereDetector", table.ENTRY_POINT_GROUP)
 
-    def found(group, name=None):
+    def answer(group, name=None):
         assert group == table.ENTRY_POINT_GROUP
         return [point] if name in (None, "outside") else []
 
-    monkeypatch.setattr(table, "entry_points", found)
+    monkeypatch.setattr(table, "entry_points", answer)
     assert detector_names()[-1] == "outside"
     assert load_detector("outside") is SphereDetector
 
@@ -95,7 +95,7 @@ def test_an_installed_package_adds_a_row(monkeypatch):
         ("cdcore.detectors.sphere:Spheer", "has no class"),
     ],
 )
-def test_an_installed_package_that_fails_names_itself_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
+def test_failing_package_is_named_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
     (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
     monkeypatch.syspath_prepend(tmp_path)
     points = {name: EntryPoint(name, entry, table.ENTRY_POINT_GROUP) for name in ("broken", "sphere")}
@@ -107,21 +107,21 @@ def test_an_installed_package_that_fails_names_itself_and_hides_no_built_in(entr
     assert load_detector("sphere") is SphereDetector
 
 
-def test_a_setting_it_does_not_have_is_answered_with_those_it_has():
+def test_unknown_settings_are_answered_with_known_ones():
     with pytest.raises(InvalidSettingError, match="'sphere' has no setting 'speed'; it has: sphere"):
         create_detector("sphere", BODIES, speed=3)
 
 
 @pytest.mark.parametrize("name", OPTIONAL)
-def test_a_row_whose_engine_is_not_installed_says_how_to_install_it_in_one_sentence(name, monkeypatch):
+def test_missing_engine_error_says_how_to_install_it(name, monkeypatch):
     module = ENGINE_MODULE[name]
     monkeypatch.setitem(sys.modules, module, None)
     extra = "physx" if name == "physx" else "engines"
     with pytest.raises(
         MissingEngineError, match=rf'^{module} is not installed; pip install "vrlab-replay\[{extra}\]"'
-    ) as said:
+    ) as text:
         create_detector(name, BODIES)
-    assert "\n" not in str(said.value) and ". " not in str(said.value)
+    assert "\n" not in str(text.value) and ". " not in str(text.value)
 
 
 def test_settings_arrive_and_are_kept():
@@ -143,19 +143,19 @@ def test_the_table_costs_no_engine_until_one_is_used():
         ("cdcore:join", "Settings, detect, stream"),
     ],
 )
-def test_what_is_no_whole_detector_is_refused_with_what_it_lacks(name, lacks):
+def test_incomplete_detector_is_refused_with_what_it_lacks(name, lacks):
     with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
         load_detector(name)
 
 
 @pytest.mark.parametrize("name", TABLE)
-def test_it_names_its_sources_and_says_when_to_choose_it_and_what_it_cannot_do(name):
+def test_every_row_has_sources_purpose_and_limits(name):
     detector = load_detector(name)
     sources = detector.sources
     assert isinstance(sources, tuple) and sources
     assert all(isinstance(source, str) and len(source.split()) >= 4 for source in sources)
     assert len(set(sources)) == len(sources)
-    for words in (detector.choose_when, detector.cannot):
-        assert isinstance(words, str) and words == words.strip() and len(words.split()) >= 2
-        assert "\n" not in words and not words.endswith(".")
+    for labels in (detector.choose_when, detector.cannot):
+        assert isinstance(labels, str) and labels == labels.strip() and len(labels.split()) >= 2
+        assert "\n" not in labels and not labels.endswith(".")
     assert detector.__doc__

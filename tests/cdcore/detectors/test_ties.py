@@ -10,7 +10,7 @@ from cdcore.protocol import detect_live
 
 @pytest.mark.parametrize("scene", [sliding_grids(6, 90), fans_at_their_hubs(40, 90)], ids=["grids", "fans"])
 @pytest.mark.parametrize("name", ["exact", "obb", "aabb", "rapid-style", "solid-style"])
-def test_ties_are_decided_alike_whole_in_blocks_live_with_faces_and_alone(name, scene):
+def test_ties_agree_in_every_mode(name, scene):
     bodies, motion, meets = scene
     assert 0.2 < meets.mean() < 0.9
     detector, last = create_detector(name, bodies), motion.frames(len(motion) - 1, len(motion))
@@ -18,14 +18,14 @@ def test_ties_are_decided_alike_whole_in_blocks_live_with_faces_and_alone(name, 
         "whole": detector.detect(motion), "blocks": join(detector.stream(motion.blocks(7))),
         "live": detect_live(detector, motion), "faces": detector.detect(motion, faces=True),
     }  # fmt: skip
-    for way, answer in answers.items():
-        np.testing.assert_array_equal(answer.verdict[:, 0] == Verdict.CONTACT, meets, err_msg=way)
+    for direction, answer in answers.items():
+        np.testing.assert_array_equal(answer.verdict[:, 0] == Verdict.CONTACT, meets, err_msg=direction)
     assert (detector.detect(last).verdict[0, 0] == Verdict.CONTACT) == meets[-1]
 
 
 @pytest.mark.parametrize("scene", [sliding_grids(12, 64), fans_at_their_hubs(60, 64)], ids=["grids", "fans"])
-def test_a_boolean_question_stops_at_the_first_contact_that_only_exact_arithmetic_finds(scene):
+def test_boolean_query_stops_at_first_exact_contact(scene):
     bodies, motion, meets = scene
     detector, touching = create_detector("exact", bodies), motion.take(np.flatnonzero(meets))
-    asked = {faces: detector.detect(touching, faces=faces).work["world_tests"] for faces in (False, True)}
-    assert asked[False] < asked[True] / 3
+    requested = {faces: detector.detect(touching, faces=faces).work["world_tests"] for faces in (False, True)}
+    assert requested[False] < requested[True] / 3

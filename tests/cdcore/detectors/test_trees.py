@@ -13,7 +13,7 @@ BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
 FAR = still(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
 
 
-def test_a_broad_phase_keeps_bodies_apart_from_the_trees_of_aabb_and_solid():
+def test_broad_phase_spares_trees_of_aabb_and_solid():
     spheres = create_detector("aabb", BALLS).detect(FAR)
     assert (spheres.verdict == Verdict.CLEAR).all()
     assert spheres.work["sphere_tests"] == 4
@@ -23,7 +23,7 @@ def test_a_broad_phase_keeps_bodies_apart_from_the_trees_of_aabb_and_solid():
     assert sweep.work["node_tests"] == 0
 
 
-def test_bodies_far_apart_cost_obb_one_test_a_pose_and_none_while_they_stand_still():
+def test_distant_bodies_cost_obb_a_test_per_move():
     work = create_detector("obb", BALLS).detect(FAR).work
     assert (work["node_tests"], work["leaf_tests"], work["tree_queries"], work["reused"]) == (1, 0, 1, 3)
 
@@ -32,13 +32,13 @@ def test_it_invents_nothing_and_finds_most_of_what_overlaps():
     bodies, motion = lab(80)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)
-    found = counts_as_contact(detection.verdict)
-    assert detection.approximate and not (found & ~truth).any()
+    answer = counts_as_contact(detection.verdict)
+    assert detection.approximate and not (answer & ~truth).any()
     decided = ~np.isin(detection.verdict, [Verdict.INVALID, Verdict.NO_POSE])
-    assert found.sum() > 0.8 * (truth & decided).sum() > 0
+    assert answer.sum() > 0.8 * (truth & decided).sum() > 0
 
 
-def test_an_open_mesh_is_invalid_where_boxes_overlap_with_a_reason_and_clear_where_they_do_not():
+def test_open_mesh_is_invalid_only_where_boxes_overlap():
     bodies = [Body("bowl", without_faces(ball_mesh(), 9)), Body("box", box_mesh())]
     near = create_detector("image-space", bodies).detect(still(bodies, [(0, 0, 0), (1, 0, 0)]))
     assert near.verdict.tolist() == [[Verdict.INVALID]]
@@ -48,7 +48,7 @@ def test_an_open_mesh_is_invalid_where_boxes_overlap_with_a_reason_and_clear_whe
         assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
 
 
-def test_a_ball_in_a_box_is_contained_and_bodies_that_only_touch_are_not_found():
+def test_ball_in_a_box_is_contained_touching_is_not():
     bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
     detector = create_detector("image-space", bodies)
     assert detector.detect(still(bodies, [(0, 0, 0), (0.1, 0, 0)])).verdict.tolist() == [[Verdict.CONTAINED]]
@@ -96,10 +96,10 @@ def test_sections_are_there_for_every_contact():
 @pytest.mark.parametrize(
     ("gap", "verdict"), [(-1e-6, Verdict.CANDIDATE), (0.0, Verdict.CANDIDATE), (1e-6, Verdict.CLEAR)]
 )
-def test_a_pair_is_a_candidate_up_to_the_sum_of_radii(mode, gap, verdict):
+def test_pairs_are_candidates_up_to_the_radius_sum(mode, gap, verdict):
     bodies = [Body("a", ball_mesh(0.5)), Body("b", beaker_mesh())]
     build = {"paper": sphere_by_triangle_mean, "best": sphere_best}[mode]
-    one, other = (build(body.mesh) for body in bodies)
-    offset = np.array([one.radius + other.radius + gap, 0, 0]) + one.centre - other.centre
+    item, other = (build(body.mesh) for body in bodies)
+    offset = np.array([item.radius + other.radius + gap, 0, 0]) + item.centre - other.centre
     motion = still(bodies, [[0, 0, 0], offset])
     assert create_detector("sphere", bodies, sphere=mode).detect(motion).verdict[0, 0] == verdict

@@ -14,32 +14,32 @@ from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex, 
      (without_faces(box_mesh(), 1), False)],
 )  # fmt: skip
 def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
-    turn = random_rotations(np.random.default_rng(1), 1)[0]
-    for vertices in (mesh.vertices, mesh.vertices @ turn.T + 1e4, mesh.vertices.astype(np.float32)):
+    rotation = random_rotations(np.random.default_rng(1), 1)[0]
+    for vertices in (mesh.vertices, mesh.vertices @ rotation.T + 1e4, mesh.vertices.astype(np.float32)):
         assert is_convex(TriangleMesh(vertices, mesh.faces)) == convex
 
 
-def test_its_corners_at_a_pose_are_the_corners_of_the_mesh_there():
+def test_posed_solid_corners_equal_posed_mesh_corners():
     rng = np.random.default_rng(2)
     for mesh in (box_mesh(), TriangleMesh(beaker_mesh().vertices + np.array([3, -2, 1]), beaker_mesh().faces)):
         solid = engine_solid(Body("a", mesh), "mesh", "Engine", 1e-4)
-        turn, move = random_rotations(rng, 1)[0], rng.normal(size=3)
-        places, quaternions = engine_poses([solid], turn[None], move[None])
+        rotation, move = random_rotations(rng, 1)[0], rng.normal(size=3)
+        positions, quaternions = engine_poses([solid], rotation[None], move[None])
         x, y, z, w = quaternions[0]
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        placed = solid.corners @ (np.eye(3) + 2 * w * cross + 2 * cross @ cross).T + places[0]
-        there = mesh.vertices @ turn.T + move
-        assert np.abs(placed[:, None] - there).max(axis=2).min(axis=1).max() < 1e-12
+        placed = solid.corners @ (np.eye(3) + 2 * w * cross + 2 * cross @ cross).T + positions[0]
+        present = mesh.vertices @ rotation.T + move
+        assert np.abs(placed[:, None] - present).max(axis=2).min(axis=1).max() < 1e-12
 
 
-def test_a_sheet_gets_a_thickness_and_a_solid_keeps_its_own():
+def test_sheets_get_a_thickness_solids_keep_theirs():
     flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
     assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine", 1e-4).corners[:, 2]) == pytest.approx(1e-4)
     solid = engine_solid(Body("a", box_mesh()), "hull", "Engine", 1e-4)
     assert np.allclose(np.ptp(solid.corners, axis=0), np.ptp(box_mesh().vertices, axis=0))
 
 
-def test_bodies_taken_apart_are_a_metre_from_each_other_also_a_small_one_after_a_large_one():
+def test_spread_bodies_are_a_metre_from_each_other():
     meshes = box_mesh(), ball_mesh(10.0), ball_mesh(0.1), rod_mesh()
     solids = [engine_solid(Body("a", mesh), "hull", "it", 1e-4) for mesh in meshes]
     reach = np.array([np.linalg.norm(solid.corners, axis=1).max() for solid in solids])

@@ -46,7 +46,7 @@ folder_now = kernel_folder.__wrapped__
 
 
 @pytest.mark.parametrize("changed", ["narrow/bvh/traverse.py", "numerics.py"])
-def test_a_change_in_any_source_leads_to_another_folder_and_removes_that_of_before(installed, changed):
+def test_changed_sources_replace_the_cache_folder(installed, changed):
     before = folder_now()
     (before / "code").write_text("machine code")
     os.utime(installed / changed)
@@ -55,26 +55,24 @@ def test_a_change_in_any_source_leads_to_another_folder_and_removes_that_of_befo
     assert folder_now() != before and not before.exists()
 
 
-def test_machine_code_is_kept_below_the_users_own_folder_or_beside_the_sources_or_in_the_users_cache_or_nowhere(
-    installed, tmp_path, monkeypatch
-):
+def test_machine_code_folder_falls_back_in_order(installed, tmp_path, monkeypatch):
     refused = []
 
     def write(dir):
-        if any(place in dir.parents for place in refused):
+        if any(position in dir.parents for position in refused):
             raise PermissionError("read-only")
         return tempfile.TemporaryFile(dir=dir)
 
     monkeypatch.setattr(compiling, "TemporaryFile", write)
-    for place in (installed, tmp_path / "user"):
-        assert place in folder_now().parents
-        refused.append(place)
+    for position in (installed, tmp_path / "user"):
+        assert position in folder_now().parents
+        refused.append(position)
     assert folder_now() is None
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "own"))
     assert folder_now().parent == tmp_path / "own"
 
 
-def test_installations_that_share_a_folder_leave_each_other_their_machine_code(installed, tmp_path, monkeypatch):
+def test_installations_sharing_a_folder_keep_separate_machine_code(installed, tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "shared"))
     first = folder_now()
     other = installed.rename(installed.with_name("other"))
@@ -84,8 +82,8 @@ def test_installations_that_share_a_folder_leave_each_other_their_machine_code(i
 
 def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
     monkeypatch.setattr(compiling, "kernel_folder", lambda: None)
-    asked = kernel(lambda x: x * x + 2)
-    assert asked(2.0) == 6.0 and asked.stats.cache_path is None
+    requested = kernel(lambda x: x * x + 2)
+    assert requested(2.0) == 6.0 and requested.stats.cache_path is None
 
 
 @pytest.fixture
@@ -95,27 +93,27 @@ def kept(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_full_disk_costs_no_answer_and_the_setting_of_numba_stays(kept, monkeypatch):
+def test_full_disk_costs_no_answer_and_keeps_numba_settings(kept, monkeypatch):
     def full(*_):
         raise OSError(ENOSPC, "No space left on device")
 
     given = numba.config.CACHE_DIR
-    asked = kernel(lambda x: x * x + 3)
+    requested = kernel(lambda x: x * x + 3)
     assert given == numba.config.CACHE_DIR
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", full)
-        assert asked(2.0) == 7.0 and not list(kept.rglob("*.nb?"))
-    assert asked(2) == 7 and list(kept.rglob("*.nbi"))
+        assert requested(2.0) == 7.0 and not list(kept.rglob("*.nb?"))
+    assert requested(2) == 7 and list(kept.rglob("*.nbi"))
 
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 @pytest.mark.parametrize("content", [b"", pickle.dumps(numba.__version__) + b"ccdcore.mesh\nNoSuchName\n."])
 def test_a_spoiled_file_costs_no_answer(kept, kind, content):
-    asked = kernel(lambda x: x * x + 5)
-    assert asked(2) == 9
+    requested = kernel(lambda x: x * x + 5)
+    assert requested(2) == 9
     (spoiled,) = kept.rglob(f"*.{kind}")
     spoiled.write_bytes(content)
-    again = kernel(asked.py_func)
+    again = kernel(requested.py_func)
     assert again(2) == 9 and again.stats.cache_misses
 
 
@@ -129,7 +127,7 @@ print(heard.kernels)
 
 
 @pytest.mark.slow
-def test_two_processes_that_start_at_once_both_answer_and_a_third_compiles_nothing(tmp_path):
+def test_simultaneous_processes_answer_and_later_ones_compile_nothing(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     start = [sys.executable, "-c", TOGETHER]
     both = [subprocess.Popen(start, env=environment) for _ in range(2)]
@@ -155,16 +153,16 @@ def test_the_collector_rests_while_kernels_compile_and_only_then():
 
 
 @pytest.mark.parametrize(("version", "quick"), [((0, 60), 0), ((0, 61), 1), ((0, 68), 1), ((0, 69), 0), ((1, 0), 0)])
-def test_only_versions_of_numba_that_were_tried_compile_the_quick_way(version, quick, monkeypatch):
+def test_only_tried_numba_versions_use_the_quick_compiler(version, quick, monkeypatch):
     monkeypatch.setattr(numba, "version_info", SimpleNamespace(short=version))
     assert [len(options) for options in quick_compilers.__wrapped__()] == [quick, quick]
 
 
-def test_without_the_quick_way_kernels_and_their_parts_compute_the_same(kept, monkeypatch):
+def test_standard_compiler_computes_the_same(kept, monkeypatch):
     monkeypatch.setattr(compiling, "quick_compilers", lambda: ({}, {}))
-    part = hot_kernel(lambda x: x * x + 1)
-    asked = kernel(lambda x: part(x) + part(x + 1))
-    assert asked(3.0) == 10.0 + 17.0
+    component = hot_kernel(lambda x: x * x + 1)
+    requested = kernel(lambda x: component(x) + component(x + 1))
+    assert requested(3.0) == 10.0 + 17.0
 
 
 @kernel

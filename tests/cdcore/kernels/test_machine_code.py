@@ -47,8 +47,8 @@ def test_machine_code_with_changed_bytes_is_not_loaded(saved, tmp_path_factory, 
     content = bytearray(file.read_bytes())
     start = data.draw(st.integers(0, len(content) - 1))
     change = data.draw(st.binary(min_size=1, max_size=64).filter(any))
-    for place, mask in zip(range(start, len(content)), change, strict=False):
-        content[place] ^= mask
+    for position, mask in zip(range(start, len(content)), change, strict=False):
+        content[position] ^= mask
     changed = bytes(content) != file.read_bytes()
     file.write_bytes(bytes(content))
     answers = [files_of(folder).load(key) for key in (KEY, OTHER_KEY)]
@@ -73,7 +73,7 @@ def test_swapped_machine_code_is_not_loaded(saved, tmp_path):
     assert files_of(folder).load(KEY) is None and files_of(folder).load(OTHER_KEY) is None
 
 
-def test_the_index_of_another_kernel_module_or_source_is_not_read(saved, tmp_path, monkeypatch):
+def test_foreign_or_stale_index_is_not_read(saved, tmp_path, monkeypatch):
     folder = shutil.copytree(saved, tmp_path / saved.name)
     (index,) = folder.glob("*.nbi")
     shutil.copy(index, folder / "traverse.other-9.py311.nbi")

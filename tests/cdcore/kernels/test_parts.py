@@ -41,20 +41,20 @@ def defined(lines, name):
     return [line for line in lines if line.startswith("define") and name in line]
 
 
-def test_what_parts_compute_arrives_through_a_caller_of_callers_in_which_they_stay_or_vanish_as_marked():
+def test_inlining_marks_hold_through_nested_callers():
     @fresh
-    def asked(x):
+    def requested(x):
         return shifted(x) + halved(x)
 
-    assert asked(4.0) == 16.0 + OFFSET + 2.0
-    assert asked(3) == 9 + OFFSET + 1.5
-    assert any("call" in line and "shifted" in line for line in code_of(asked))
-    assert not defined(code_of(asked), "halved")
+    assert requested(4.0) == 16.0 + OFFSET + 2.0
+    assert requested(3) == 9 + OFFSET + 1.5
+    assert any("call" in line and "shifted" in line for line in code_of(requested))
+    assert not defined(code_of(requested), "halved")
 
 
-def test_a_part_is_compiled_once_for_two_callers_and_both_hold_its_code():
+def test_shared_callee_is_compiled_once_for_two_callers():
     @fresh
-    def one(x):
+    def item(x):
         return shifted(x)
 
     @fresh
@@ -62,10 +62,10 @@ def test_a_part_is_compiled_once_for_two_callers_and_both_hold_its_code():
         return shifted(x) - 1
 
     with event.install_recorder("numba:compile") as heard:
-        assert (one(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
+        assert (item(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
     compiled = [row.data["dispatcher"].py_func.__name__ for _, row in heard.buffer if row.is_start]
     assert sorted(compiled) == ["one", "other", "shifted", "squared"]
-    assert defined(code_of(one), "shifted")
+    assert defined(code_of(item), "shifted")
     assert defined(code_of(other), "shifted")
 
 
@@ -75,17 +75,17 @@ def test_part_is_compiled_once_for_all_literal_numbers():
         return 3 * x
 
     @fresh
-    def asked(x):
+    def requested(x):
         pair = (x, tripled(3))
         pair[0][0] += pair[-1] + tripled(4)
         return pair[0]
 
     given = np.zeros(1, dtype=np.int64)
     with event.install_recorder("numba:compile") as heard:
-        kept = asked(given)
+        kept = requested(given)
     compiled = [row.data["dispatcher"].py_func for _, row in heard.buffer if row.is_start]
     del given
-    assert compiled == [asked.py_func, tripled]
+    assert compiled == [requested.py_func, tripled]
     assert kept.tolist() == [9 + 12]
 
 
@@ -99,11 +99,11 @@ def test_part_called_from_python_computes_the_same():
 
 @pytest.mark.slow
 def test_operators_give_the_bits_and_the_type_that_numba_gives():
-    def asked(a, b):
+    def requested(a, b):
         return a + b, a - b, a * b, a / b, a // b, a % b, a**2, 2 - a, a < b, a == b, a >= 3.0 * b
 
-    ours, numbas = fresh(asked), njit(error_model="numpy")(asked)
+    ours, numbas = fresh(requested), njit(error_model="numpy")(requested)
     for a, b in ((-7, 3), (np.uint8(200), -3), (True, 2)):
-        mine, wanted = ours(a, b), numbas(a, b)
-        assert [type(one) for one in mine] == [type(one) for one in wanted]
-        assert np.array(mine, dtype=float).tobytes() == np.array(wanted, dtype=float).tobytes()
+        mine, expected = ours(a, b), numbas(a, b)
+        assert [type(item) for item in mine] == [type(item) for item in expected]
+        assert np.array(mine, dtype=float).tobytes() == np.array(expected, dtype=float).tobytes()

@@ -49,7 +49,7 @@ def compiled_over(operation, operands):
 
 
 @pytest.mark.parametrize("name", LANE_OPERATIONS)
-def test_an_operation_on_lanes_gives_the_bits_of_its_python_body(name):
+def test_lane_operation_gives_bits_of_its_python_body(name):
     rng, operation = np.random.default_rng(1), getattr(simd, name)
     operands = [numbers(rng, ROWS) for _ in range(LANE_OPERATIONS[name])]
     with np.errstate(all="ignore"):
@@ -58,7 +58,7 @@ def test_an_operation_on_lanes_gives_the_bits_of_its_python_body(name):
 
 
 @pytest.mark.parametrize("name", BIT_OPERATIONS)
-def test_a_comparison_of_lanes_gives_the_bits_of_its_python_body(name):
+def test_lane_comparison_gives_bits_of_its_python_body(name):
     operation, rng = getattr(simd, name), np.random.default_rng(2)
     load8 = simd.load8
 

@@ -12,27 +12,27 @@ FRAMES = 200
 
 
 @pytest.mark.parametrize("reach", [0.002, 0.02])
-def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_repeat(reach):
+def test_near_agrees_with_fcl_distance_also_on_repeated_poses(reach):
     rng = np.random.default_rng(1)
     meshes = [beaker_mesh(), rod_mesh()]
-    places, turns = rng.normal(size=(FRAMES, 2, 3)) * 0.04, random_rotations(rng, FRAMES, 2)
-    places[1::3], turns[1::3] = places[0::3], turns[0::3]
-    motion = Motion(np.arange(FRAMES) / 90, places, turns)
-    things, apart = FclMeshes(meshes), np.zeros(FRAMES)
+    positions, rotations = rng.normal(size=(FRAMES, 2, 3)) * 0.04, random_rotations(rng, FRAMES, 2)
+    positions[1::3], rotations[1::3] = positions[0::3], rotations[0::3]
+    motion = Motion(np.arange(FRAMES) / 90, positions, rotations)
+    things, separated = FclMeshes(meshes), np.zeros(FRAMES)
     for frame in range(FRAMES):
         for body in (0, 1):
-            things.place(body, turns[frame, body], places[frame, body])
+            things.place(body, rotations[frame, body], positions[frame, body])
         if not things.touch(0, 1):
-            apart[frame] = things.gap(0, 1)[0]
-    frames = np.flatnonzero(apart > 0)
+            separated[frame] = things.gap(0, 1)[0]
+    frames = np.flatnonzero(separated > 0)
     trees, columns = build_box_trees([mesh.triangles for mesh in meshes]), np.zeros(len(frames), dtype=np.int64)
     for pairs in ([[0, 1]], [[1, 0]]):
         near = ContactOffset(trees, np.array(pairs), reach).near(motion, frames, columns)
-        assert near.tolist() == (apart[frames] <= reach).tolist()
+        assert near.tolist() == (separated[frames] <= reach).tolist()
     assert 2 < near.sum() < len(frames) > 30
 
 
-def test_two_faces_of_one_plane_are_apart_where_only_the_way_between_them_tells():
+def test_coplanar_faces_are_separated_within_their_plane():
     """Halves of a square a little apart: the normals of both planes lead out of it, and the boxes overlap."""
     half = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     trees = build_box_trees([half, np.array([1.1, 1.1, 0]) - half])

@@ -39,21 +39,21 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
     assert len(pairs.faces(0, 1)) == 400 * 300
 
 
-def test_poses_along_a_motion_give_the_answers_of_one_at_a_time():
+def test_poses_in_bulk_answer_as_single_poses():
     rng = np.random.default_rng(0)
-    turns, places = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
+    rotations, positions = random_rotations(rng, 40, 2), rng.normal(size=(40, 2, 3)) * 0.2
     meshes = FclMeshes([rod_mesh(0.02, 0.5), ball_mesh(0.2, 6, 10)])
-    sequence = [(turns[:, k], places[:, k]) for k in range(2)]
-    hits, found = (meshes.at_poses(ask, 0, 1, *sequence) for ask in (meshes.touch, meshes.faces))
+    sequence = [(rotations[:, k], positions[:, k]) for k in range(2)]
+    hits, answer = (meshes.at_poses(ask, 0, 1, *sequence) for ask in (meshes.touch, meshes.faces))
     for k in range(40):
-        meshes.place(0, turns[k, 0], places[k, 0])
-        meshes.place(1, turns[k, 1], places[k, 1])
+        meshes.place(0, rotations[k, 0], positions[k, 0])
+        meshes.place(1, rotations[k, 1], positions[k, 1])
         assert meshes.touch(0, 1) == hits[k]
-        assert meshes.faces(0, 1).tolist() == found[k].tolist()
+        assert meshes.faces(0, 1).tolist() == answer[k].tolist()
     assert 3 < sum(hits) < 37
 
 
-def test_a_ball_inside_a_box_does_not_touch_it_though_both_are_convex():
+def test_ball_inside_a_convex_box_does_not_touch_it():
     pairs = FclMeshes([ball_mesh(0.1), box_mesh()])
     assert not pairs.touch(0, 1)
     assert pairs.faces(0, 1).shape == (0, 2)

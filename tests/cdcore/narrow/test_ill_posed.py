@@ -17,11 +17,11 @@ from cdcore.narrow.margins.triangle_margins import triangle_margins
 def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
     rng = np.random.default_rng(4)
     meshes = [KINDS[kind](rng, 10) for _ in range(2)]
-    turn, move, bodies = *motion_of(kind, rng, 24, 2), bodies_of(meshes)
+    rotation, move, bodies = *motion_of(kind, rng, 24, 2), bodies_of(meshes)
     stage = MarginStage(bodies, tau)
-    near = stage.near((0, 1), turn, move)
+    near = stage.near((0, 1), rotation, move)
     for frame in range(0, 24, 3):
-        first, second = (placed(meshes[k], turn[frame, k], move[frame, k]) for k in range(2))
+        first, second = (placed(meshes[k], rotation[frame, k], move[frame, k]) for k in range(2))
         pairs = np.array([[a, b] for a in first for b in second])
         meets, margin = triangle_margins(pairs)
         if not meets.any():
@@ -29,21 +29,25 @@ def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
             continue
         faces = meeting_faces_exhaustive(first, second)
         assert not near[frame]
-        assert stage.shallow((0, 1), faces, turn[frame], move[frame]) == (margin[meets].max() <= tau)
+        assert stage.shallow((0, 1), faces, rotation[frame], move[frame]) == (margin[meets].max() <= tau)
         deepest = margin[meets].max()
         for border in {deepest, np.nextafter(deepest, 0.0)}:
             exact = MarginStage(bodies, border)
-            assert exact.shallow((0, 1), faces, turn[frame], move[frame]) == (border == deepest)
+            assert exact.shallow((0, 1), faces, rotation[frame], move[frame]) == (border == deepest)
 
 
 def ball_beside_box(gap, tau=2e-6):
     """What the stage says of a ball whose extreme vertex is ``gap`` off the wall of a box; below 0 inside it."""
     bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
-    turn, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
+    rotation, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
     stage = MarginStage(bodies, tau)
-    first, second = (placed(bodies[k].mesh.triangles, turn[0, k], move[0, k]) for k in range(2))
+    first, second = (placed(bodies[k].mesh.triangles, rotation[0, k], move[0, k]) for k in range(2))
     faces = meeting_faces_exhaustive(first, second)
-    return stage.shallow((0, 1), faces, turn[0], move[0]) if len(faces) else bool(stage.near((0, 1), turn, move)[0])
+    return (
+        stage.shallow((0, 1), faces, rotation[0], move[0])
+        if len(faces)
+        else bool(stage.near((0, 1), rotation, move)[0])
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -56,38 +60,38 @@ def test_two_micrometres_on_either_side_of_touching_is_the_border(gap, within, s
 
 def meeting(bodies, move):
     """The arguments of ``shallow`` and ``loose`` for two bodies that stand unrotated."""
-    turn, move = np.tile(np.eye(3), (2, 1, 1)), np.array(move, dtype=float)
-    first, second = (placed(bodies[k].mesh.triangles, turn[k], move[k]) for k in range(2))
+    rotation, move = np.tile(np.eye(3), (2, 1, 1)), np.array(move, dtype=float)
+    first, second = (placed(bodies[k].mesh.triangles, rotation[k], move[k]) for k in range(2))
     faces = meeting_faces_exhaustive(first, second)
     assert len(faces)
-    return (0, 1), faces, turn, move
+    return (0, 1), faces, rotation, move
 
 
 @pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
 def test_cubes_that_touch_come_loose(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    asked = meeting(bodies, [[0, 0, 0], away])
+    requested = meeting(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
-    assert stage.shallow(*asked) and stage.loose(*asked)
+    assert stage.shallow(*requested) and stage.loose(*requested)
 
 
 @pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
-def test_cubes_in_each_other_with_faces_in_common_planes_do_not(away):
+def test_overlapping_cubes_with_common_planes_are_not_loose(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    asked = meeting(bodies, [[0, 0, 0], away])
+    requested = meeting(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
-    assert stage.shallow(*asked), "every face pair only touches"
-    assert not stage.loose(*asked)
+    assert stage.shallow(*requested), "every face pair only touches"
+    assert not stage.loose(*requested)
 
 
-def test_a_plug_that_fits_its_hole_exactly_comes_loose_though_no_shift_frees_it():
+def test_exactly_fitting_plug_is_loose():
     hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
-    asked = meeting(bodies, np.zeros((2, 3)))
-    assert MarginStage(bodies, 2e-6).loose(*asked)
+    requested = meeting(bodies, np.zeros((2, 3)))
+    assert MarginStage(bodies, 2e-6).loose(*requested)
 
 
-def test_a_tool_on_an_open_sheet_comes_loose_whichever_way_the_sheet_looks():
+def test_tool_on_a_sheet_is_loose_for_either_winding():
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))

@@ -21,9 +21,9 @@ BODIES = [Body("b ball", ball_mesh(0.5, 6, 9)), Body("a box", box_mesh()), Body(
 
 def motion_of(xs):
     """The ball at x, seen frame by frame; box and rod stand."""
-    places = np.zeros((len(xs), 3, 3))
-    places[:, 0, 0] = xs
-    return Motion(np.arange(len(xs)), places, np.tile(np.eye(3), (len(xs), 3, 1, 1)))
+    positions = np.zeros((len(xs), 3, 3))
+    positions[:, 0, 0] = xs
+    return Motion(np.arange(len(xs)), positions, np.tile(np.eye(3), (len(xs), 3, 1, 1)))
 
 
 def decide(stage, motion, column=0, faces=False):
@@ -32,7 +32,7 @@ def decide(stage, motion, column=0, faces=False):
 
 
 @pytest.mark.parametrize("faces", [False, True])
-def test_frames_of_equal_poses_are_one_query_and_the_last_bit_makes_another(faces):
+def test_equal_poses_share_a_query_to_the_last_bit(faces):
     stage = MeshStage(BODIES, np.array([[0, 1]]))
     answer = decide(stage, motion_of([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
     assert answer.hits.tolist() == [True, True, True, False, False, True]
@@ -41,14 +41,14 @@ def test_frames_of_equal_poses_are_one_query_and_the_last_bit_makes_another(face
 
 def test_faces_of_several_pairs_stay_with_their_pair():
     pairs, rng = np.array([[0, 1], [0, 2], [1, 2]]), np.random.default_rng(3)
-    turns = np.tile(random_rotations(rng, 3), (3, 1, 1, 1))
-    motion = Motion(np.arange(3), rng.uniform(-0.5, 0.5, (3, 3, 3)), turns)
-    frames, columns = (one.ravel() for one in np.meshgrid(np.arange(3), np.arange(3), indexing="ij"))
+    rotations = np.tile(random_rotations(rng, 3), (3, 1, 1, 1))
+    motion = Motion(np.arange(3), rng.uniform(-0.5, 0.5, (3, 3, 3)), rotations)
+    frames, columns = (item.ravel() for item in np.meshgrid(np.arange(3), np.arange(3), indexing="ij"))
     sets = MeshStage(BODIES, pairs).decide(motion, frames, columns, faces=True).face_sets(frames, columns)
     counts = set()
     for frame, column in zip(frames.tolist(), columns.tolist(), strict=True):
         world = [
-            placed(BODIES[k].mesh.triangles, turns[frame, k], motion.translations[frame, k]) for k in pairs[column]
+            placed(BODIES[k].mesh.triangles, rotations[frame, k], motion.translations[frame, k]) for k in pairs[column]
         ]
         want = meeting_faces_exhaustive(*world)
         assert np.array_equal(sets.at(frame, column), want)
@@ -56,7 +56,7 @@ def test_faces_of_several_pairs_stay_with_their_pair():
     assert len(counts) > 3
 
 
-def test_a_pair_written_the_other_way_round_has_its_faces_the_other_way_round():
+def test_reversed_pairs_have_reversed_faces():
     motion = motion_of([0.9])
     forward = decide(MeshStage(BODIES, np.array([[0, 1]])), motion, faces=True).sets[0]
     backward = decide(MeshStage(BODIES, np.array([[1, 0]])), motion, faces=True).sets[0]

@@ -14,26 +14,26 @@ PAIR = np.array([[0, 1]])
 
 
 @pytest.mark.parametrize("name", TREES)
-def test_verdicts_and_faces_of_a_laboratory_are_those_of_the_exact_detector(name):
+def test_laboratory_agrees_with_the_exact_detector(name):
     bodies, motion = lab(80)
     want = create_detector("exact", bodies).detect(motion, faces=True)
-    found = create_detector(name, bodies).detect(motion, faces=True)
-    assert found.digest == want.digest
-    assert found.faces_digest == want.faces_digest
-    assert found.work["reused"] > 0
-    assert found.section(*np.argwhere(found.face_counts > 0)[0]).shape[1:] == (2, 3)
+    answer = create_detector(name, bodies).detect(motion, faces=True)
+    assert answer.digest == want.digest
+    assert answer.faces_digest == want.faces_digest
+    assert answer.work["reused"] > 0
+    assert answer.section(*np.argwhere(answer.face_counts > 0)[0]).shape[1:] == (2, 3)
 
 
-def test_settings_of_a_detector_share_the_trees_of_their_meshes_and_detectors_do_not():
+def test_trees_are_shared_between_settings_not_detectors():
     bodies = bodies_of([cube(), cube() / 2])
     trees = [TreeStage(bodies, PAIR, kind, TreeSettings()).trees for kind in TREES]
     again = [TreeStage(bodies, PAIR, kind, TreeSettings(mode="first")).trees for kind in TREES]
-    assert all(one[k] is other[k] for one, other in zip(trees, again, strict=True) for k in range(2))
+    assert all(item[k] is other[k] for item, other in zip(trees, again, strict=True) for k in range(2))
     assert len({id(tree) for some in trees for tree in some}) == 2 * len(TREES)
 
 
 @pytest.mark.parametrize("name", TREES)
-def test_first_contact_changes_no_verdict_and_lists_one_pair_of_faces_a_contact(name):
+def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
     bodies, motion = lab(60)
     every = create_detector(name, bodies).detect(motion, faces=True)
     first = create_detector(name, bodies, mode="first").detect(motion, faces=True)
@@ -52,8 +52,8 @@ def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
     for budget in (1, 30, 300, 10**6):
         cut = create_detector(name, bodies, budget=budget).detect(motion, faces=True)
         for frame, pair in np.argwhere(cut.face_counts > 0).tolist():
-            found = {tuple(row) for row in cut.faces(frame, pair).tolist()}
-            assert found <= {tuple(row) for row in whole.faces(frame, pair).tolist()}
+            answer = {tuple(row) for row in cut.faces(frame, pair).tolist()}
+            assert answer <= {tuple(row) for row in whole.faces(frame, pair).tolist()}
         changed = cut.verdict != whole.verdict
         assert (cut.verdict[changed] == Verdict.NOT_FOUND).all()
         assert (cut.face_counts >= before).all()
@@ -64,7 +64,7 @@ def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
 
 
 @pytest.mark.parametrize("name", TREES)
-def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
+def test_live_sample_continues_past_faces_decided_by_integers(name):
     slope, below = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
     faces = np.array([[[2e-300, 1e-301, 1e-300], *below]] * 400)
     faces[200, 0] = 0.2, 0.2, 1.0
@@ -74,7 +74,7 @@ def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
 
 
 @pytest.mark.parametrize(("share", "beyond"), [(0.2, False), (0.4, True)])
-def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyond):
+def test_pair_size_sums_reaches_and_translations(share, beyond):
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
     far = share * LARGEST_SIZE
     sheets = bodies_of([np.array([[[-far, 0, 0], [far, 0, 0], [0, far, 0]]])] * 2)

@@ -35,7 +35,7 @@ def test_two_bodies_of_one_name_are_refused():
         resolve_pairs([*BODIES, BODIES[1]], None)
 
 
-def test_a_motion_of_as_many_bodies_passes_and_of_another_number_does_not():
+def test_motion_needs_as_many_bodies():
     motion = still(BODIES, np.zeros((3, 3)))
     require_bodies(motion, BODIES)
     with pytest.raises(
@@ -50,22 +50,22 @@ def test_blocks_pass_in_order_and_empty_ones_do_not_count():
     assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]
 
 
-def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():
-    ordered, turned = ordered_by_name(BODIES, np.array([[0, 1], [1, 0], [2, 1]]))
+def test_pairs_are_ordered_by_name_and_swaps_marked():
+    ordered, rotated = ordered_by_name(BODIES, np.array([[0, 1], [1, 0], [2, 1]]))
     assert ordered.tolist() == [[1, 0], [1, 0], [2, 1]]
-    assert turned.tolist() == [True, False, False]
+    assert rotated.tolist() == [True, False, False]
     assert ordered_by_name(BODIES, np.zeros((0, 2), dtype=np.int64))[0].shape == (0, 2)
 
 
 @pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0])
-def test_looks_of_blocks_are_those_of_the_whole_and_of_single_frames(rate):
+def test_sampling_agrees_for_blocks_whole_and_single_frames(rate):
     times = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300))
     whole, blocks = HeldLooks(0, rate).looks(times), HeldLooks(0, rate)
     assert np.array_equal(np.concatenate([blocks.looks(times[:77]), blocks.looks(times[77:])]), whole)
     assert [looks_at(times, frame, rate) for frame in range(300)] == whole.tolist()
 
 
-def test_a_rate_at_the_frames_own_looks_at_every_frame_though_stamps_are_rounded():
+def test_full_rate_samples_every_frame_despite_rounded_stamps():
     times = np.round(np.arange(9000) / 90, 9)
     assert HeldLooks(0, 90.0).looks(times).all()
     assert HeldLooks(0, 45.0).looks(times).sum() == 4500

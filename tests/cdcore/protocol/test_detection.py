@@ -25,7 +25,7 @@ def detection(**changes):
     return Detection(**(values | changes))
 
 
-def turned():
+def rotated():
     """The same finding, bodies in another order and pairs the other way round."""
     swapped = np.array([[3, 2], [7, 1]])
     return detection(
@@ -36,9 +36,9 @@ def turned():
     )
 
 
-def test_digests_do_not_depend_on_the_order_of_bodies_and_pairs():
-    assert detection().digest == turned().digest
-    assert detection().faces_digest == turned().faces_digest
+def test_digests_ignore_the_order_of_bodies_and_pairs():
+    assert detection().digest == rotated().digest
+    assert detection().faces_digest == rotated().faces_digest
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_what_was_not_recorded_is_named():
         detection().section(1, 0)
 
 
-def test_faces_are_found_by_frame_and_pair_and_negative_numbers_count_from_the_end():
+def test_faces_are_indexed_by_frame_and_pair():
     assert detection().faces(1, 0).tolist() == FACES.tolist()
     assert detection().faces(-2, -2).tolist() == FACES.tolist()
     assert detection().faces(2, 0).shape == (0, 2)
@@ -79,13 +79,13 @@ def test_faces_are_found_by_frame_and_pair_and_negative_numbers_count_from_the_e
 
 def test_taken_frames_hold_what_the_whole_holds_there():
     whole = detection(reasons={(1, 1): "lost", (2, 0): "late"}, toi={(2, 1): (0.5, 1.0)})
-    part = whole.take(np.array([1, 2]))
-    assert np.array_equal(part.times, whole.times[1:])
-    assert np.array_equal(part.verdict, whole.verdict[1:])
-    assert part.reasons == {(0, 1): "lost", (1, 0): "late"} and part.toi == {(1, 1): (0.5, 1.0)}
+    component = whole.take(np.array([1, 2]))
+    assert np.array_equal(component.times, whole.times[1:])
+    assert np.array_equal(component.verdict, whole.verdict[1:])
+    assert component.reasons == {(0, 1): "lost", (1, 0): "late"} and component.toi == {(1, 1): (0.5, 1.0)}
     for frame in range(2):
         for pair in range(2):
-            assert np.array_equal(part.faces(frame, pair), whole.faces(frame + 1, pair))
+            assert np.array_equal(component.faces(frame, pair), whole.faces(frame + 1, pair))
     assert whole.take(np.array([], dtype=np.int64)).face_counts.shape == (0, 2)
 
 
@@ -121,7 +121,7 @@ def test_joined_blocks_are_the_whole():
 
 
 @pytest.mark.parametrize("more", [0, 1])
-def test_a_notebook_lists_twenty_pairs_and_says_how_many_it_leaves_out(more):
+def test_notebook_table_counts_omitted_pairs(more):
     pairs = np.zeros((20 + more, 2), dtype=np.int64)
     page = detection(pairs=pairs, verdict=np.ones((3, len(pairs)), dtype=np.uint8))._repr_html_()
     assert page.count("<td>3</td>") == 20 and page.count("<tr>") == 21 and ("and 1 more" in page) == (more == 1)
@@ -145,7 +145,7 @@ def test_the_numbers_that_stand_in_files_stay_as_they_are():
     }
 
 
-def test_what_counts_as_contact_and_what_is_undecided_are_two_things():
+def test_contact_and_undecided_verdicts_are_disjoint():
     every = np.arange(8, dtype=np.uint8).reshape(2, 4)
     assert counts_as_contact(every).tolist() == [[False, True, True, True], [False, False, False, False]]
     assert is_undecided(every).tolist() == [[False, False, False, False], [False, True, True, True]]
@@ -184,12 +184,12 @@ def test_blocks_joined_equal_the_whole(table, cut):
 
 
 def test_frames_that_share_a_set_store_it_once():
-    one = np.array([[1, 2], [3, 4]])
-    sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [one])
+    item = np.array([[1, 2], [3, 4]])
+    sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [item])
     assert len(sets.faces) == 2
-    assert sets.at(999, 0).tolist() == one.tolist()
+    assert sets.at(999, 0).tolist() == item.tolist()
 
 
-def test_an_entry_without_faces_is_no_contact_and_is_left_out():
+def test_entries_without_faces_are_omitted():
     sets = sets_of([0, 1], [0, 0], [np.zeros((0, 2)), np.array([[5, 6]])])
     assert sets.frame.tolist() == [1]

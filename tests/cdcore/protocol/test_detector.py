@@ -20,7 +20,7 @@ class Stub:
         return None
 
 
-def test_a_class_that_inherits_nothing_is_a_detector_by_its_shape():
+def test_class_without_bases_is_a_detector_by_shape():
     assert isinstance(Stub(), Detector)
 
 
@@ -30,7 +30,7 @@ def test_a_class_without_the_methods_is_none(monkeypatch):
     assert not isinstance(Stub(), Detector)
 
 
-def test_a_detector_need_not_explain_and_says_nothing_of_stages_it_has_not():
+def test_explanations_are_optional_and_omit_absent_stages():
     bodies, _ = lab(2)
     assert isinstance(create_detector("discrete", bodies), Explains)
     assert not isinstance(create_detector("exact", bodies), Explains)

@@ -16,14 +16,14 @@ class Near(FrameDetector):
     def prepare(self):
         self.before = np.zeros(len(self.pairs), dtype=bool)
 
-    def look(self, rotations, translations):
+    def sample(self, rotations, translations):
         away = np.linalg.norm(translations[self.pairs[:, 0]] - translations[self.pairs[:, 1]], axis=1)
         now, self.before = (away < 0.3) & self.before, away < 0.3
         return now
 
 
 class Wrong(FrameDetector):
-    def look(self, rotations, translations):
+    def sample(self, rotations, translations):
         return [True]
 
 
@@ -44,7 +44,7 @@ def test_one_method_makes_a_whole_detector_named_after_its_class():
 
 
 @pytest.mark.parametrize("block", [1, 7])
-def test_blocks_give_the_answer_of_the_whole_and_asking_again_starts_anew(block):
+def test_blocks_equal_the_whole_and_reruns_start_fresh(block):
     bodies, motion = lab(40)
     detector = made(Near, bodies)
     whole = detector.detect(motion)
@@ -52,7 +52,7 @@ def test_blocks_give_the_answer_of_the_whole_and_asking_again_starts_anew(block)
 
 
 @pytest.mark.parametrize("block", [7, 40])
-def test_live_it_remembers_from_block_to_block_what_it_has_seen(block):
+def test_live_session_keeps_its_state_between_blocks(block):
     bodies, motion = lab(40)
     detector = made(Near, bodies)
     live = join(stream_live(detector, motion.blocks(block)))
@@ -87,7 +87,7 @@ def saying(answer):
     """A detector that answers so in every frame, beside bodies and a motion."""
 
     class Says(FrameDetector):
-        def look(self, rotations, translations):
+        def sample(self, rotations, translations):
             return answer
 
     bodies, motion = lab(3)
@@ -135,7 +135,7 @@ class Breaks(FrameDetector):
     def prepare(self):
         self.looks = 0
 
-    def look(self, rotations, translations):
+    def sample(self, rotations, translations):
         self.looks += 1
         if self.looks == 5:
             np.linalg.inv(np.zeros((2, 2)))  # the line to name

@@ -12,11 +12,11 @@ BALLS = [Body("a", ball_mesh(1.0)), Body("b", ball_mesh(1.0))]
 
 def verdicts(name, live, tracked, rate_hz=1.0):
     """Two balls that touch throughout, of which b is ``tracked`` in some of ten frames a second."""
-    places = np.zeros((len(tracked), 2, 3))
-    places[:, 1, 0] = 1.0
+    positions = np.zeros((len(tracked), 2, 3))
+    positions[:, 1, 0] = 1.0
     valid = np.ones((len(tracked), 2), dtype=bool)
     valid[:, 1] = tracked
-    motion = unturned(places, np.arange(len(tracked)) / 10.0, valid)
+    motion = unturned(positions, np.arange(len(tracked)) / 10.0, valid)
     detector = create_detector(name, BALLS, rate_hz=rate_hz)
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
 
@@ -27,20 +27,20 @@ def test_before_its_first_answer_a_sampled_detector_reports_no_contact(name, liv
     # The sample at second 0 has no pose; from frame 3 on there is one, and the next sample is at second 1.
     tracked = np.arange(25) >= 3
     tracked[15] = False
-    found = verdicts(name, live, tracked)
-    assert (found == Verdict.NO_POSE).tolist() == (~tracked).tolist()
-    assert (found[3:10] == Verdict.NOT_FOUND).all()
-    assert (found[10:][tracked[10:]] == Verdict.CONTACT).all()
+    answer = verdicts(name, live, tracked)
+    assert (answer == Verdict.NO_POSE).tolist() == (~tracked).tolist()
+    assert (answer[3:10] == Verdict.NOT_FOUND).all()
+    assert (answer[10:][tracked[10:]] == Verdict.CONTACT).all()
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
 def test_a_stream_keeps_that_there_was_no_answer_yet(name):
     tracked = np.arange(25) >= 3
-    places = np.zeros((25, 2, 3))
+    positions = np.zeros((25, 2, 3))
     valid = np.stack([np.ones(25, dtype=bool), tracked], axis=1)
-    motion = unturned(places, np.arange(25) / 10.0, valid)
+    motion = unturned(positions, np.arange(25) / 10.0, valid)
     blocks = [motion.frames(start, start + 5) for start in range(0, 25, 5)]
-    parts = list(create_detector(name, BALLS, rate_hz=1.0).stream(blocks))
+    components = list(create_detector(name, BALLS, rate_hz=1.0).stream(blocks))
     whole = create_detector(name, BALLS, rate_hz=1.0).detect(motion)
-    assert np.array_equal(np.concatenate([part.verdict for part in parts]), whole.verdict)
+    assert np.array_equal(np.concatenate([component.verdict for component in components]), whole.verdict)
     assert Verdict.NOT_FOUND in whole.verdict

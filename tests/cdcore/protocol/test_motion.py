@@ -77,7 +77,7 @@ def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits,
     ],
     ids=["nan place", "inf place", "nan turn", "inf turn", "stretched", "halved", "sheared", "mirrored", "zero"],
 )
-def test_a_pose_that_is_none_is_refused_with_frame_and_body(spoil, message):
+def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
     place, turn = arrays()
     spoil(place, turn)
     for build in (
@@ -90,7 +90,7 @@ def test_a_pose_that_is_none_is_refused_with_frame_and_body(spoil, message):
         Motion(TIMES, place, turn)
 
 
-def test_the_same_pose_flagged_as_not_valid_is_not_looked_at():
+def test_pose_flagged_invalid_is_not_read():
     place, turn = arrays()
     place[3, 1], turn[3, 1] = np.nan, np.inf
     valid = np.ones((6, 2), dtype=bool)
@@ -119,7 +119,7 @@ def test_a_quaternion_that_is_none_is_refused(quaternion):
 
 
 @pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
-def test_each_entry_of_the_last_row_is_read_where_the_pose_is_valid(entry, value):
+def test_last_row_is_checked_where_poses_are_valid(entry, value):
     poses, valid = matrices(*arrays()), np.ones((6, 2), dtype=bool)
     poses[4, 1, 3, entry] = poses[5, 0, 3, entry] = value
     with pytest.raises(InvalidPoseError, match=r"frame 4 .*body cup.* last row"):
@@ -140,7 +140,7 @@ def test_a_motion_is_frozen_and_does_not_follow_its_source():
         motion.rotations[0] = 0
 
 
-def test_a_path_is_linked_only_between_valid_neighbours_and_where_it_was_said_to_be():
+def test_frames_link_only_between_valid_neighbours():
     valid = np.ones((6, 2), dtype=bool)
     valid[2, 0] = False
     linked = np.ones((6, 2), dtype=bool)
@@ -167,13 +167,13 @@ def test_taken_frames_are_linked_only_where_none_was_left_out():
 
 def resting_motion():
     """Five bodies at nine times: at rest, moved once by the least there is, turned once, repaired, lost for a frame."""
-    turns, places = np.tile(np.eye(3), (9, 5, 1, 1)), np.zeros((9, 5, 3))
-    places[8, 1, 2] = 5e-324
-    turns[4:, 2] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    turns[:, 3] *= 1 + 1e-6
+    rotations, positions = np.tile(np.eye(3), (9, 5, 1, 1)), np.zeros((9, 5, 3))
+    positions[8, 1, 2] = 5e-324
+    rotations[4:, 2] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    rotations[:, 3] *= 1 + 1e-6
     valid = np.ones((9, 5), dtype=bool)
-    places[:3, 4], places[3:, 4], valid[3, 4] = 1.0, 2.0, False
-    return Motion(np.arange(9), places, turns, valid)
+    positions[:3, 4], positions[3:, 4], valid[3, 4] = 1.0, 2.0, False
+    return Motion(np.arange(9), positions, rotations, valid)
 
 
 def test_a_motion_knows_where_each_body_changes():
@@ -183,17 +183,17 @@ def test_a_motion_knows_where_each_body_changes():
     assert motion.renormalised == 9
 
 
-def test_parts_and_poses_known_to_be_rigid_change_where_the_checked_motion_does():
+def test_rigid_and_sliced_motions_agree_on_changes():
     motion = resting_motion()
-    parts = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
-    assert Motion.of_rigid(motion.times, *parts).changed.tolist() == motion.changed.tolist()
+    components = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
+    assert Motion.of_rigid(motion.times, *components).changed.tolist() == motion.changed.tolist()
     assert motion.frames(3, 7).changed[1:].tolist() == motion.changed[4:7].tolist()
     kept = np.array([0, 2, 3, 5, 8])
     assert motion.take(kept).changed[:, [2, 4]].tolist() == [[1, 1], [0, 0], [0, 0], [1, 1], [0, 0]]
 
 
 @pytest.mark.parametrize("spoil", ["turn", "last row"])
-def test_a_pose_that_goes_bad_after_repeats_of_a_good_one_is_refused(spoil):
+def test_bad_pose_after_repeated_poses_is_refused(spoil):
     poses = np.tile(np.eye(4), (5, 2, 1, 1))
     poses[3, 1, 3, 0] = 1.0 if spoil == "last row" else 0.0
     poses[3, 1, 0, 0] = 1.0 if spoil == "last row" else np.nan
@@ -206,7 +206,7 @@ def test_no_frames_are_a_motion():
     assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3
 
 
-def test_a_motion_of_poses_known_to_be_rigid_keeps_them_and_loads_no_compiler():
+def test_rigid_motion_keeps_poses_without_the_compiler():
     code = (
         "import sys, numpy as np; from cdcore import Motion; yes = np.ones((2, 1), dtype=bool);"
         "m = Motion.of_rigid(np.arange(2.0), np.zeros((2, 1, 3)), np.tile(np.eye(3), (2, 1, 1, 1)), yes, yes);"

@@ -22,25 +22,25 @@ def detection(verdict, reasons=(), containment=WORDS, start=0):
 
 
 def test_undecided_verdicts_get_the_reason_of_their_pair():
-    found = detection([[U, X, C], [C, C, U]])
-    assert found.reasons == {
+    answer = detection([[U, X, C], [C, C, U]])
+    assert answer.reasons == {
         (0, 0): "inside undecided: cup has holes", (0, 1): "not supported", (1, 2): NO_REASON,
     }  # fmt: skip
-    assert len(found.reasons) == 3
+    assert len(answer.reasons) == 3
     assert detection([[U, C, C]], containment=()).reasons == {(0, 0): NO_REASON}
 
 
 def test_a_noted_reason_comes_before_that_of_the_pair():
-    found = detection([[U, N, C]], {(0, 0): "half a turn", (0, 1): "lost"})
-    assert found.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
+    answer = detection([[U, N, C]], {(0, 0): "half a turn", (0, 1): "lost"})
+    assert answer.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
 
 
 @pytest.mark.parametrize("place", [(0, 2), (5, 0), (-1, 0), (0, 3)])
 def test_what_is_decided_or_not_there_has_no_reason(place):
-    found = detection([[U, X, C]])
-    assert place not in found.reasons
+    answer = detection([[U, X, C]])
+    assert place not in answer.reasons
     with pytest.raises(KeyError):
-        found.reasons[place]
+        answer.reasons[place]
 
 
 def test_reasons_stay_with_their_frames_in_blocks_and_selections():

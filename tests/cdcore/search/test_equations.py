@@ -38,10 +38,10 @@ def amplitudes(angle):
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def test_the_feature_is_at_the_share_of_the_angle_between_amplitude_and_axis(draws):
+def test_feature_index_follows_the_angle_fraction(draws):
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
-    share = np.arccos(amplitudes(angle)[chain]) / np.pi
-    assert abs(ask(15, angle, chain, features, 0.0) - min(share * features, features - 1)) <= 1.0
+    fraction = np.arccos(amplitudes(angle)[chain]) / np.pi
+    assert abs(ask(15, angle, chain, features, 0.0) - min(fraction * features, features - 1)) <= 1.0
     assert ask(15, np.pi + 0.5 * np.pi * chain, chain, features, 0.0) == features - 1  # no feature follows the last
 
 
@@ -50,14 +50,14 @@ def test_the_weight_is_the_product_of_powers(draws):
     assert np.exp(ask(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
 
 
-def test_the_gate_is_a_rotation_and_the_not_gate_swaps_the_amplitudes(draws):
+def test_gate_is_a_rotation_and_not_swaps_amplitudes(draws):
     angle, step = draws.uniform(-10, 10, 2)
     rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
     np.testing.assert_allclose(amplitudes(ask(17, angle, step, 0.0, 0.0)), rotation @ amplitudes(angle), atol=1e-12)
     np.testing.assert_allclose(amplitudes(ask(18, angle, 0.0, 0.0, 0.0)), amplitudes(angle)[::-1], atol=1e-12)
 
 
-def test_pheromone_follows_the_change_of_fitness_and_evaporates_towards_what_is_laid_down(draws):
+def test_pheromone_follows_fitness_and_evaporates(draws):
     tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
     assert ask(19, tau, change, exponent, 0.0) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
     assert ask(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)

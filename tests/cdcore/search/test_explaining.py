@@ -21,16 +21,16 @@ def stages_that_failed(name, **settings):
     detector = create_detector(name, bodies, **settings)
     exact = create_detector("exact", bodies).detect(motion, faces=True)
     missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
-    told = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
-    return bodies, motion, told
+    reported = {(t, p): detector.explain(motion, t, p, exact.faces(t, p)) for t, p in missed}
+    return bodies, motion, reported
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-def test_what_was_found_is_found_again_with_more_budget_and_spheres_that_part_say_so(name):
+def test_hits_repeat_with_more_budget(name):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
-    places = np.zeros((3, 2, 3))
-    places[:, 1, 0] = [0.9, 1.2, 9.0]
-    motion = Motion([0.0, 1.0, 2.0], places, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
+    positions = np.zeros((3, 2, 3))
+    positions[:, 1, 0] = [0.9, 1.2, 9.0]
+    motion = Motion([0.0, 1.0, 2.0], positions, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
     detector = create_detector(name, bodies)
     assert isinstance(detector, Explains)
     faces = create_detector("exact", bodies).detect(motion, faces=True)
@@ -43,24 +43,26 @@ def test_what_was_found_is_found_again_with_more_budget_and_spheres_that_part_sa
 
 def test_where_meshes_decide_no_search_is_to_blame():
     bodies, motion = lab(2)
-    told = create_detector("hybrid-qaco", bodies, decide="mesh").explain(motion, 0, 0, np.zeros((1, 2), dtype=np.int64))
-    assert told.found_with_more is None and told.sample_meets is None
+    reported = create_detector("hybrid-qaco", bodies, decide="mesh").explain(
+        motion, 0, 0, np.zeros((1, 2), dtype=np.int64)
+    )
+    assert reported.found_with_more is None and reported.sample_meets is None
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-def test_no_pair_in_the_sample_is_said_exactly_where_the_sampled_faces_alone_do_not_meet(name):
-    bodies, motion, told = stages_that_failed(name, samples=20)
-    assert {one.sample_meets for one in told.values()} >= {False} and len(told) > 20
+def test_missing_sample_pairs_are_reported_exactly(name):
+    bodies, motion, reported = stages_that_failed(name, samples=20)
+    assert {item.sample_meets for item in reported.values()} >= {False} and len(reported) > 20
     # the same draw, made into meshes of their own, which the exact detector decides
-    parts = []
+    components = []
     for body in bodies:
         features = features_of(body.mesh)
         faces = features.face[sample_of(features, 20, 0, body.name).pick]
-        parts.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
-    left = create_detector("exact", parts).detect(motion, faces=True).face_counts
-    for (frame, pair), one in told.items():
-        assert one.sample_meets == (left[frame, pair] > 0)
-        assert (one.found_with_more is None) == (not one.sample_meets)
+        components.append(Body(body.name, TriangleMesh(body.mesh.vertices, body.mesh.faces[faces])))
+    left = create_detector("exact", components).detect(motion, faces=True).face_counts
+    for (frame, pair), item in reported.items():
+        assert item.sample_meets == (left[frame, pair] > 0)
+        assert (item.found_with_more is None) == (not item.sample_meets)
 
 
 @pytest.mark.parametrize(
@@ -71,14 +73,14 @@ def test_no_pair_in_the_sample_is_said_exactly_where_the_sampled_faces_alone_do_
         ({"budget": 10}, {"budget": 100}),
     ],
 )
-def test_a_budget_that_ran_out_is_told_from_a_search_that_failed_as_a_run_with_ten_times_tells(settings, more):
-    bodies, motion, told = stages_that_failed("hybrid-qaco", **settings)
-    assert {one.found_with_more for one in told.values()} == {True, False}
-    assert all(one.sample_meets for one in told.values())
+def test_spent_budget_differs_from_a_failed_search(settings, more):
+    bodies, motion, reported = stages_that_failed("hybrid-qaco", **settings)
+    assert {item.found_with_more for item in reported.values()} == {True, False}
+    assert all(item.sample_meets for item in reported.values())
     pairs = create_detector("hybrid-qaco", bodies).pairs
     patient = [create_detector("hybrid-qaco", bodies, pairs=pairs[[pair]], **(settings | more)) for pair in range(10)]
-    again = [one.detect(motion).verdict[:, 0] == Verdict.CONTACT for one in patient]
-    agree = [again[pair][frame] == one.found_with_more for (frame, pair), one in told.items()]
+    again = [item.detect(motion).verdict[:, 0] == Verdict.CONTACT for item in patient]
+    agree = [again[pair][frame] == item.found_with_more for (frame, pair), item in reported.items()]
     assert np.mean(agree) > (0.8 if settings.get("warm_start", True) else 0.999)
 
 
@@ -90,10 +92,10 @@ def two_balls():
 
 
 def approach(frames=60):
-    place = np.zeros((frames, 2, 3))
-    place[:, 0, 0] = np.linspace(2.3, 1.7, frames)
-    place[:, 0, 1] = 0.1
-    return unturned(place)
+    position = np.zeros((frames, 2, 3))
+    position[:, 0, 0] = np.linspace(2.3, 1.7, frames)
+    position[:, 0, 1] = 0.1
+    return unturned(position)
 
 
 def everywhere(motion):
@@ -105,7 +107,7 @@ def decide(motion, faces=False, **settings):
     return stage.decide(motion, everywhere(motion), stage.fresh_memory(), faces=faces)
 
 
-def test_without_stopping_at_the_first_hit_the_budget_is_spent_on_further_curves():
+def test_budget_is_spent_on_further_curves_after_a_hit():
     first, more = (decide(approach(), faces=True, budget=3000, stop_first=stop) for stop in (True, False))
     assert np.array_equal(first.hits, more.hits)
     assert more.work["evaluations"] == 3000 * 60

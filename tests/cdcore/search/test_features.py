@@ -15,16 +15,16 @@ def neighbours(mesh):
     """Face -> its neighbours across edges, and all its neighbours, by the numbers of the mesh."""
     features = features_of(mesh)
     by_edge, every = {}, {}
-    for place, row in enumerate(features.near.tolist()):
+    for position, row in enumerate(features.near.tolist()):
         known = [int(features.face[other]) for other in row[:NEIGHBOURS] if other >= 0]
-        face = int(features.face[place])
+        face = int(features.face[position])
         by_edge[face], every[face] = set(known[: row[NEIGHBOURS]]), set(known)
         assert len(every[face]) == len(known)
     return by_edge, every
 
 
 @pytest.mark.parametrize("mesh", [ball_of(320), torus_mesh(1.0, 0.3, 20, 12), box_mesh()], ids=["ball", "torus", "box"])
-def test_neighbours_across_edges_are_the_adjacent_faces_and_the_others_share_a_corner(mesh):
+def test_neighbours_share_an_edge_or_a_corner(mesh):
     plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
     adjacent = {face: set() for face in range(len(mesh.faces))}
     for first, second in plain.face_adjacency.tolist():
@@ -32,14 +32,14 @@ def test_neighbours_across_edges_are_the_adjacent_faces_and_the_others_share_a_c
         adjacent[second].add(first)
     by_edge, every = neighbours(mesh)
     assert by_edge == adjacent
-    for face, found in every.items():
+    for face, answer in every.items():
         around = {other for vertex in plain.faces[face] for other in plain.vertex_faces[vertex].tolist()} - {face, -1}
-        assert found <= around
-        assert len(found) == min(len(around), NEIGHBOURS)
+        assert answer <= around
+        assert len(answer) == min(len(around), NEIGHBOURS)
 
 
 @pytest.mark.parametrize("count", [5, 20])
-def test_all_faces_at_an_edge_of_five_are_neighbours_across_it_and_of_many_each_has_its_fill(count):
+def test_faces_at_a_crowded_edge_are_neighbours(count):
     angle = 2.0 * np.pi / count * np.arange(count)
     vertices = [[0, 0, 0], [0, 0, 1], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)]
     by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(count)]))
@@ -65,7 +65,7 @@ def test_the_ball_around_a_face_holds_its_corners():
     assert np.linalg.norm(corners, axis=2).max() <= features.size
 
 
-def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
+def test_duplicate_vertices_merge_and_large_fans_are_cheap():
     loose = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
     assert np.array_equal(features_of(loose).near, features_of(torus_mesh()).near)
     angle = np.linspace(0, 2 * np.pi, 3001)
@@ -74,7 +74,7 @@ def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
     assert (features_of(fan).near[:, 0] >= 0).all()
 
 
-def test_in_a_crowd_at_a_corner_every_face_has_all_its_neighbours_though_each_is_there_three_times():
+def test_crowded_corner_keeps_all_neighbours():
     crowd = [[0, 0, 0]] * 20 + [[0, 1, 2]]
     _, every = neighbours(TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], crowd))
     assert [len(every[face]) for face in range(len(crowd))] == [NEIGHBOURS] * len(crowd)

@@ -17,10 +17,10 @@ def curve_from(search, pose, seeds):
 def components(search, pose, pairs):
     left, parts = set(pairs), []
     while left:
-        part = curve_from(search, pose, [min(left)])
-        assert min(left) in part
-        parts.append(part)
-        left -= part
+        component = curve_from(search, pose, [min(left)])
+        assert min(left) in component
+        parts.append(component)
+        left -= component
     return parts
 
 
@@ -32,10 +32,10 @@ def test_one_seed_per_curve_gives_the_whole_set(seed):
         truth = exact_pairs(search, torus, ball, pose, HERE)
         parts = components(search, pose, truth)
         assert set().union(*parts) == truth
-        assert curve_from(search, pose, [min(part) for part in parts]) == truth
+        assert curve_from(search, pose, [min(component) for component in parts]) == truth
 
 
-def test_a_rod_through_a_ball_has_two_curves_and_one_seed_gives_one():
+def test_rod_through_a_ball_has_a_curve_per_seed():
     rod, ball = rod_mesh(0.1, 4.0, 12), ball_of(2000)
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))

@@ -22,22 +22,22 @@ def walked(search, i, j):
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
 
-def ways_beside_each_other(ways=150):
+def ways_beside_each_other(directions=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
     search = search_of(torus_mesh(1.0, 0.3, 60, 24), torus_mesh(1.0, 0.3, 60, 24), variant="local")
     search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
     draw = np.random.default_rng(4)
-    return search, draw.integers(len(search.first), size=(ways, 2)).tolist()
+    return search, draw.integers(len(search.first), size=(directions, 2)).tolist()
 
 
 def distances(search, firsts, seconds):
-    turn, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:12]
+    rotation, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:12]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
-    return np.linalg.norm((a[firsts] @ turn.T + move)[:, None] - b[seconds][None], axis=2)
+    return np.linalg.norm((a[firsts] @ rotation.T + move)[:, None] - b[seconds][None], axis=2)
 
 
 @pytest.mark.slow
-def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neighbours_are_closer():
+def test_descent_ends_only_at_local_minima():
     search, starts = ways_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
@@ -49,7 +49,7 @@ def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neigh
         longest = max(longest, spent)
         both = (search.first, end[0]), (search.second, end[1])
         around = [np.append(features.near[at, :NEIGHBOURS], at) for features, at in both]
-        gaps = distances(search, *(places[places >= 0] for places in around))
+        gaps = distances(search, *(positions[positions >= 0] for positions in around))
         assert min(gaps[-1].min(), gaps[:, -1].min()) >= distance * (1 - 1e-12)
         if distance < search.first.rows[end[0], RADIUS] + search.second.rows[end[1], RADIUS]:
             overlapping += 1
@@ -63,24 +63,26 @@ BALL = ball_of(1200)
 def carried(frames=200, aside=0.05, seed=3):
     """A ball in the hole of a ring, both in one hand that turns and moves: each pose is rounded anew."""
     rng = np.random.default_rng(seed)
-    turn = random_rotations(rng, frames)
+    rotation = random_rotations(rng, frames)
     hand = rng.normal(size=(frames, 3))
-    place = np.stack([hand, hand + turn @ np.array([aside, 0.0, 0.0])], axis=1)
+    position = np.stack([hand, hand + rotation @ np.array([aside, 0.0, 0.0])], axis=1)
     bodies = [Body("a", torus_mesh()), Body("b", ball_of(1200, 0.5))]
-    return bodies, Motion(np.arange(frames) / 90, place, np.stack([turn, turn], axis=1))
+    return bodies, Motion(np.arange(frames) / 90, position, np.stack([rotation, rotation], axis=1))
 
 
-def test_no_point_of_the_body_moves_farther_than_the_bound_says():
+def test_no_point_moves_farther_than_the_bound():
     rng = np.random.default_rng(8)
     for _ in range(50):
-        turns, moves = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.1
-        first, second = (np.array([*turn.ravel(), *move, 1.0]) for turn, move in zip(turns, moves, strict=True))
+        rotations, moves = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.1
+        first, second = (
+            np.array([*rotation.ravel(), *move, 1.0]) for rotation, move in zip(rotations, moves, strict=True)
+        )
         points = BALL.vertices
-        moved = np.linalg.norm(points @ turns[0].T + moves[0] - points @ turns[1].T - moves[1], axis=1).max()
+        moved = np.linalg.norm(points @ rotations[0].T + moves[0] - points @ rotations[1].T - moves[1], axis=1).max()
         assert moved <= distance_moved(first, second, features_of(BALL).size)
 
 
-def test_the_budget_is_whole_for_news_short_for_little_and_none_where_nothing_has_moved():
+def test_budget_follows_how_far_bodies_moved():
     features = features_of(BALL)
     lengths, never = lengths_at_rest(features, features, 0.25), np.full(13, np.nan)
     face = 2 * features.mean_radius
@@ -107,12 +109,12 @@ def test_the_finer_mesh_says_what_is_news_in_either_order():
     before = np.array([*np.eye(3).ravel(), 0.0, 1.2, 0.0, 1.2])
     for bodies in ((ball, plate), (plate, ball)):
         lengths = lengths_at_rest(*bodies, 0.25)
-        poses = [before + share * face * np.eye(13)[10] for share in (0.24, 0.26)]
+        poses = [before + fraction * face * np.eye(13)[10] for fraction in (0.24, 0.26)]
         budgets = [budget_at_rest(pose, before, before, lengths, 2000) for pose in poses]
         assert budgets == [PROBE, 2000]
 
 
-def test_what_rides_on_a_hand_is_searched_once_and_stays_not_found():
+def test_rigidly_carried_pair_is_searched_once():
     bodies, motion = carried()
     resting, anew = (create_detector("qaco", bodies, rest=rest).detect(motion) for rest in (0.25, 0.0))
     assert (resting.verdict == Verdict.NOT_FOUND).all()
@@ -120,7 +122,7 @@ def test_what_rides_on_a_hand_is_searched_once_and_stays_not_found():
     assert (resting.work["looks"], anew.work["looks"]) == (1, 200)
 
 
-def test_a_contact_is_confirmed_anew_in_every_frame_of_a_pair_at_rest():
+def test_resting_contact_is_confirmed_in_every_frame():
     bodies, motion = carried(aside=0.4)
     answer = create_detector("qaco", bodies, rest=0.25).detect(motion)
     assert (answer.verdict == Verdict.CONTACT).all()

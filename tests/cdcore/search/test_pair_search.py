@@ -14,7 +14,7 @@ HERE = (I3, np.zeros(3))
 
 
 @pytest.mark.parametrize("variant", [*VARIANTS, "printed"])
-def test_every_hit_and_every_face_of_its_curve_is_in_the_exact_set(variant):
+def test_hits_and_their_curves_are_in_the_exact_set(variant):
     torus, ball = torus_mesh(), ball_of(800, 0.5)
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
@@ -33,15 +33,15 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
     box = box_mesh()
     rng = np.random.default_rng(2)
     search = search_of(box, box, variant=variant, budget=20_000, stop_first=False)
-    for stamp, turn in enumerate(random_rotations(rng, 12)):
-        pose = turn, rng.uniform(-0.9, 0.9, 3)
+    for stamp, rotation in enumerate(random_rotations(rng, 12)):
+        pose = rotation, rng.uniform(-0.9, 0.9, 3)
         truth = exact_pairs(search, box, box, pose, HERE)
-        look, found = search.look(pose, HERE, stamp), set()
+        look, answer = search.look(pose, HERE, stamp), set()
         while look.hit is not None:
-            assert look.hit not in found, "a pair is found once"
-            found.add(look.hit)
+            assert look.hit not in answer, "a pair is found once"
+            answer.add(look.hit)
             look = search.search_further()
-        assert found == truth
+        assert answer == truth
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -78,7 +78,7 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
-def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
+def test_start_at_a_meeting_pair_hits_immediately(variant):
     ball = ball_of(800)
     search = search_of(ball, ball, variant=variant, budget=100_000)
     pose = (I3, np.array([1.5, 0.1, 0.2]))
@@ -98,7 +98,7 @@ def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
     away = np.array([[0, 0, 0], [0.5, 0.01, 0], [0.5, -0.01, 0]])
     meshes = [TriangleMesh(tip + side * away, [[0, 1, 2]]) for side in (1.0, -1.0)]
     search = search_of(*meshes, variant="random", budget=1)
-    for turn in random_rotations(rng, 200):
+    for rotation in random_rotations(rng, 200):
         # the same pose for both, so that the shared corner stays shared to the bit
-        pose = turn, rng.normal(size=3) * world
+        pose = rotation, rng.normal(size=3) * world
         assert search.look(pose, pose, 0.0).hit == (0, 0)

@@ -14,22 +14,22 @@ ITERATIONS, FEATURES = 3, 1000
 # The only ant follows itself, from which nothing is turned.
 @pytest.mark.parametrize(("ants", "turn"), [(5, 0.0), (1, 0.5)])
 @pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
-def test_a_first_amplitude_stays_and_by_mutation_it_becomes_the_second(ants, turn, mutation, then):
-    asked = []
+def test_mutation_swaps_the_amplitudes(ants, turn, mutation, then):
+    requested = []
     settings = SearchSettings(ants=ants, turn=turn, mutation=mutation)
     stream = np.random.default_rng(3)
     for iteration in iterations_as_printed(
-        lambda *places: asked.append(places) or 1.0, (FEATURES, FEATURES), settings, stream
+        lambda *positions: requested.append(positions) or 1.0, (FEATURES, FEATURES), settings, stream
     ):
         if iteration > ITERATIONS:
             break
-    amplitudes = (2 * np.reshape(asked, (ITERATIONS, ants, 2, 2)) + 1) / FEATURES - 1
+    amplitudes = (2 * np.reshape(requested, (ITERATIONS, ants, 2, 2)) + 1) / FEATURES - 1
     assert np.allclose((amplitudes**2).sum(axis=2), 1.0, atol=5 / FEATURES)
     assert np.allclose(amplitudes[1:, :, then], amplitudes[:-1, :, 0])
 
 
 @pytest.mark.parametrize(("beta", "begun"), [(2.0, [1, 2]), (1.0, [1, 2, 3])])
-def test_the_search_ends_where_a_probability_is_negative_and_goes_on_where_signs_cancel(beta, begun):
+def test_search_ends_at_negative_probabilities(beta, begun):
     # The pheromone of the second ant, 1 + 10, evaporates to 9.9 and falls to -0.1 with its distance. Its heuristic,
     # 1 + 10^beta, falls below 0 too, by 20^beta, so that only an even power of it leaves a product below 0.
     distances = chain([10.0] * 6, [0.0] * 2, repeat(10.0))
@@ -42,7 +42,9 @@ def test_the_amplitudes_run_from_the_first_feature_to_the_last():
     assert [printed_15(amplitude, 9) for amplitude in (-1.0, 0.0, 1.0)] == [0, 4, 8]
 
 
-def test_the_gate_is_a_rotation_but_for_the_sign_of_its_last_entry():
+def test_printed_gate_differs_from_a_rotation_by_a_sign():
     turn, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
-    turned = (a + 1j * b) * np.exp(1j * turn)
-    assert np.allclose(printed_17(turn, np.stack([a, b], axis=1)).T, [turned.real, turned.imag - 2 * np.cos(turn) * b])
+    rotated = (a + 1j * b) * np.exp(1j * turn)
+    assert np.allclose(
+        printed_17(turn, np.stack([a, b], axis=1)).T, [rotated.real, rotated.imag - 2 * np.cos(turn) * b]
+    )

@@ -12,7 +12,7 @@ from cdcore.search.samples import sample_of
 HERE = (I3, np.zeros(3))
 
 
-def test_a_larger_sample_holds_every_smaller_one_and_a_name_of_its_own_draws_another():
+def test_samples_are_nested_and_depend_on_the_name():
     features = features_of(torus_mesh())
     small, large = (set(sample_of(features, size, 1, "ring").pick.tolist()) for size in (50, 400))
     assert (len(small), len(large)) == (50, 400)
@@ -41,7 +41,7 @@ def test_neighbours_of_a_sample_are_its_nearest_centroids():
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random", "printed"])
-def test_a_sampled_search_hits_only_what_is_in_the_sample_and_its_flood_goes_over_all_faces(variant):
+def test_sampled_search_hits_within_the_sample_only(variant):
     ball = ball_of(600)
     search = search_of(ball, ball, draw=3, samples=150, variant=variant, budget=50_000)
     pose = (I3, np.array([1.2, 0.1, 0.2]))
@@ -60,14 +60,14 @@ def first(*key):
     return stream_of(*key).random(4).tolist()
 
 
-def test_the_same_key_gives_the_same_numbers_in_either_order_of_bodies_and_another_key_others():
+def test_random_streams_depend_on_key_not_body_order():
     assert first(1, "qaco", "rod", "beaker", 0.5) == first(1, "qaco", "beaker", "rod", 0.5)
     keys = [(1, "qaco", "a", "b", 0.5), (2, "qaco", "a", "b", 0.5), (1, "qaco", "a", "c", 0.5)]
     keys += [(1, "qaco", "a", "b", 0.5000001), (1, "qaco", "ab", "", 0.5), (1, "samples", "a", "b", 0.5)]
     assert len({tuple(first(*key)) for key in keys}) == len(keys)
 
 
-def test_the_first_numbers_of_a_known_key_are_these_on_every_machine():
+def test_first_random_numbers_are_the_same_on_every_machine():
     import hashlib
 
     key = hashlib.sha256(b"7\x1fqaco\x1fa\x1fb\x1f0x1.0000000000000p-1\x1f0").digest()

@@ -11,14 +11,14 @@ from cdcore.search.printed import iterations_as_printed, printed_16, printed_17
 from cdcore.search.search_settings import SearchSettings
 
 
-def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():
+def test_printed_gate_shrinks_its_vector():
     qubit = np.array([[1.0, 0.0]])
     for _ in range(100):
         qubit = printed_17(np.array([0.05 * np.pi]), qubit)
     assert np.linalg.norm(qubit) == pytest.approx(0.081, abs=0.0005)
 
 
-def test_the_printed_gate_fails_the_invariant_of_a_rotation_and_is_a_reflection_only_at_zero():
+def test_printed_gate_is_no_rotation():
     theta, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0, 6, 25))
     norm = (printed_17(theta, np.stack([np.cos(t), np.sin(t)], axis=-1)) ** 2).sum(axis=-1)
     assert np.allclose(norm, 1 - np.sin(2 * theta) * np.sin(2 * t))
@@ -32,11 +32,11 @@ def test_probabilities_of_a_negative_pheromone_are_none():
     assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
 
 
-def test_iterations_as_printed_go_on_while_distances_stay_and_end_when_they_fall():
+def test_printed_iterations_end_when_distances_fall():
     def iterations(distances):
         stream, settings = np.random.default_rng(0), SearchSettings(variant="printed")
-        asked = iterations_as_printed(lambda i, j: next(distances), (50, 70), settings, stream)
-        return list(islice(asked, 100))
+        requested = iterations_as_printed(lambda i, j: next(distances), (50, 70), settings, stream)
+        return list(islice(requested, 100))
 
     assert iterations(1.0 for _ in count()) == [*range(1, 101)]
     assert len(iterations(10.0 - 0.1 * k for k in count())) < 10
@@ -44,7 +44,7 @@ def test_iterations_as_printed_go_on_while_distances_stay_and_end_when_they_fall
 
 @pytest.mark.slow
 @pytest.mark.parametrize("alpha", [1.5, 1.0])
-def test_it_breaks_within_a_few_dozen_steps_for_each_of_fifty_seeds(alpha):
+def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     ball = ball_of(600)
     broke = []
     for seed in range(50):

@@ -11,9 +11,9 @@ from cdcore.search.swarm import decoded, stepped, weigh
 
 
 @kernel
-def decode_all(angles, chain, features, state, places):
+def decode_all(angles, chain, features, state, positions):
     for k in range(angles.shape[0]):
-        places[k] = decoded(angles[k], chain, features, state)
+        positions[k] = decoded(angles[k], chain, features, state)
 
 
 @kernel
@@ -57,21 +57,21 @@ def test_a_search_draws_the_numbers_of_splitmix64():
 @pytest.mark.parametrize("chain", [0, 1])
 def test_the_angle_map_draws_every_face_about_equally_often(chain):
     angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
-    places = np.zeros(len(angles), dtype=np.int64)
-    decode_all(angles, chain, 1000, state_of(), places)
-    often = np.bincount(places, minlength=1000) / 2000
+    positions = np.zeros(len(angles), dtype=np.int64)
+    decode_all(angles, chain, 1000, state_of(), positions)
+    often = np.bincount(positions, minlength=1000) / 2000
     assert 0.88 < often.min() < often.max() < 1.12
 
 
-def test_a_step_goes_the_short_way_and_without_17_either_way():
+def test_step_takes_the_short_arc_only_with_equation_17():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
-    ways = []
+    directions = []
     for equation in (18, 17):
         angles, states = start.copy(), states_of(without=equation)
         step_along(angles, target, states)
-        ways.append(np.angle(np.exp(1j * (angles - start))))
-    assert (ways[0] > 0).all()
-    assert 0.4 < (ways[1] < 0).mean() < 0.6
+        directions.append(np.angle(np.exp(1j * (angles - start))))
+    assert (directions[0] > 0).all()
+    assert 0.4 < (directions[1] < 0).mean() < 0.6
 
 
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
@@ -130,7 +130,7 @@ def test_the_budget_is_kept_to_the_evaluation(variant, budget):
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
-def test_the_population_is_drawn_anew_after_so_many_evaluations_without_a_hit(variant):
+def test_population_is_redrawn_after_quiet_evaluations(variant):
     ball = ball_of(600)
     look = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).look(APART, HERE, 0.0)
     assert 5 <= look.restarts <= 9

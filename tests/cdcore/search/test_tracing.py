@@ -23,8 +23,8 @@ def watch(name="qaco", frames=60, **settings):
 
 def some(noted, count=3):
     """Looks that found a pair and looks that did not, as many of each."""
-    hits = [place for place, look in noted.items() if look.result.hit is not None]
-    others = [place for place, look in noted.items() if look.result.hit is None]
+    hits = [position for position, look in noted.items() if look.result.hit is not None]
+    others = [position for position, look in noted.items() if look.result.hit is None]
     return [*hits[:: max(1, len(hits) // count)][:count], *others[:: max(1, len(others) // count)][:count]]
 
 
@@ -34,19 +34,19 @@ def placed(motion, frame, body, points):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
-def test_a_traced_look_counts_the_same_and_ends_as_the_run_did(settings):
-    detector, motion, seen = watch(**settings)
-    detection, noted = detector.detect(motion), seen.search.noted
+def test_traced_search_equals_the_untraced_search(settings):
+    detector, motion, sample = watch(**settings)
+    detection, noted = detector.detect(motion), sample.search.noted
     assert sum(look.result.evaluations for look in noted.values()) == detection.work["evaluations"]
     for frame, column in some(noted):
-        look, trace = noted[frame, column], seen.search.trace(motion, frame, column)
+        look, trace = noted[frame, column], sample.search.trace(motion, frame, column)
         assert trace.result == look.result
         assert len(trace.distance) == look.result.evaluations
         assert (look.result.hit is not None) == (detection.verdict[frame, column] == 1)
         assert settings.get("variant") == "printed" or trace.iteration.max() == look.result.iterations
 
 
-def test_a_look_starts_at_the_pair_that_met_or_came_closest_in_the_look_before():
+def test_search_starts_at_the_last_best_pair():
     started = {}
     for (_, column), look in sorted(watch()[2].search.noted.items()):
         assert look.start == started.get(column)
@@ -56,14 +56,16 @@ def test_a_look_starts_at_the_pair_that_met_or_came_closest_in_the_look_before()
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
 @pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
-def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search(name, settings, monkeypatch):
+def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):
     detector, motion, alone = watch(name, **settings)
     detect_live(detector, motion)
     searched, look = [], PairSearch.search_from
-    monkeypatch.setattr(PairSearch, "search_from", lambda *asked, **more: searched.append(1) or look(*asked, **more))
+    monkeypatch.setattr(
+        PairSearch, "search_from", lambda *requested, **more: searched.append(1) or look(*requested, **more)
+    )
     again = detector.watch(motion)
     notes = [
-        {place: (look.result, look.start, look.budget) for place, look in noted.items()}
+        {position: (look.result, look.start, look.budget) for position, look in noted.items()}
         for noted in (alone.search.noted, again.search.noted)
     ]
     assert notes[0] == notes[1]
@@ -73,11 +75,11 @@ def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_searc
     assert 0 < hits < len(notes[0]) == len(searched) + len(notes[0]) - hits
 
 
-def test_distances_are_those_of_the_faces_and_the_last_pair_of_a_hit_meets():
-    detector, motion, seen = watch()
+def test_traced_distances_equal_those_of_faces():
+    detector, motion, sample = watch()
     hits = 0
-    for frame, column in some(seen.search.noted):
-        trace = seen.search.trace(motion, frame, column)
+    for frame, column in some(sample.search.noted):
+        trace = sample.search.trace(motion, frame, column)
         bodies = detector.pairs[column].tolist()
         a, b = (
             placed(motion, frame, body, detector.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1))
@@ -96,9 +98,9 @@ def test_distances_are_those_of_the_faces_and_the_last_pair_of_a_hit_meets():
     assert hits > 0
 
 
-def test_every_ant_has_pheromone_within_its_clamp_and_nobody_else_has():
-    _, motion, seen = watch()
-    cold = seen.search.trace(motion, *next(iter(seen.search.noted)))
+def test_only_ants_have_pheromone_within_the_clamp():
+    _, motion, sample = watch()
+    cold = sample.search.trace(motion, *next(iter(sample.search.noted)))
     ants = cold.asked_by == "ant"
     assert ants.any() and (cold.asked_by == "walk").any()
     assert (np.isfinite(cold.pheromone) == ants).all()
@@ -106,11 +108,11 @@ def test_every_ant_has_pheromone_within_its_clamp_and_nobody_else_has():
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-def test_each_stage_lets_through_a_part_of_what_the_one_before_did(name):
-    detector, motion, seen = watch(name)
+def test_each_stage_passes_a_subset_of_the_previous(name):
+    detector, motion, sample = watch(name)
     assert isinstance(detector, Watchable)
     work = detector.detect(motion).work
-    assert seen.searched.sum() == work["looks"] <= seen.boxes.sum() <= seen.spheres.sum() < seen.spheres.size
-    assert (seen.searched <= seen.boxes).all() and (seen.boxes <= seen.spheres).all()
+    assert sample.searched.sum() == work["looks"] <= sample.boxes.sum() <= sample.spheres.sum() < sample.spheres.size
+    assert (sample.searched <= sample.boxes).all() and (sample.boxes <= sample.spheres).all()
     if name == "hybrid-qaco":
-        assert seen.spheres.sum() == work["box_tests"]
+        assert sample.spheres.sum() == work["box_tests"]

@@ -20,9 +20,9 @@ def error_of(matrix):
     return matrix_error(doubles_of(matrix), 0)
 
 
-def check(place, turn):
-    changed = np.empty((len(place), 1), dtype=bool)
-    arrays = place[:, None], turn[:, None], np.ones_like(changed)
+def check(position, rotation):
+    changed = np.empty((len(position), 1), dtype=bool)
+    arrays = position[:, None], rotation[:, None], np.ones_like(changed)
     return check_poses(NO_MATRICES, *arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed)
 
 
@@ -32,28 +32,28 @@ def spoiled(size, seed=0):
 
 
 @pytest.mark.parametrize("size", [0, 1e-9, 1e-4, 1e-1])
-def test_the_error_of_a_matrix_is_that_of_its_product_with_itself(size):
+def test_matrix_error_is_that_of_its_gram_matrix(size):
     for matrix in spoiled(size):
         assert error_of(matrix) == pytest.approx(orthonormality_error(matrix), rel=1e-9, abs=2e-15)
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
 def test_repair_gives_the_nearest_rotation(size):
-    turn = spoiled(size)
-    expected = nearest_rotation(turn)
-    bad, repaired, worst = check(np.zeros((COUNT, 3)), turn)
+    rotation = spoiled(size)
+    expected = nearest_rotation(rotation)
+    bad, repaired, worst = check(np.zeros((COUNT, 3)), rotation)
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
-    assert np.abs(turn - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
-    assert orthonormality_error(turn).max() <= ORTHONORMAL_KEEP
+    assert np.abs(rotation - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
+    assert orthonormality_error(rotation).max() <= ORTHONORMAL_KEEP
 
 
 def test_translations_as_large_as_doubles_go_are_good():
-    place = np.random.default_rng(5).normal(size=(COUNT, 3))
-    place[3] = 1.7e308, 1.7e308, -1.7e308
-    bad, _, worst = check(place, spoiled(0))
+    position = np.random.default_rng(5).normal(size=(COUNT, 3))
+    position[3] = 1.7e308, 1.7e308, -1.7e308
+    bad, _, worst = check(position, spoiled(0))
     assert bad == GOOD and worst < 1e-14
-    assert place[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
+    assert position[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 
 
 def test_quaternions_are_read_as_xyzw():

@@ -29,7 +29,7 @@ def test_leaves_hold_every_face_once(name):
 
 
 @by_mesh
-def test_every_box_covers_the_corners_below_it_to_a_few_roundings(name):
+def test_boxes_cover_their_corners_to_a_few_roundings(name):
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
     for node in range(len(tree.boxes)):
@@ -77,8 +77,8 @@ def surface(extent):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_turned_slab_is_fitted_along_its_own_axes(seed):
     rng = np.random.default_rng(seed)
-    turn = random_rotations(rng)
-    triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ turn.T
+    rotation = random_rotations(rng)
+    triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ rotation.T
     axes, extent = fitted(triangles)
     assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
     along = triangles.reshape(-1, 3) @ axes.T
@@ -88,7 +88,7 @@ def test_a_turned_slab_is_fitted_along_its_own_axes(seed):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_box_is_never_larger_than_the_one_along_the_body_axes(seed):
+def test_box_is_never_larger_than_the_axis_aligned_box(seed):
     triangles = np.random.default_rng(seed).normal(size=(5, 3, 3))
-    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    assert surface(fitted(triangles)[1]) <= surface(np.stack([low, high], axis=1)) * (1 + 1e-14)
+    lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    assert surface(fitted(triangles)[1]) <= surface(np.stack([lower, upper], axis=1)) * (1 + 1e-14)

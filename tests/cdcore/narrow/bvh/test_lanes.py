@@ -18,7 +18,7 @@ from replay.studies.stress.families import FAMILIES
 
 
 @kernel
-def asked(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
+def requested(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
     return lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch)
 
 
@@ -31,7 +31,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
     dropped = clear = 0
     for a in range(1, len(a_tree.boxes), 2):
         for b in range(1, len(b_tree.boxes), 2):
-            left = asked(a_tree.boxes, a, b_tree.boxes, b, scene.chord, scene.pad, 255, leaves, scene.scratch)
+            left = requested(a_tree.boxes, a, b_tree.boxes, b, scene.chord, scene.pad, 255, leaves, scene.scratch)
             below = faces_below(a_tree, a), faces_below(b_tree, b)
             for lane in range(8):
                 first, second = worlds[lane][0][below[0]], worlds[lane][1][below[1]]
@@ -57,16 +57,16 @@ def faces_left(scene, pad):
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
             count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
-            for face_a, face_b, asked, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
-                yield a_tree.faces[face_a], b_tree.faces[face_b], asked, meet
+            for face_a, face_b, requested, meet in scene.candidates[: 4 * count].reshape(-1, 4).tolist():
+                yield a_tree.faces[face_a], b_tree.faces[face_b], requested, meet
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
+def test_meeting_face_pairs_survive_in_their_lanes(seed):
     scene = EightFrames(seed, size=0.6)
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
-    for face_a, face_b, asked, meet in faces_left(scene, scene.pad):
-        lanes[face_a, face_b], certain[face_a, face_b] = asked | meet, meet
+    for face_a, face_b, requested, meet in faces_left(scene, scene.pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = requested | meet, meet
     meeting = 0
     for lane in range(8):
         first, second = scene.world(lane)
@@ -81,12 +81,12 @@ def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
 
 
 @pytest.mark.parametrize(("pad", "grains"), [(1e-3, False), (0.3, False), (0.03, True)])
-def test_a_pad_is_kept_however_large_and_nothing_is_certain_that_it_could_change(pad, grains):
+def test_large_pads_leave_uncertain_what_they_could_change(pad, grains):
     scene = EightFrames(1, size=0.6, grains=grains)
     shape = [len(mesh) for mesh in scene.meshes]
     lanes, certain = np.zeros((2, *shape), dtype=int)
-    for face_a, face_b, asked, meet in faces_left(scene, pad):
-        lanes[face_a, face_b], certain[face_a, face_b] = asked | meet, meet
+    for face_a, face_b, requested, meet in faces_left(scene, pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = requested | meet, meet
     signs = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])[::2]  # axes and corners
     shifts = 0.999 * pad * signs / np.maximum(1.0, np.linalg.norm(signs, axis=1, keepdims=True))
     for lane in (0, 7):
@@ -117,9 +117,9 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
         size = float(np.linalg.norm(near, axis=3).max())
         # the kernel sees one pair in all lanes, the truth is asked at others within the pad of it
         moving = np.repeat(near[0, 0].reshape(9, 1), 8, axis=1).ravel()
-        found = certain(moving, near[0, 1].ravel(), size, pad)
-        assert found in (0, 255, 255 << 8)
+        answer = certain(moving, near[0, 1].ravel(), size, pad)
+        assert answer in (0, 255, 255 << 8)
         truth = triangles_intersect(near)
-        assert found == 0 or (truth == (found == 255)).all()
-        sure += found > 0
+        assert answer == 0 or (truth == (answer == 255)).all()
+        sure += answer > 0
     assert pad > 1e-6 or number > 1 or sure > 6

@@ -37,16 +37,16 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
     rng = np.random.default_rng(int(distance))
     worst = 0.0
     for _ in range(60):
-        turn_a, turn_b = random_rotations(rng, 2)
+        rotation_a, rotation_b = random_rotations(rng, 2)
         corner = rng.normal(size=3)
         move_a = rng.normal(size=3) + distance
         move_b = move_a + rng.normal(size=3)
-        world = place_points(corner[None], turn_a, move_a)[0]
+        world = place_points(corner[None], rotation_a, move_a)[0]
         offset = [Fraction(float(x)) - Fraction(float(t)) for x, t in zip(world, move_b, strict=True)]
-        true = np.array([float(x) for x in exact_inverse_times(turn_b, offset)])
-        quick = (turn_b.T @ turn_a) @ corner + turn_b.T @ (move_a - move_b)
+        true = np.array([float(x) for x in exact_inverse_times(rotation_b, offset)])
+        quick = (rotation_b.T @ rotation_a) @ corner + rotation_b.T @ (move_a - move_b)
         size = np.linalg.norm(corner) + np.linalg.norm(move_a) + np.linalg.norm(move_b)
-        skew = sum(np.linalg.norm(turn.T @ turn - np.eye(3)) for turn in (turn_a, turn_b))
+        skew = sum(np.linalg.norm(turn.T @ turn - np.eye(3)) for turn in (rotation_a, rotation_b))
         worst = max(worst, np.linalg.norm(true - quick) / position_pad(size, skew))
     assert worst < 0.1
 
@@ -67,21 +67,21 @@ def test_no_two_corners_are_nearer_than_the_gap(apart):
         assert apart < 30 or gap > 20
 
 
-def test_the_gap_is_that_of_one_root_box_and_the_ball_around_the_other():
+def test_root_gap_is_between_box_and_ball():
     rng = np.random.default_rng(3)
-    tilt, *turns = random_rotations(rng, 17)
-    turns = np.reshape(turns, (8, 2, 3, 3))
+    tilt, *rotations = random_rotations(rng, 17)
+    rotations = np.reshape(rotations, (8, 2, 3, 3))
     plate = (rng.uniform(-0.5, 0.5, (60, 3, 3)) * [1.0, 0.4, 0.01]) @ tilt
     trees = build_box_trees([plate, plate[:40]])
     moves = rng.normal(size=(8, 2, 3)) * 2.0
-    row, _kept = row_of_pair(trees, turns, moves)
+    row, _kept = row_of_pair(trees, rotations, moves)
     boxes = [tree.boxes[0] for tree in trees]
     assert np.abs(boxes[0][3:12]).min() > 0.01, "a box along the axes of its body asks half of it only"
     for frame in range(8):
-        middles = [turns[frame, k] @ boxes[k][:3] + moves[frame, k] for k in range(2)]
+        middles = [rotations[frame, k] @ boxes[k][:3] + moves[frame, k] for k in range(2)]
         gaps = []
         for box, ball in ((0, 1), (1, 0)):
-            along = (turns[frame, box] @ boxes[box][3:12].reshape(3, 3)).T @ (middles[ball] - middles[box])
+            along = (rotations[frame, box] @ boxes[box][3:12].reshape(3, 3)).T @ (middles[ball] - middles[box])
             gaps.append(np.linalg.norm(np.maximum(np.abs(along) - boxes[box][12:15], 0.0)) - boxes[ball][15])
         assert gap_of(row, frame, 1e-3) == pytest.approx(max(gaps) - 1e-3, abs=1e-9)
 
@@ -89,7 +89,7 @@ def test_the_gap_is_that_of_one_root_box_and_the_ball_around_the_other():
 @pytest.mark.parametrize("seed", range(4))
 def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
     scene = EightFrames(seed)
-    turns = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
-    assert np.array_equal(scene.middle[:9].reshape(3, 3), turns[4])
-    largest = max(np.linalg.norm(turn - turns[4], 2) for turn in turns)
+    rotations = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
+    assert np.array_equal(scene.middle[:9].reshape(3, 3), rotations[4])
+    largest = max(np.linalg.norm(turn - rotations[4], 2) for turn in rotations)
     assert largest * (1 - 1e-13) <= scene.chord <= largest * (1 + 1e-9) + 1e-15

@@ -77,7 +77,7 @@ def shapes():
 
 @pytest.mark.parametrize("case", shapes())
 @pytest.mark.parametrize("turned", [False, True], ids=["asked forward", "asked backward"])
-def test_contained_is_a_body_of_which_a_part_is_inside_a_closed_mesh(case, turned):
+def test_body_with_a_component_inside_is_contained(case, turned):
     inner, outer, expected = shapes()[case]
     assert asked(*((outer, inner) if turned else (inner, outer))).tolist() == [expected]
 
@@ -86,13 +86,15 @@ def test_contained_is_a_body_of_which_a_part_is_inside_a_closed_mesh(case, turne
 def test_random_relative_poses_agree_with_the_exact_answer(away):
     inner, outer = ball_mesh(0.004, 4, 6), beaker_mesh(0.04, 0.1, 0.01)
     rng = np.random.default_rng(1)
-    turn, place = random_rotations(rng, 400, 2), np.zeros((400, 2, 3))
-    place[:, 0] = np.einsum("kij,kj->ki", turn[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (400, 3)))
-    motion = Motion(np.arange(400), place + away, turn)
+    rotation, position = random_rotations(rng, 400, 2), np.zeros((400, 2, 3))
+    position[:, 0] = np.einsum(
+        "kij,kj->ki", rotation[:, 1], rng.uniform([-0.05, -0.05, -0.01], [0.05, 0.05, 0.11], (400, 3))
+    )
+    motion = Motion(np.arange(400), position + away, rotation)
     answers, inside = asked(inner, outer, motion), []
     for frame in range(400):
         surfaces = [
-            place_points(mesh.triangles, turn[frame, k], motion.translations[frame, k])
+            place_points(mesh.triangles, rotation[frame, k], motion.translations[frame, k])
             for k, mesh in enumerate((inner, outer))
         ]
         # Where the surfaces meet the question does not apply.
@@ -102,7 +104,7 @@ def test_random_relative_poses_agree_with_the_exact_answer(away):
     assert 10 < sum(inside) < len(inside) - 10
 
 
-def test_a_mesh_with_holes_is_named_and_two_are_named_in_order():
+def test_meshes_with_holes_are_named_in_order():
     closed, ajar = box_mesh(), without_faces(box_mesh(), 1)
     assert containment_word(Body("a", closed), Body("b", closed)) == "decided"
     assert containment_word(Body("a", closed), Body("b", ajar)) == "partly: inside undecided: b has holes"

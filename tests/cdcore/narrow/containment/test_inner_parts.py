@@ -38,45 +38,48 @@ INNER = {
 def path(rng, count, step=0.004):
     """A motion of a body at rest and one that strolls around it and turns."""
     start = rng.uniform([-0.15, -0.15, -0.15], [0.4, 0.15, 0.15])
-    places = start + np.cumsum(rng.normal(scale=step, size=(count, 3)), axis=0)
-    turns = Rotation.from_rotvec(np.cumsum(rng.normal(scale=0.03, size=(count, 3)), axis=0)).as_matrix()
-    both = np.stack([np.tile(np.eye(3), (count, 1, 1)), turns], axis=1)
-    return Motion(np.arange(count) / 90, np.stack([0 * places, places], axis=1), both)
+    positions = start + np.cumsum(rng.normal(scale=step, size=(count, 3)), axis=0)
+    rotations = Rotation.from_rotvec(np.cumsum(rng.normal(scale=0.03, size=(count, 3)), axis=0)).as_matrix()
+    both = np.stack([np.tile(np.eye(3), (count, 1, 1)), rotations], axis=1)
+    return Motion(np.arange(count) / 90, np.stack([0 * positions, positions], axis=1), both)
 
 
 @pytest.mark.parametrize("name", INNER)
 def test_parts_that_moved_less_than_their_clearance_are_beside(name):
     mesh, rng = INNER[name], np.random.default_rng(7)
-    parts, boxes = inner_components_of(mesh), boxes_of(cup())
-    size, seen = size_of(mesh) + size_of(cup()), 0
+    components, boxes = inner_components_of(mesh), boxes_of(cup())
+    size, sample = size_of(mesh) + size_of(cup()), 0
     for _ in range(300):
-        turns = np.stack([np.eye(3), random_rotations(rng)])[None]
-        places = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
-        clearance = clearance_now(turns, places, (1, 0), parts, boxes, size)
+        rotations = np.stack([np.eye(3), random_rotations(rng)])[None]
+        positions = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
+        clearance = clearance_now(rotations, positions, (1, 0), components, boxes, size)
         if clearance <= 0.0:
             continue
-        seen += 1
+        sample += 1
         rotation = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
         step = rotation @ [clearance, 0.0, 0.0] * rng.uniform(0.9, 1.0)
-        places[0, 1] += step
+        positions[0, 1] += step
         turn, move = np.empty((3, 3)), np.empty(3)
-        pose_of_inner(turns, places, 0, (1, 0), turn, move)
-        assert all(reach_of_component(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes)))
-    assert seen > 30
+        pose_of_inner(rotations, positions, 0, (1, 0), turn, move)
+        assert all(
+            reach_of_component(components, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(components.boxes))
+        )
+    assert sample > 30
 
 
 @pytest.mark.parametrize("name", INNER)
 def test_frames_that_a_clearance_leaves_out_are_beside(name):
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
-    parts, boxes, size = inner_components_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
+    components, boxes, size = inner_components_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
     for _ in range(40):
         motion = path(rng, 60)
-        near = frames_without_clearance(motion, np.arange(60), (1, 0), parts, boxes, size)
+        near = frames_without_clearance(motion, np.arange(60), (1, 0), components, boxes, size)
         turn, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
             pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), turn, move)
             assert all(
-                reach_of_component(parts, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(parts.boxes))
+                reach_of_component(components, i, boxes, turn, move, MARGIN) == BESIDE
+                for i in range(len(components.boxes))
             )
         left_out += np.count_nonzero(~near)
     assert left_out > 200
@@ -97,24 +100,26 @@ def test_live_samples_around_holes_agree_with_the_whole_motion(asker, name):
 
 def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
     """It took twice as long when the arrays of both surfaces were handed to a kernel in every sample."""
-    asked, compared = [], []
+    requested, compared = [], []
     decide, compare = containment_stage.decide_by_winding, containment_stage.clearance_now
-    monkeypatch.setattr(containment_stage, "decide_by_winding", lambda *given: asked.append(decide(*given)))
+    monkeypatch.setattr(containment_stage, "decide_by_winding", lambda *given: requested.append(decide(*given)))
     monkeypatch.setattr(
         containment_stage, "clearance_now", lambda *given: compared.append(compare(*given)) or compared[-1]
     )
-    places = np.array([0.0, 0.0, 0.035]) + np.random.default_rng(3).normal(scale=0.0005, size=(200, 3))
-    motion = Motion(np.arange(200) / 90, np.stack([0 * places, places], axis=1), np.tile(np.eye(3), (200, 2, 1, 1)))
+    positions = np.array([0.0, 0.0, 0.035]) + np.random.default_rng(3).normal(scale=0.0005, size=(200, 3))
+    motion = Motion(
+        np.arange(200) / 90, np.stack([0 * positions, positions], axis=1), np.tile(np.eye(3), (200, 2, 1, 1))
+    )
     detector = create_detector("exact", [Body("bowl", cup()), Body("ball", ball_mesh(0.02))])
     session = detector.live()
     for frame in range(200):
         assert session.look(motion.frames(frame, frame + 1)) == [Verdict.CLEAR]
     assert session.work["containment_tests"] > 150
-    assert not asked
+    assert not requested
     assert len(compared) < 100
 
 
-def test_a_gap_of_boxes_is_no_longer_than_the_boxes_are_apart():
+def test_face_axis_gap_is_at_most_the_distance():
     rng = np.random.default_rng(10)
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     for _ in range(200):

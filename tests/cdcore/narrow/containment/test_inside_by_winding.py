@@ -76,19 +76,19 @@ def damaged():
     return rows
 
 
-def overlap_of_boxes(places, middles):
+def overlap_of_boxes(positions, middles):
     """(T,) whether a probe overlaps any box, and whether it lies inside one of them without touching its surface."""
-    overlaps, within = np.zeros(len(places), bool), np.zeros(len(places), bool)
+    overlaps, within = np.zeros(len(positions), bool), np.zeros(len(positions), bool)
     for middle in middles:
-        away = np.abs(places - middle)
+        away = np.abs(positions - middle)
         overlaps |= (away < (SIZE + PROBE) / 2).all(axis=1)
         within |= (away < (SIZE - PROBE) / 2).all(axis=1)
     return overlaps, within
 
 
-def asked(name, mesh, places, live=False, **settings):
+def requested(name, mesh, positions, live=False, **settings):
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
-    motion = unturned(np.stack([0 * places, places], axis=1))
+    motion = unturned(np.stack([0 * positions, positions], axis=1))
     detector = create_detector(name, bodies, **settings)
     return (detect_live(detector, motion) if live else detector.detect(motion)).verdict[:, 0]
 
@@ -98,9 +98,9 @@ def asked(name, mesh, places, live=False, **settings):
 def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     mesh, middles, lost = damaged()[name]
     mesh = reversed_faces(mesh) if wound == "inwards" else mesh
-    places = np.random.default_rng(3).uniform(-0.16, 0.26, (FRAMES, 3)) * [1.0, 0.6, 0.6]
-    verdict = asked("exact", mesh, places)
-    overlaps, within = overlap_of_boxes(places, middles)
+    positions = np.random.default_rng(3).uniform(-0.16, 0.26, (FRAMES, 3)) * [1.0, 0.6, 0.6]
+    verdict = requested("exact", mesh, positions)
+    overlaps, within = overlap_of_boxes(positions, middles)
     undecided = verdict == Verdict.UNRESOLVED
     assert not (overlaps & (verdict == Verdict.CLEAR)).any()
     assert (overlaps | (verdict == Verdict.CLEAR) | undecided).all()
@@ -108,57 +108,57 @@ def test_inside_a_damaged_mesh_is_right_or_unresolved(name, wound):
     if name.startswith(("sound", "every", "one face", "crossing", "nested")) and lost != 1:
         met = (verdict == Verdict.CONTACT) | undecided
         assert ((verdict == Verdict.CONTAINED) | met)[within].all()
-    low, high = mesh.bounds
-    beside = ((places - PROBE / 2 > high) | (places + PROBE / 2 < low)).any(axis=1)
+    lower, upper = mesh.bounds
+    beside = ((positions - PROBE / 2 > upper) | (positions + PROBE / 2 < lower)).any(axis=1)
     assert (verdict[beside] == Verdict.CLEAR).all()
     assert undecided.mean() <= (0.1 if lost else 0.0)
-    assert np.array_equal(asked("exact", mesh, places, live=True), verdict)
+    assert np.array_equal(requested("exact", mesh, positions, live=True), verdict)
 
 
 @pytest.mark.parametrize("asker", ASKERS)
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_every_detector_that_claims_containment_agrees(asker, live):
     mesh = without_a_side()
-    places = np.array([-0.1, 0.0, 0.0]) + np.random.default_rng(4).uniform(-0.03, 0.03, (60, 3))
-    expected = asked("exact", mesh, places)
+    positions = np.array([-0.1, 0.0, 0.0]) + np.random.default_rng(4).uniform(-0.03, 0.03, (60, 3))
+    expected = requested("exact", mesh, positions)
     assert {Verdict.UNRESOLVED, Verdict.CLEAR} <= {Verdict(code) for code in expected.tolist()}
-    assert np.array_equal(asked(asker, mesh, places, live=live, **ASKERS[asker]), expected)
+    assert np.array_equal(requested(asker, mesh, positions, live=live, **ASKERS[asker]), expected)
 
 
 @pytest.mark.parametrize("live", [False, True], ids=["offline", "live"])
 def test_slow_motion_through_a_hole_is_followed_frame_by_frame(live):
     mesh, steps = without_a_side(), np.linspace(-0.13, 0.0, 400)
-    places = steps[:, None] * [1.0, 0.0, 0.0]
-    expected = asked("exact", mesh, places)
+    positions = steps[:, None] * [1.0, 0.0, 0.0]
+    expected = requested("exact", mesh, positions)
     assert expected[0] == Verdict.CLEAR
     assert (expected[steps > -0.1] != Verdict.CLEAR).all()
     for asker, settings in ASKERS.items():
-        assert np.array_equal(asked(asker, mesh, places, live=live, **settings), expected), asker
+        assert np.array_equal(requested(asker, mesh, positions, live=live, **settings), expected), asker
 
 
 def test_an_interval_through_a_hole_is_not_clear():
     mesh = without_a_side()
-    places = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
+    positions = np.array([-0.2, 0.0, 0.0, -0.2, -0.2])[:, None] * [1.0, 0.0, 0.0]
     bodies = [Body("block", mesh), Body("probe", box_mesh([PROBE] * 3))]
-    motion = unturned(np.stack([0 * places, places], axis=1))
-    found = create_detector("continuous", bodies).detect(motion)
-    assert found.verdict[0, 0] == found.verdict[4, 0] == Verdict.CLEAR
-    assert (found.verdict[1:4, 0] != Verdict.CLEAR).all()
-    unresolved = np.argwhere(found.verdict == Verdict.UNRESOLVED)
-    assert {found.reasons[t, p] for t, p in unresolved.tolist()} == {"inside undecided: block has holes"}
-    parts = list(create_detector("continuous", bodies).stream([motion.frames(0, 3), motion.frames(3, 5)]))
-    assert np.array_equal(np.concatenate([part.verdict for part in parts]), found.verdict)
+    motion = unturned(np.stack([0 * positions, positions], axis=1))
+    answer = create_detector("continuous", bodies).detect(motion)
+    assert answer.verdict[0, 0] == answer.verdict[4, 0] == Verdict.CLEAR
+    assert (answer.verdict[1:4, 0] != Verdict.CLEAR).all()
+    unresolved = np.argwhere(answer.verdict == Verdict.UNRESOLVED)
+    assert {answer.reasons[t, p] for t, p in unresolved.tolist()} == {"inside undecided: block has holes"}
+    components = list(create_detector("continuous", bodies).stream([motion.frames(0, 3), motion.frames(3, 5)]))
+    assert np.array_equal(np.concatenate([component.verdict for component in components]), answer.verdict)
 
 
 LOST_FACES = {"one side": range(32), "one square": (10, 11), "four squares": (10, 11, 12, 13, 18, 19, 20, 21)}
 
 
 @pytest.mark.parametrize("lost", LOST_FACES)
-def test_an_arc_through_a_hole_and_out_again_is_not_clear(lost):
+def test_arc_through_a_hole_and_back_is_not_clear(lost):
     """A bead on an arm dips into the block between two frames, at both of which it is outside."""
     rng = np.random.default_rng(5)
     block = Body("block", without(grid_box(SIZE, 4), *LOST_FACES[lost]))
-    found = {}
+    answer = {}
     for _ in range(60):
         arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)
         depth = rng.uniform(-0.005, 0.8 * arm - 0.005)
@@ -171,16 +171,16 @@ def test_an_arc_through_a_hole_and_out_again_is_not_clear(lost):
         on_the_way = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
         allowed = on_the_way - {Verdict.CLEAR} or {Verdict.CLEAR}
         assert verdict in (allowed | {Verdict.UNRESOLVED} if allowed != {Verdict.CLEAR} else allowed), (arm, depth)
-        found[int(verdict)] = found.get(int(verdict), 0) + 1
-    assert {Verdict.CLEAR, Verdict.UNRESOLVED} <= set(found), found
+        answer[int(verdict)] = answer.get(int(verdict), 0) + 1
+    assert {Verdict.CLEAR, Verdict.UNRESOLVED} <= set(answer), answer
 
 
 def swing(origin, angles):
     """A motion of a block at rest and a body that turns about z at a place."""
     cosine, sine, zero = np.cos(angles), np.sin(angles), 0 * angles
     turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
-    turns = np.stack([np.tile(np.eye(3), (len(angles), 1, 1)), turn], axis=1)
-    return Motion(np.arange(len(angles)), np.tile([[0, 0, 0], origin], (len(angles), 1, 1)), turns)
+    rotations = np.stack([np.tile(np.eye(3), (len(angles), 1, 1)), turn], axis=1)
+    return Motion(np.arange(len(angles)), np.tile([[0, 0, 0], origin], (len(angles), 1, 1)), rotations)
 
 
 def tube(open_at_top, segments=12):
@@ -198,21 +198,21 @@ def tube(open_at_top, segments=12):
 
 @pytest.mark.parametrize("turn", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
 def test_nobody_knows_whether_a_cup_of_one_wall_is_filled(turn):
-    places = np.array([[0, 0, 0.05], [0, 0, 0.09], [0, 0, 0.1], [0, 0, 0.12], [0.12, 0, 0.05], [0.09, 0.09, 0.05]])
-    motion = Motion(np.arange(6), np.stack([0 * places, places @ turn.T], axis=1), np.tile(turn, (6, 2, 1, 1)))
-    found = {}
+    positions = np.array([[0, 0, 0.05], [0, 0, 0.09], [0, 0, 0.1], [0, 0, 0.12], [0.12, 0, 0.05], [0.09, 0.09, 0.05]])
+    motion = Motion(np.arange(6), np.stack([0 * positions, positions @ turn.T], axis=1), np.tile(turn, (6, 2, 1, 1)))
+    answer = {}
     for filled in (True, False):
         bodies = [Body("cup", tube(not filled)), Body("bead", ball_mesh(0.004))]
-        found[filled] = create_detector("exact", bodies).detect(motion).verdict[:, 0].tolist()
+        answer[filled] = create_detector("exact", bodies).detect(motion).verdict[:, 0].tolist()
     inside, beside = Verdict.CONTAINED, Verdict.CLEAR
-    assert found[True] == [inside, inside, Verdict.CONTACT, beside, beside, beside]
-    assert found[False] == [*3 * [Verdict.UNRESOLVED], beside, beside, beside]
+    assert answer[True] == [inside, inside, Verdict.CONTACT, beside, beside, beside]
+    assert answer[False] == [*3 * [Verdict.UNRESOLVED], beside, beside, beside]
 
 
 def test_a_body_may_be_open_where_the_other_is_closed():
     cup = tube(open_at_top=True)
     inner = TriangleMesh(cup.vertices * 0.1, cup.faces)
-    assert asked("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
+    assert requested("exact", box_mesh([0.5] * 3), np.zeros((1, 3))) == [Verdict.CONTAINED]
     bodies = [Body("block", box_mesh([0.5] * 3)), Body("cup", inner)]
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).verdict[0, 0] == Verdict.CONTAINED
 
@@ -224,19 +224,19 @@ def loose_triangles(mesh, jitter):
 
 
 def test_inside_loose_triangles_is_never_clear_and_outside_is():
-    places = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
-    overlaps, within = overlap_of_boxes(places, [0 * SHIFT])
+    positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
+    overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
     for mesh in (loose_triangles(grid_box(SIZE, 4), 1e-7), loose_triangles(box_mesh(SIZE), 1e-9)):
-        verdict = asked("exact", mesh, places)
+        verdict = requested("exact", mesh, positions)
         assert not (overlaps & (verdict == Verdict.CLEAR)).any()
         assert (verdict[~overlaps] == Verdict.CLEAR).all()
         assert within.sum() > 10
-        assert np.array_equal(asked("exact", mesh, places, live=True), verdict)
+        assert np.array_equal(requested("exact", mesh, positions, live=True), verdict)
 
 
 def test_a_flat_sheet_contains_nothing():
     sheet = TriangleMesh([[-1, -1, 0], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    places = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
-    assert (asked("exact", sheet, places) == Verdict.CLEAR).all()
+    positions = np.array([[0, 0, 0.4], [0.5, 0, 0.39], [0.5, 0, 0.35], [0.5, 0.5, 0.2]])
+    assert (requested("exact", sheet, positions) == Verdict.CLEAR).all()
     bodies = [Body("sheet", sheet), Body("probe", box_mesh([PROBE] * 3))]
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).containment == ("decided",)

@@ -22,7 +22,7 @@ grid = st.integers(-6, 6).map(lambda k: k / 4)
 
 
 @given(st.tuples(grid, grid, grid))
-def test_a_box_knows_its_inside_even_on_lines_through_its_corners_and_edges(point):
+def test_parity_holds_on_rays_through_corners_and_edges(point):
     distance = max(abs(value) for value in point)
     if distance == 1:
         return
@@ -53,10 +53,10 @@ MESHES = {
 
 
 @pytest.mark.parametrize("shape", MESHES)
-def test_a_certain_answer_is_the_exact_answer_and_most_are_certain(shape):
+def test_certain_answers_are_exact_and_most_are_certain(shape):
     mesh, inside_grid = MESHES[shape], build_inside_grid(MESHES[shape].triangles)
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    anywhere = np.random.default_rng(0).uniform(low, high, (300, 3))
+    lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    anywhere = np.random.default_rng(0).uniform(lower, upper, (300, 3))
     points = np.concatenate([anywhere, mesh.vertices[:20] * 0.999, np.zeros((1, 3))])
     answers = np.array([point_state(inside_grid, point, 1e-14) for point in points])
     for point, answer in zip(points, answers.tolist(), strict=True):

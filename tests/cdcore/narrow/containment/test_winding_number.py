@@ -17,7 +17,7 @@ from cdcore.narrow.containment.winding_surface import winding_surface
 MARGIN = 1e-14
 
 
-def test_a_box_goes_once_round_its_inside_and_a_side_counts_by_its_solid_angle():
+def test_winding_of_a_box_and_of_its_sides():
     box, points = box_mesh((2, 2, 2)), np.array([[0, 0, 0], [0.3, -0.9, 0.5], [3, 0, 0], [0, 0, -1.5]])
     assert winding_number(points, box.triangles) == pytest.approx([1, 1, 0, 0], abs=1e-12)
     # From the middle of a cube each side takes a sixth of the sphere.
@@ -27,7 +27,7 @@ def test_a_box_goes_once_round_its_inside_and_a_side_counts_by_its_solid_angle()
         assert winding_number(np.zeros((1, 3)), side) == pytest.approx([1 / 6], abs=1e-12)
 
 
-def test_a_disk_seen_from_its_axis_takes_the_solid_angle_of_a_cone():
+def test_disk_has_the_solid_angle_of_a_cone():
     angle = np.linspace(0, 2 * np.pi, 2001)
     ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     disk = np.stack([np.zeros((2000, 3)), ring[:-1], ring[1:]], axis=1)
@@ -87,8 +87,8 @@ SOUND = {
 def test_winding_number_and_parity_are_equal_in_sound_meshes(name):
     mesh, surface, count = SOUND[name], winding_surface(SOUND[name]), 20_000
     parity, crossings = build_inside_grid(mesh.triangles), np.zeros(len(surface.kinds), dtype=np.int64)
-    low, high = mesh.bounds
-    points = np.random.default_rng(5).uniform(low, high, (count, 3))
+    lower, upper = mesh.bounds
+    points = np.random.default_rng(5).uniform(lower, upper, (count, 3))
     numbers = np.concatenate([winding_number(some, mesh.triangles) for some in np.split(points, 40)])
     compared = 0
     for point, number in zip(points, numbers, strict=True):

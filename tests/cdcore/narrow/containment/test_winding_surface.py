@@ -73,9 +73,9 @@ def test_parts_with_caps_are_closed_whatever_is_lost_or_reversed(seed):
     faces[some] = faces[some, ::-1]
     surface = winding_surface(TriangleMesh(mesh.vertices, np.concatenate([faces, faces[:5], faces[5:9, ::-1]])))
     assert len(surface.grid.triangles) == len(faces) + len(surface.caps)
-    for part in np.unique(surface.component):
+    for component in np.unique(surface.component):
         uses = {}
-        for corners in surface.grid.triangles[surface.component == part].tolist():
+        for corners in surface.grid.triangles[surface.component == component].tolist():
             for k in range(3):
                 a, b = tuple(corners[k]), tuple(corners[(k + 1) % 3])
                 uses[a, b] = uses.get((a, b), 0) + 1
@@ -117,7 +117,7 @@ def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
     assert len(surface.grid.triangles) == len(mesh.faces) - walls
 
 
-def test_a_fin_inside_a_solid_is_no_hole_and_one_outside_stays():
+def test_fin_inside_a_solid_is_no_hole():
     box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
     for tip, kind, faces in (([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12), ([0.0, -0.9, -0.9], ComponentKind.HOLED, 13)):
         fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
@@ -126,7 +126,7 @@ def test_a_fin_inside_a_solid_is_no_hole_and_one_outside_stays():
         assert len(surface.grid.triangles) - len(surface.caps) == faces
 
 
-def test_sides_of_a_box_drawn_from_both_sides_are_no_walls():
+def test_two_sided_box_faces_are_no_walls():
     box = box_mesh()
     for faces in ([0], [0, 1], range(12)):
         surface = winding_surface(from_both_sides(box, *faces))
@@ -134,7 +134,7 @@ def test_sides_of_a_box_drawn_from_both_sides_are_no_walls():
         assert len(surface.grid.triangles) == 12
 
 
-def test_a_cell_drawn_from_both_sides_beside_a_solid_is_not_lost():
+def test_two_sided_cell_beside_a_solid_is_not_lost():
     """Whether it is filled is open, as its wall to the solid leaves edges of three faces; it is never outside."""
     double = cells((2, 1, 1))
     second = [face for face in range(12, 24) if not (double.triangles[face][:, 0] == 0.5).all()]
@@ -142,7 +142,7 @@ def test_a_cell_drawn_from_both_sides_beside_a_solid_is_not_lost():
     assert surface.kinds.tolist() == [ComponentKind.OPEN]
 
 
-def test_a_part_that_crosses_one_wound_the_other_way_is_noted():
+def test_crossing_components_of_opposite_winding_are_noted():
     box, ball = box_mesh(), moved(ball_mesh(0.3), [0.5, 0.3, 0.2])
     backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
     assert winding_surface(merged(box, ball, moved(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]

@@ -9,14 +9,14 @@ from scipy.spatial.transform import Rotation, Slerp
 from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at, relative_to
 
 
-def leg_between(turn, place, turn_after, place_after):
-    places = np.array([place, place_after], dtype=float)
-    return legs_of(np.array([turn, turn_after]), places, np.array([1]))[:, 0]
+def leg_between(turn, position, turn_after, place_after):
+    positions = np.array([position, place_after], dtype=float)
+    return legs_of(np.array([turn, turn_after]), positions, np.array([1]))[:, 0]
 
 
-def pose_of(leg, share):
+def pose_of(leg, fraction):
     pose = np.empty(12)
-    pose_at(leg, share, pose)
+    pose_at(leg, fraction, pose)
     return pose[:9].reshape(3, 3), pose[9:]
 
 
@@ -31,7 +31,7 @@ def random_segment(rng, angle=None, size=1.0):
 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
-def test_it_turns_at_a_constant_rate_along_the_shorter_arc_between_ends_that_keep_every_bit(degrees):
+def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
     rng = np.random.default_rng(3)
     for _ in range(20):
         axis = rng.normal(size=3)
@@ -39,18 +39,18 @@ def test_it_turns_at_a_constant_rate_along_the_shorter_arc_between_ends_that_kee
         second = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)) * first
         leg = leg_between(first.as_matrix(), [0, 1, 2], second.as_matrix(), [1, 1, 1])
         assert leg[ANGLE] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
-        for end, rotation, place in ((0.0, first, [0, 1, 2]), (1.0, second, [1, 1, 1])):
-            assert np.array_equal(np.column_stack(pose_of(leg, end)), np.column_stack([rotation.as_matrix(), place]))
+        for end, rotation, position in ((0.0, first, [0, 1, 2]), (1.0, second, [1, 1, 1])):
+            assert np.array_equal(np.column_stack(pose_of(leg, end)), np.column_stack([rotation.as_matrix(), position]))
         slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
-        for share in (0.125, 0.5, 0.9):
-            turn, place = pose_of(leg, share)
-            assert np.abs(turn - slerp(share).as_matrix()).max() < 1e-13
-            assert np.allclose(place, [share, 1, 2 - share], atol=1e-15)
+        for fraction in (0.125, 0.5, 0.9):
+            turn, position = pose_of(leg, fraction)
+            assert np.abs(turn - slerp(fraction).as_matrix()).max() < 1e-13
+            assert np.allclose(position, [fraction, 1, 2 - fraction], atol=1e-15)
 
 
 @settings(max_examples=150, deadline=None)
 @given(seed=st.integers(0, 10**6), start=st.floats(0, 0.9), width=st.floats(0.001, 1.0))
-def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bound_says(seed, start, width):
+def test_relative_paths_stay_within_the_chord_bound(seed, start, width):
     rng = np.random.default_rng(seed)
     segment_a, segment_b = random_segment(rng), random_segment(rng, angle=rng.uniform(0, 1.5))
     reach = rng.uniform(0.01, 2)
@@ -59,24 +59,24 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
     stop = min(1.0, start + width)
     speed, acceleration = (bound[0] for bound in leg_bounds(segment_a[:, None], reach, segment_b[:, None]))
 
-    def seen(share):
+    def sample(fraction):
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
-        pose_at(segment_a, share, pose_a)
-        pose_at(segment_b, share, pose_b)
+        pose_at(segment_a, fraction, pose_a)
+        pose_at(segment_b, fraction, pose_b)
         relative_to(pose_a, pose_b, relative)
         return relative[:9].reshape(3, 3) @ point + relative[9:]
 
-    ends = seen(start), seen(stop)
+    ends = sample(start), sample(stop)
     allowed = (stop - start) ** 2 / 8 * acceleration
     farthest = 0.0
-    for part in np.linspace(0, 1, 23):
-        off = seen(start + part * (stop - start)) - ((1 - part) * ends[0] + part * ends[1])
+    for component in np.linspace(0, 1, 23):
+        off = sample(start + component * (stop - start)) - ((1 - component) * ends[0] + component * ends[1])
         farthest = max(farthest, np.linalg.norm(off))
     assert farthest <= allowed + 1e-13
     assert np.linalg.norm(ends[1] - ends[0]) <= (stop - start) * speed + 1e-13
 
 
-def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
+def test_pad_grows_with_size_to_infinity():
     rng = np.random.default_rng(1)
     near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
     skewed[0] += 1e-3

@@ -26,17 +26,17 @@ def corners_of(before, after, other):
 @pytest.mark.parametrize("kind", KINDS)
 def test_faces_said_to_stay_apart_meet_at_no_time(kind):
     rng = np.random.default_rng(5)
-    said = 0
+    text = 0
     for _ in range(400):
         before, after = KINDS[kind](rng)[rng.integers(0, 12, 2)]
         other = KINDS[kind](rng)[3] + rng.integers(-2, 3, 3)
         if not stay_apart(corners_of(before, after, other), 1e-12):
             continue
-        said += 1
-        way = np.linspace(0, 1, 33)[:, None, None]
-        placed = (1 - way) * before + way * after
+        text += 1
+        direction = np.linspace(0, 1, 33)[:, None, None]
+        placed = (1 - direction) * before + direction * after
         assert not triangles_intersect(np.stack([placed, np.broadcast_to(other, placed.shape)], axis=1)).any()
-    assert said > 40
+    assert text > 40
 
 
 PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
@@ -45,39 +45,39 @@ PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
 def scene(seed, frames=120):
     rng = np.random.default_rng(seed)
     meshes = [ball_mesh(0.1), moved(ball_mesh(0.05), (0.3, 0, 0)), moved(ball_mesh(0.2), (0, -0.5, 0.2))]
-    turn = np.stack([turned_by(rng, frames, 1.5) for _ in meshes], axis=1)
+    rotation = np.stack([turned_by(rng, frames, 1.5) for _ in meshes], axis=1)
     move = rng.normal(size=(frames, 3, 3)) * 0.4
-    return [sphere_best(mesh) for mesh in meshes], turn, move
+    return [sphere_best(mesh) for mesh in meshes], rotation, move
 
 
-def centre_at(sphere, turn, move, frame, body, share):
+def centre_at(sphere, rotation, move, frame, body, fraction):
     pose = np.empty(12)
-    pose_at(legs_of(turn[:, body], move[:, body], np.array([frame]))[:, 0], share, pose)
+    pose_at(legs_of(rotation[:, body], move[:, body], np.array([frame]))[:, 0], fraction, pose)
     return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]
 
 
 def test_on_a_dismissed_leg_the_spheres_meet_at_no_time():
-    spheres, turn, move = scene(0)
-    asked = np.ones((len(turn), 3), dtype=bool)
-    asked[0] = False
-    near = SweptSpheres(spheres).may_meet(turn, move, np.ones(turn.shape[:2], bool), PAIRS, asked)
+    spheres, rotation, move = scene(0)
+    requested = np.ones((len(rotation), 3), dtype=bool)
+    requested[0] = False
+    near = SweptSpheres(spheres).may_meet(rotation, move, np.ones(rotation.shape[:2], bool), PAIRS, requested)
     assert 0.05 < near[1:].mean() < 0.95
-    for frame, column in np.argwhere(asked & ~near).tolist():
+    for frame, column in np.argwhere(requested & ~near).tolist():
         i, j = PAIRS[column]
-        for share in np.linspace(0, 1, 17):
-            ways = [centre_at(spheres[k], turn, move, frame, k, share) for k in (i, j)]
-            assert np.linalg.norm(ways[0] - ways[1]) > spheres[i].radius + spheres[j].radius
+        for fraction in np.linspace(0, 1, 17):
+            directions = [centre_at(spheres[k], rotation, move, frame, k, fraction) for k in (i, j)]
+            assert np.linalg.norm(directions[0] - directions[1]) > spheres[i].radius + spheres[j].radius
 
 
-def test_legs_that_are_not_asked_about_are_not_near_and_poses_that_do_not_count_do_no_harm():
-    spheres, turn, move = scene(1)
-    valid = np.ones(turn.shape[:2], dtype=bool)
+def test_skipped_legs_are_not_near_and_invalid_poses_harmless():
+    spheres, rotation, move = scene(1)
+    valid = np.ones(rotation.shape[:2], dtype=bool)
     valid[40:50, 2] = False
-    turn[40:50, 2], move[40:50, 2] = np.nan, np.inf
-    asked = np.zeros((len(turn), 3), dtype=bool)
-    asked[20:30] = True
-    asked[60:70, 0] = True
+    rotation[40:50, 2], move[40:50, 2] = np.nan, np.inf
+    requested = np.zeros((len(rotation), 3), dtype=bool)
+    requested[20:30] = True
+    requested[60:70, 0] = True
     with np.errstate(all="raise"):
-        near = SweptSpheres(spheres).may_meet(turn, move, valid, PAIRS, asked)
+        near = SweptSpheres(spheres).may_meet(rotation, move, valid, PAIRS, requested)
     assert near.any()
-    assert not near[~asked].any()
+    assert not near[~requested].any()

@@ -13,19 +13,19 @@ from cdcore.errors import InvalidPoseError, InvalidSettingError
 REST = np.tile(np.eye(4), (2, 1, 1))
 
 
-def pose(place=(0, 0, 0), rotvec=(0, 0, 0)):
+def pose(position=(0, 0, 0), rotvec=(0, 0, 0)):
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec(rotvec).as_matrix(), place
+    matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec(rotvec).as_matrix(), position
     return matrix
 
 
-def way(before, after):
+def direction(before, after):
     return np.stack([before, after])
 
 
-def test_a_ball_through_a_plate_in_one_step_hits_at_the_closed_form():
+def test_ball_through_a_plate_hits_at_the_closed_form():
     answer = time_of_impact(
-        ball_mesh(0.01), way(pose((0, 0, 0.1)), pose((0, 0, -0.1))), box_mesh((0.3, 0.3, 0.002)), REST
+        ball_mesh(0.01), direction(pose((0, 0, 0.1)), pose((0, 0, -0.1))), box_mesh((0.3, 0.3, 0.002)), REST
     )
     assert answer.verdict is Impact.HIT
     assert answer.toi[0] <= 0.445 <= answer.toi[1] <= answer.toi[0] + 1e-6
@@ -33,11 +33,11 @@ def test_a_ball_through_a_plate_in_one_step_hits_at_the_closed_form():
 
 
 @pytest.mark.parametrize("degrees", [179, 181])
-def test_a_rod_that_turns_between_two_frames_hits_a_post_on_the_shorter_side_only(degrees):
+def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
     rod = moved(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
     post = box_mesh((0.02, 0.02, 1.0))
-    turning = way(pose(), pose(rotvec=(0, 0, np.radians(degrees))))
-    left, right = (time_of_impact(rod, turning, post, way(pose((0, y, 0)), pose((0, y, 0)))) for y in (0.9, -0.9))
+    turning = direction(pose(), pose(rotvec=(0, 0, np.radians(degrees))))
+    left, right = (time_of_impact(rod, turning, post, direction(pose((0, y, 0)), pose((0, y, 0)))) for y in (0.9, -0.9))
     hit, free = (left, right) if degrees < 180 else (right, left)
     assert hit.verdict is Impact.HIT
     assert free.verdict is Impact.FREE
@@ -48,30 +48,30 @@ def test_a_rod_that_turns_between_two_frames_hits_a_post_on_the_shorter_side_onl
 
 
 @pytest.mark.parametrize("gap", [0.0, 2.0**-20, -(2.0**-20), 2.0**-18, -(2.0**-18)])
-def test_a_way_along_a_face_touches_it_or_is_proven_clear(gap):
+def test_sliding_along_a_face_touches_or_is_proven_clear(gap):
     cube, floor = box_mesh((0.5, 0.5, 0.5)), box_mesh((4, 4, 0.5))
-    sliding = way(pose((-3, 0, 0.5 + gap)), pose((3, 0, 0.5 + gap)))
+    sliding = direction(pose((-3, 0, 0.5 + gap)), pose((3, 0, 0.5 + gap)))
     answer = time_of_impact(cube, sliding, floor, REST)
     assert answer.verdict is (Impact.FREE if gap > 0 else Impact.HIT)
     if gap <= 0:
         assert answer.toi[0] <= 0.75 / 6 <= answer.toi[1] + 1e-15
 
 
-def test_contact_at_the_start_at_the_end_only_and_without_motion():
+def test_contact_at_start_at_end_and_without_motion():
     cube, floor = box_mesh((1, 1, 1)), box_mesh((4, 4, 1))
-    low, high, far = pose((0, 0, 1)), pose((0, 0, 1.25)), pose((0, 0, 3))
-    assert time_of_impact(cube, way(low, far), floor, REST).toi == (0.0, 0.0)
-    ending = time_of_impact(cube, way(far, low), floor, REST)
+    lower, upper, far = pose((0, 0, 1)), pose((0, 0, 1.25)), pose((0, 0, 3))
+    assert time_of_impact(cube, direction(lower, far), floor, REST).toi == (0.0, 0.0)
+    ending = time_of_impact(cube, direction(far, lower), floor, REST)
     assert ending.verdict is Impact.HIT
     assert ending.toi[0] >= 1 - 1e-6
     assert ending.toi[1] == 1.0
-    assert time_of_impact(cube, way(low, low), floor, REST).verdict is Impact.HIT
-    assert time_of_impact(cube, way(high, high), floor, REST).verdict is Impact.FREE
+    assert time_of_impact(cube, direction(lower, lower), floor, REST).verdict is Impact.HIT
+    assert time_of_impact(cube, direction(upper, upper), floor, REST).verdict is Impact.FREE
 
 
 def test_being_inside_is_a_fact_of_its_own_or_undecided():
     ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
-    staying, leaving = way(pose(), pose((0.2, 0, 0))), way(pose(), pose((3, 0, 0)))
+    staying, leaving = direction(pose(), pose((0.2, 0, 0))), direction(pose(), pose((3, 0, 0)))
     for first, second, swap in ((ball, box, False), (box, ball, True)):
         poses = (REST, staying) if swap else (staying, REST)
         kept = time_of_impact(first, poses[0], second, poses[1])
@@ -84,40 +84,40 @@ def test_being_inside_is_a_fact_of_its_own_or_undecided():
     assert time_of_impact(ball, staying, without_faces(box, 1), REST).inside is True, "one triangle is missing"
     assert time_of_impact(ball, staying, without_faces(box, 2), REST).inside is None, "one side is missing"
     assert time_of_impact(ball, staying, merged(box, box), REST).inside is True, "faces drawn twice count once"
-    assert time_of_impact(ball, way(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
+    assert time_of_impact(ball, direction(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
 
 
-def test_the_witness_faces_meet_where_the_bodies_are_at_the_upper_time():
+def test_witness_faces_meet_at_the_upper_time():
     ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
     start, stop = pose((0, 0.1, 2)), pose((0.3, 0, -2), (1, 0.5, 0))
-    answer = time_of_impact(ball, way(start, stop), box, REST)
+    answer = time_of_impact(ball, direction(start, stop), box, REST)
     assert answer.verdict is Impact.HIT
-    share = answer.toi[1]
-    turn = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(share)
-    there = pose((1 - share) * start[:3, 3] + share * stop[:3, 3], turn.as_rotvec())
-    found = intersecting_faces(ball, box, there, None).tolist()
+    fraction = answer.toi[1]
+    turn = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(fraction)
+    present = pose((1 - fraction) * start[:3, 3] + fraction * stop[:3, 3], turn.as_rotvec())
+    found = intersecting_faces(ball, box, present, None).tolist()
     assert list(answer.faces) in found
 
 
 def random_way(rng, reach, turn):
     first = Rotation.from_rotvec(rng.normal(size=3))
     second = Rotation.from_rotvec(turn * rng.normal(size=3)) * first
-    return np.stack([pose(rng.normal(size=3) * reach, one.as_rotvec()) for one in (first, second)])
+    return np.stack([pose(rng.normal(size=3) * reach, item.as_rotvec()) for item in (first, second)])
 
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6), turn=st.floats(0, 1.2))
-def test_dense_sampling_finds_no_contact_that_is_denied_and_none_before_its_time(seed, turn):
+def test_dense_sampling_contradicts_no_time_of_impact(seed, turn):
     rng = np.random.default_rng(seed)
     a, b = box_mesh(rng.uniform(0.05, 0.6, 3)), ball_mesh(rng.uniform(0.1, 0.4), 4, 6)
-    ways = random_way(rng, 0.7, turn), random_way(rng, 0.7, turn)
-    answer = time_of_impact(a, ways[0], b, ways[1])
-    turns = [Slerp([0, 1], Rotation.from_matrix(one[:, :3, :3])) for one in ways]
+    directions = random_way(rng, 0.7, turn), random_way(rng, 0.7, turn)
+    answer = time_of_impact(a, directions[0], b, directions[1])
+    rotations = [Slerp([0, 1], Rotation.from_matrix(item[:, :3, :3])) for item in directions]
     until = 1.0 if answer.toi is None else answer.toi[0]
-    for share in np.linspace(0, until, 16)[: -1 if answer.toi else None] if until else ():
+    for fraction in np.linspace(0, until, 16)[: -1 if answer.toi else None] if until else ():
         poses = [
-            pose((1 - share) * one[0, :3, 3] + share * one[1, :3, 3], turned(share).as_rotvec())
-            for one, turned in zip(ways, turns, strict=True)
+            pose((1 - fraction) * item[0, :3, 3] + fraction * item[1, :3, 3], rotated(fraction).as_rotvec())
+            for item, rotated in zip(directions, rotations, strict=True)
         ]
         assert not len(intersecting_faces(a, b, *poses))
     if answer.verdict is Impact.HIT:

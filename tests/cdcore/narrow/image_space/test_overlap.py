@@ -12,7 +12,7 @@ from cdcore.narrow.image_space.overlap import overlap_of_placed
 from cdcore.numerics import place_points
 
 
-def turned(mesh):
+def rotated(mesh):
     """The same surface with its normals the other way."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
@@ -47,13 +47,17 @@ def mesh_of(solid):
 
 PAIRS = {
     "ring and ball": (ring_mesh(), ball_mesh(0.035, 16, 24), 0.03),
-    "box and ball, whatever way their faces look": (turned(box_mesh((0.1, 0.06, 0.03))), ball_mesh(0.04, 16, 24), 0.03),
+    "box and ball, whatever way their faces look": (
+        rotated(box_mesh((0.1, 0.06, 0.03))),
+        ball_mesh(0.04, 16, 24),
+        0.03,
+    ),
     "boxes": (box_mesh((0.1, 0.06, 0.03)), box_mesh((0.05, 0.05, 0.05)), 0.02),
 }
 
 
 @pytest.mark.parametrize("name", PAIRS)
-def test_the_volume_is_that_of_a_boolean_within_a_percent_at_32_pixels(name):
+def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
     a, b, spread = PAIRS[name]
     rng = np.random.default_rng(5)
     checked = 0
@@ -61,9 +65,9 @@ def test_the_volume_is_that_of_a_boolean_within_a_percent_at_32_pixels(name):
         poses = np.tile(np.eye(4), (2, 1, 1))
         poses[:, :3, :3], poses[1, :3, 3] = random_rotations(rng, 2), rng.normal(size=3) * spread
         want = (solid_of(a, poses[0]) ^ solid_of(b, poses[1])).volume()
-        found = overlap_volume(a, b, *poses)
+        answer = overlap_volume(a, b, *poses)
         if want > 1e-6:  # a cubic centimetre: below, the overlap is a sliver of few rays
-            assert found.volume == pytest.approx(want, rel=0.01)
+            assert answer.volume == pytest.approx(want, rel=0.01)
             checked += 1
     assert checked >= 4
 
@@ -71,18 +75,18 @@ def test_the_volume_is_that_of_a_boolean_within_a_percent_at_32_pixels(name):
 def test_a_window_thinner_than_a_pixel_is_still_looked_through():
     lift = np.eye(4)
     lift[2, 3] = 0.5
-    found = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
-    assert found.volume == pytest.approx(0.5e-4, rel=1e-6)
-    assert (found.rays, found.layers) == (32 * 32 + 2 * 32, 4 * (32 * 32 + 2 * 32))
+    answer = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
+    assert answer.volume == pytest.approx(0.5e-4, rel=1e-6)
+    assert (answer.rays, answer.layers) == (32 * 32 + 2 * 32, 4 * (32 * 32 + 2 * 32))
 
 
 def test_touching_bodies_share_nothing():
     lift = np.eye(4)
-    for turn in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
+    for rotation in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
         base = np.eye(4)
-        base[:3, :3] = lift[:3, :3] = turn
+        base[:3, :3] = lift[:3, :3] = rotation
         base[:3, 3] = [0.1, 0.2, 0.3]
-        lift[:3, 3] = base[:3, 3] + turn @ [0, 0, 1.0]
+        lift[:3, 3] = base[:3, 3] + rotation @ [0, 0, 1.0]
         assert overlap_volume(box_mesh(), box_mesh(), base, lift).volume == 0.0
 
 
@@ -100,14 +104,14 @@ CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cub
         (CORNER, 1, (-1, 0.5, 0), False),
     ],
 )  # fmt: skip
-def test_a_body_is_inside_where_its_box_is_and_all_of_it_is_shared(outer, size, place, inside):
+def test_body_is_inside_when_its_box_and_volume_are(outer, size, place, inside):
     box = box_mesh((size,) * 3, centre=place)
     assert overlap_volume(box, outer).inside == (0 if inside else -1)
     assert overlap_volume(outer, box).inside == (1 if inside else -1)
 
 
 @pytest.mark.parametrize("world", [box_mesh((2, 2, 2)).triangles, octahedron(None)], ids=["box", "ball"])
-def test_rays_that_run_through_edges_and_corners_meet_a_closed_mesh_twice(world):
+def test_rays_through_edges_and_corners_cross_twice(world):
     """Rays on integers, where diagonals of the box's faces, meridians of the ball and corners of both lie."""
     placed = world.copy()  # of the type that bodies have when they are placed: nothing else is compiled
     for axis in range(3):

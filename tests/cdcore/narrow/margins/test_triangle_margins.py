@@ -21,7 +21,7 @@ FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 CLEARANCES = tomllib.loads(Path(__file__).with_name("clearances.toml").read_text("utf-8"))["clearance"]
 
 
-def one(first, second):
+def item(first, second):
     meets, distance = triangle_margins(np.array([[first, second]], dtype=float))
     return bool(meets[0]), float(distance[0])
 
@@ -31,24 +31,24 @@ def poke(height):
 
 
 @pytest.mark.parametrize("height", [1e-15, 2.0**-53, 1e-9, 2e-6, 0.125])
-def test_a_corner_above_or_below_a_face_is_so_far_from_the_other_answer(height):
-    assert one(FLOOR, poke(height)) == (False, height)
-    assert one(FLOOR, poke(-height)) == (True, height)
-    assert one(poke(height), FLOOR) == (False, height)
+def test_margin_of_a_corner_is_its_height_over_the_face(height):
+    assert item(FLOOR, poke(height)) == (False, height)
+    assert item(FLOOR, poke(-height)) == (True, height)
+    assert item(poke(height), FLOOR) == (False, height)
 
 
 def test_touching_and_coplanar_overlap_have_no_depth():
-    assert one(FLOOR, poke(0.0)) == (True, 0.0)
-    assert one(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
+    assert item(FLOOR, poke(0.0)) == (True, 0.0)
+    assert item(FLOOR, [[0.1, 0.1, 0], [2, 0, 0], [0, 2, 0]]) == (True, 0.0)
 
 
 @pytest.mark.parametrize("row", CLEARANCES, ids=lambda row: row["of"])
 def test_clearance_is_the_distance_of_the_nearest_features(row):
-    assert one(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
+    assert item(FLOOR, row["second"]) == (False, pytest.approx(row["distance"], rel=1e-15))
 
 
 @pytest.mark.slow
-def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_not():
+def test_moving_by_the_penetration_depth_separates():
     """The overlap along an axis is how far one triangle must go along it to be free."""
     rng = np.random.default_rng(1)
     pairs = rng.random((400, 2, 3, 3))
@@ -58,14 +58,14 @@ def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_no
         edges = [[t[(k + 1) % 3] - t[k] for k in range(3)] for t in (a, b)]
         axes = [np.cross(e[0], e[1]) for e in edges] + [np.cross(e, f) for e in edges[0] for f in edges[1]]
         axes = [sign * axis / np.linalg.norm(axis) for axis in axes for sign in (1, -1)]
-        freed = [not one(a, b + axis * deep * 1.001)[0] for axis in axes]
-        held = [one(a, b + axis * deep * 0.999)[0] for axis in axes]
+        freed = [not item(a, b + axis * deep * 1.001)[0] for axis in axes]
+        kept = [item(a, b + axis * deep * 0.999)[0] for axis in axes]
         assert any(freed)
-        assert all(held)
+        assert all(kept)
 
 
 @pytest.mark.parametrize("reach", [0.0, 0.003, 0.05, 2.0])
-def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
+def test_near_face_pairs_are_complete(reach):
     rng = np.random.default_rng(3)
     first, second = rng.random((12, 3, 3)) * 0.1, rng.random((15, 3, 3)) * 0.1 + [0.1, 0, 0]
     every = np.array([[a, b] for a in first for b in second])
@@ -80,10 +80,10 @@ def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
 def test_the_exact_margin_lies_within_the_bounds(family):
     pairs = family.pairs(300, seed=9)
     meets, margin = triangle_margins(pairs)
-    low, high, apart = overlap_bounds(pairs)
-    assert (low[meets] <= margin[meets]).all()
-    assert (margin[meets] <= high[meets]).all()
-    assert (apart[~meets] <= margin[~meets]).all()
+    lower, upper, separated = overlap_bounds(pairs)
+    assert (lower[meets] <= margin[meets]).all()
+    assert (margin[meets] <= upper[meets]).all()
+    assert (separated[~meets] <= margin[~meets]).all()
 
 
 def keep_apart(first, second, reach):
@@ -93,7 +93,7 @@ def keep_apart(first, second, reach):
     return certainly_separated(trees, pose, pose, reach).tolist()
 
 
-def test_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_nearest():
+def test_gap_is_exact_for_every_kind_of_nearest_feature():
     rng = np.random.default_rng(5)
     pairs = [
         *rng.normal(size=(150, 2, 3, 3)),
@@ -107,41 +107,41 @@ def test_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_n
         assert keep_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
 
-def freed(first, second, step, turn=None, shift=(0, 0, 0)):
+def freed(first, second, step, rotation=None, shift=(0, 0, 0)):
     """Whether two meshes, the first shifted, both in a turned world, come apart."""
-    turn = np.eye(3) if turn is None else turn
-    a, b = (mesh.triangles @ turn.T for mesh in (first, second))
-    a = a + turn @ np.array(shift)
+    rotation = np.eye(3) if rotation is None else rotation
+    a, b = (mesh.triangles @ rotation.T for mesh in (first, second))
+    a = a + rotation @ np.array(shift)
     meeting = meeting_faces_exhaustive(a, b)
     assert len(meeting), "they meet"
-    shells = [shell_vectors(mesh.triangles, mesh.faces) @ turn.T for mesh in (first, second)]
+    shells = [shell_vectors(mesh.triangles, mesh.faces) @ rotation.T for mesh in (first, second)]
     return can_be_separated(a, b, *shells, meeting, step)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_flush_cubes_come_apart_by_a_step_of_their_depth_and_no_shorter_one(seed, share):
-    turn = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
+def test_flush_cubes_separate_by_exactly_their_depth(seed, share):
+    rotation = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
     shift = np.roll([1 - 2.0**-10, 0, 0], seed)
-    if share != 1.0 or turn is None:  # turned places round by more than nothing
-        assert freed(box_mesh(), box_mesh(), share * 2.0**-10, turn, shift) == (share >= 1.0)
+    if share != 1.0 or rotation is None:  # turned places round by more than nothing
+        assert freed(box_mesh(), box_mesh(), share * 2.0**-10, rotation, shift) == (share >= 1.0)
 
 
 @pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])
-def test_a_plug_too_large_for_its_hole_on_all_sides_needs_the_step_it_is_too_large_by(step, free):
+def test_oversized_plug_needs_a_step_of_its_oversize(step, free):
     hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     assert freed(box_mesh((1.002, 1.002, 3)), hole, step) == free
 
 
 @pytest.mark.parametrize(("depth", "free"), [(0.99e-3, True), (1.01e-3, False)])
-def test_a_tool_sunk_in_a_sheet_comes_out_along_the_normal_where_faces_look_either_way(depth, free):
+def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free):
     """Shells of such faces go both ways at once: only a shift frees them."""
     faces = [box_mesh().triangles.copy(), grid_plate() + np.array([0, 0, 1])]
     for triangles in faces:
         triangles[::2] = triangles[::2, ::-1]
     tool, sheet = (body.mesh for body in bodies_of(faces))
-    turn = random_rotations(np.random.default_rng(2), 1)[0]
-    assert freed(tool, sheet, 1e-3, turn, (2.6, 2.7, 1.5 - depth)) == free
+    rotation = random_rotations(np.random.default_rng(2), 1)[0]
+    assert freed(tool, sheet, 1e-3, rotation, (2.6, 2.7, 1.5 - depth)) == free
 
 
 def test_the_corners_of_a_cube_move_every_face_by_one():

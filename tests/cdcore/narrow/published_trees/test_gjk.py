@@ -23,7 +23,7 @@ def gap_along(points, axis):
 @pytest.mark.slow
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1e-6, 1e6]), st.sampled_from([0.0, 1e-3]))
-def test_an_axis_that_is_returned_keeps_the_faces_apart_by_more_than_the_pad(seed, scale, pad):
+def test_returned_axes_separate_by_more_than_the_pad(seed, scale, pad):
     rng = np.random.default_rng(seed)
     points = (rng.normal(size=(6, 3)) + np.repeat(rng.normal(size=(2, 3)), 3, axis=0)) * scale
     axis = rng.normal(size=3)
@@ -41,13 +41,13 @@ def test_faces_that_do_not_meet_are_nearly_always_separated():
     rng = np.random.default_rng(0)
     points = rng.normal(size=(4000, 6, 3)) + np.repeat(rng.normal(size=(4000, 2, 3)) * 0.6, 3, axis=1)
     meet = triangles_intersect(points.reshape(-1, 2, 3, 3))
-    found = np.array([steps(one, np.array([1.0, 0, 0]), 1e-12) for one in points])
-    assert (found[meet] == gjk.MEETING).all()
-    assert (found[~meet] != gjk.MEETING).mean() > 0.999
+    answer = np.array([steps(item, np.array([1.0, 0, 0]), 1e-12) for item in points])
+    assert (answer[meet] == gjk.MEETING).all()
+    assert (answer[~meet] != gjk.MEETING).mean() > 0.999
     assert 0.1 < meet.mean() < 0.9
 
 
-def test_numbers_that_overflow_or_vanish_are_left_to_the_exact_test():
+def test_overflow_and_underflow_are_left_to_exact_arithmetic():
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
     for scale in (1e200, 1e-200):
         assert steps(points * scale, np.array([0.0, 1.0, 0.0]), 1e-150) in (gjk.MEETING, 0)

@@ -43,12 +43,12 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
     """Trees of a kind over two bodies, three poses of both about the origin, and what a search gives for these."""
     first, second, spread, seed = SCENES[scene]
     rng = np.random.default_rng(seed)
-    turn, move = random_rotations(rng, 2, 3), rng.normal(size=(2, 3, 3)) * spread
+    rotation, move = random_rotations(rng, 2, 3), rng.normal(size=(2, 3, 3)) * spread
     stage = TreeStage(bodies_of([first.triangles, second.triangles]), np.array([[0, 1]]), kind, TreeSettings())
-    poses = PairPoses(turn[0], move[0], turn[1], move[1], np.full(3, 1e-13))
+    poses = PairPoses(rotation[0], move[0], rotation[1], move[1], np.full(3, 1e-13))
     return (
         stage.trees,
-        zip(turn.swapaxes(0, 1), move.swapaxes(0, 1), strict=True),
+        zip(rotation.swapaxes(0, 1), move.swapaxes(0, 1), strict=True),
         stage.search(0, 1, poses, every=every, budget=budget),
     )
 
@@ -59,8 +59,8 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
 def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
     trees, poses, (found, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
     hits = 0
-    for row, (turns, moves) in enumerate(poses):
-        slow = SlowSearch(kind, trees, [*zip(turns, moves, strict=True)], every=every, budget=budget)
+    for row, (rotations, moves) in enumerate(poses):
+        slow = SlowSearch(kind, trees, [*zip(rotations, moves, strict=True)], every=every, budget=budget)
         assert counts[row, :2].tolist() == [slow.node_tests, slow.leaf_tests]
         assert bool(ended[row]) == slow.truncated
         assert [tuple(faces) for faces in found[found[:, 0] == row, 1:].tolist()] == slow.found
@@ -68,7 +68,7 @@ def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, bu
     assert hits or budget
 
 
-def test_the_kept_axis_of_solid_ends_most_leaf_tests_and_what_gjk_leaves_open_is_asked_exactly():
+def test_cached_axis_ends_most_leaf_tests_of_solid():
     found, counts, _ = searched("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
@@ -84,7 +84,7 @@ def faces_below(tree, node):
 @each_kind
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
-def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(kind, name, scale):
+def test_every_face_has_a_leaf_and_boxes_hold_them(kind, name, scale):
     corners = MESHES[name] * scale
     tree, depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
@@ -100,7 +100,7 @@ def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(ki
         assert tree.size[node] == tree.half[node].max()
 
 
-def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
+def test_rapid_axes_do_not_depend_on_tessellation():
     """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
     coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
     stretched = np.array([3.0, 1.0, 1.0])

@@ -21,24 +21,24 @@ SOUND = [family for family in FAMILIES if family.name != "needles"]
 
 
 @pytest.mark.parametrize("family", SOUND, ids=lambda family: family.name)
-def test_triangles_that_meet_have_a_section_whose_ends_lie_on_both(family):
+def test_section_ends_lie_on_both_triangles(family):
     pairs = family.pairs(200, seed=9)
     sections = triangle_pair_sections(pairs)
-    found = np.isfinite(sections).all(axis=(1, 2))
-    assert not (triangles_intersect(pairs) & ~found).any()
-    points = np.repeat(sections[found].reshape(-1, 1, 3), 3, axis=1)
+    answer = np.isfinite(sections).all(axis=(1, 2))
+    assert not (triangles_intersect(pairs) & ~answer).any()
+    points = np.repeat(sections[answer].reshape(-1, 1, 3), 3, axis=1)
     for side in (0, 1):
-        meets, away = triangle_margins(np.stack([points, np.repeat(pairs[found, side], 2, axis=0)], axis=1))
+        meets, away = triangle_margins(np.stack([points, np.repeat(pairs[answer, side], 2, axis=0)], axis=1))
         assert (meets | (away < 1e-12 * np.abs(pairs).max())).all()
 
 
 def test_triangles_clearly_apart_have_none():
     pairs = FAMILIES[0].pairs(300, seed=9)
-    found = np.isfinite(triangle_pair_sections(pairs)).all(axis=(1, 2))
-    assert np.array_equal(found, triangles_intersect(pairs))
+    answer = np.isfinite(triangle_pair_sections(pairs)).all(axis=(1, 2))
+    assert np.array_equal(answer, triangles_intersect(pairs))
 
 
-def test_how_far_from_the_origin_a_pair_lies_makes_none_of_what_is_apart():
+def test_distance_from_origin_creates_no_section():
     # A slack in proportion to the place, and not to the pair, would close a gap of 32 ulps of the place.
     above = np.array(FLOOR) + np.array([0.0, 0.0, 2.0**-34])
     assert np.isnan(triangle_pair_sections(np.array([[FLOOR, above]]) + 2.0**13)).all()
@@ -49,7 +49,7 @@ def test_a_coplanar_overlap_gives_its_longest_chord():
     assert sorted(section.tolist()) == [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
 
 
-def test_an_edge_in_the_plane_of_a_face_is_cut_where_it_leaves_the_face():
+def test_coplanar_edge_is_cut_where_it_leaves_the_face():
     rng = np.random.default_rng(2)
     ends = rng.integers(-16, 32, (300, 2, 2)) / 16
     ends = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
@@ -62,7 +62,7 @@ def test_an_edge_in_the_plane_of_a_face_is_cut_where_it_leaves_the_face():
                 begin = Fraction(2)
             elif a < 0 or b < 0:
                 begin, end = (max(begin, a / (a - b)), end) if a < 0 else (begin, min(end, a / (a - b)))
-        expected = [p + float(share) * (q - p) for share in (begin, end)]
+        expected = [p + float(fraction) * (q - p) for fraction in (begin, end)]
         assert np.isfinite(section).all() == (begin <= end)
         if begin <= end:
             assert min(np.abs(section[::step, :2] - expected).max() for step in (1, -1)) < 1e-12
@@ -78,14 +78,14 @@ BODIES = [Body("ball", ball_mesh(0.5, 10, 16)), Body("slab", box_mesh((4, 4, 0.2
 
 
 def motion():
-    places = np.zeros((3, 2, 3))
-    places[:, 0, 2] = [0.31, 0.452, 5.0]
-    places[:, 0, :2] = [0.007, 0.013]
-    places += [10.0, 0, 0]
-    return Motion(np.arange(3), places, np.tile(np.eye(3), (3, 2, 1, 1)))
+    positions = np.zeros((3, 2, 3))
+    positions[:, 0, 2] = [0.31, 0.452, 5.0]
+    positions[:, 0, :2] = [0.007, 0.013]
+    positions += [10.0, 0, 0]
+    return Motion(np.arange(3), positions, np.tile(np.eye(3), (3, 2, 1, 1)))
 
 
-def test_segments_lie_on_the_slabs_faces_and_in_the_balls_shell():
+def test_segments_lie_on_both_surfaces():
     detection = create_detector("hybrid", BODIES).detect(motion(), faces=True)
     for frame, height in ((0, 0.31), (1, 0.452)):
         segments = detection.section(frame, 0)

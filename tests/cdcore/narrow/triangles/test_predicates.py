@@ -28,7 +28,7 @@ def test_touching_counts_and_a_gap_of_one_ulp_does_not():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_coordinate_that_is_not_finite_is_refused_by_its_pair(bad):
+def test_non_finite_coordinates_are_refused_by_pair(bad):
     pairs = np.zeros((3, 2, 3, 3))
     pairs[1, 0, 2, 1] = bad
     with pytest.raises(InvalidTrianglesError, match="pair 1"):
@@ -78,10 +78,10 @@ def test_exact_decision_equals_integers_on_a_lattice(high):
         assert pair_intersects_exact(pair, w) == pair_intersects_integers(pair.reshape(2, 3, 3).tolist())
 
 
-def test_edges_on_one_line_that_lie_apart_do_not_make_triangles_of_one_plane_meet():
+def test_disjoint_collinear_edges_do_not_meet():
     first, second = [[0, 0, 0], [0, 1, 0], [-4, 9, 0]], [[0, 2, 0], [0, 3, 0], [4, -5, 0]]
-    for turn in range(3):
-        pair = np.roll(np.array([first, second], dtype=float), turn, axis=2)
+    for rotation in range(3):
+        pair = np.roll(np.array([first, second], dtype=float), rotation, axis=2)
         assert not pair_intersects_exact(pair.reshape(6, 3), new_digits())
         assert not pair_intersects_exact(np.ascontiguousarray(pair[:, :, ::-1]).reshape(6, 3), new_digits())
 

@@ -68,11 +68,11 @@ def test_the_sign_of_a_sum_is_exact(values):
 
 @settings(deadline=None)  # the first call compiles
 @given(moderate, moderate, moderate)
-def test_a_product_less_its_parts_is_zero_and_the_last_bit_decides(a, b, c):
+def test_product_minus_its_terms_is_zero_to_the_bit(a, b, c):
     digits = new_digits()
     add_product(digits, a, b)
-    for part in two_product(a, b):
-        add_double(digits, -part)
+    for component in two_product(a, b):
+        add_double(digits, -component)
     assert sign_of_digits(digits) == 0
     digits = new_digits()
     add_product(digits, a, b)
@@ -82,7 +82,7 @@ def test_a_product_less_its_parts_is_zero_and_the_last_bit_decides(a, b, c):
 
 
 @pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604])
-def test_the_digits_reach_from_the_smallest_to_the_largest_that_can_occur(size):
+def test_digits_hold_smallest_and_largest_products(size):
     for direction in (1.0, -1.0):
         digits = new_digits()
         for _ in range(192):
