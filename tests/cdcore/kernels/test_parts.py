@@ -54,7 +54,7 @@ def test_inlining_marks_hold_through_nested_callers():
 
 def test_shared_callee_is_compiled_once_for_two_callers():
     @fresh
-    def item(x):
+    def first(x):
         return shifted(x)
 
     @fresh
@@ -62,10 +62,10 @@ def test_shared_callee_is_compiled_once_for_two_callers():
         return shifted(x) - 1
 
     with event.install_recorder("numba:compile") as heard:
-        assert (item(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
+        assert (first(5j), other(5j)) == (-25 + OFFSET, -26 + OFFSET)
     compiled = [row.data["dispatcher"].py_func.__name__ for _, row in heard.buffer if row.is_start]
-    assert sorted(compiled) == ["one", "other", "shifted", "squared"]
-    assert defined(code_of(item), "shifted")
+    assert sorted(compiled) == ["first", "other", "shifted", "squared"]
+    assert defined(code_of(first), "shifted")
     assert defined(code_of(other), "shifted")
 
 
@@ -105,5 +105,5 @@ def test_operators_give_the_bits_and_the_type_that_numba_gives():
     ours, numbas = fresh(requested), njit(error_model="numpy")(requested)
     for a, b in ((-7, 3), (np.uint8(200), -3), (True, 2)):
         mine, expected = ours(a, b), numbas(a, b)
-        assert [type(item) for item in mine] == [type(item) for item in expected]
+        assert [type(first) for first in mine] == [type(first) for first in expected]
         assert np.array(mine, dtype=float).tobytes() == np.array(expected, dtype=float).tobytes()
