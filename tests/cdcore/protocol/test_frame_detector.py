@@ -16,14 +16,14 @@ class Near(FrameDetector):
     def prepare(self):
         self.before = np.zeros(len(self.pairs), dtype=bool)
 
-    def sample(self, rotations, translations):
+    def look(self, rotations, translations):
         away = np.linalg.norm(translations[self.pairs[:, 0]] - translations[self.pairs[:, 1]], axis=1)
         now, self.before = (away < 0.3) & self.before, away < 0.3
         return now
 
 
 class Wrong(FrameDetector):
-    def sample(self, rotations, translations):
+    def look(self, rotations, translations):
         return [True]
 
 
@@ -87,7 +87,7 @@ def saying(answer):
     """A detector that answers so in every frame, beside bodies and a motion."""
 
     class Says(FrameDetector):
-        def sample(self, rotations, translations):
+        def look(self, rotations, translations):
             return answer
 
     bodies, motion = lab(3)
@@ -135,7 +135,7 @@ class Breaks(FrameDetector):
     def prepare(self):
         self.looks = 0
 
-    def sample(self, rotations, translations):
+    def look(self, rotations, translations):
         self.looks += 1
         if self.looks == 5:
             np.linalg.inv(np.zeros((2, 2)))  # the line to name

@@ -67,7 +67,7 @@ def test_step_takes_the_short_arc_only_with_equation_17():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     directions = []
     for equation in (18, 17):
-        angles, states = start.copy(), states_of(without=equation)
+        angles, states = start.copy(), states_of(left_out_equation=equation)
         step_along(angles, target, states)
         directions.append(np.angle(np.exp(1j * (angles - start))))
     assert (directions[0] > 0).all()
@@ -75,15 +75,17 @@ def test_step_takes_the_short_arc_only_with_equation_17():
 
 
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
-@pytest.mark.parametrize("without", [0, 16, 20])
-def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, without):
+@pytest.mark.parametrize("left_out_equation", [0, 16, 20])
+def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, left_out_equation):
     rng = np.random.default_rng(5)
     ants = 50
     swarm = np.zeros(ants, dtype=ANT)
     swarm["pheromone"] = 10.0 ** rng.uniform(-spread, spread, ants)
     swarm["heuristic"] = 1 / (1e-3 + rng.random(ants) * 1e3)
     swarm["fitness"] = rng.random(ants)
-    state = state_of(ants=ants, without=without, pheromone_least=1e-300, pheromone_most=1e300, evaporation=0.0)
+    state = state_of(
+        ants=ants, left_out_equation=left_out_equation, pheromone_least=1e-300, pheromone_most=1e300, evaporation=0.0
+    )
     pheromone, heuristic = (swarm[name] / swarm[name].max() for name in ("pheromone", "heuristic"))
     expected = pheromone * heuristic**3
     total = weigh_once(swarm, 0, state)
@@ -91,7 +93,7 @@ def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, without):
     assert np.isfinite(chance).all()
     assert (chance >= 0).all()
     assert chance.sum() == pytest.approx(1.0, abs=1e-12)
-    expected = np.ones(ants) if without == 16 else expected
+    expected = np.ones(ants) if left_out_equation == 16 else expected
     assert np.allclose(chance, expected / expected.sum(), atol=1e-9)
 
 
@@ -100,7 +102,7 @@ def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
     swarm["fitness"] = 0.5
     weigh_once(swarm, 1, state_of(ants=3))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
-    weigh_once(swarm, 1, state_of(ants=3, without=20))
+    weigh_once(swarm, 1, state_of(ants=3, left_out_equation=20))
     assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
 
 
