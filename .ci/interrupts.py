@@ -30,7 +30,7 @@ COMMANDS = {
     "batch": ["run", "../s0.mcap", "../s1.mcap", "../s2.mcap", "--out", "made", "--no-picture", "-q"],
     "batch with jobs": ["run", "../s0.mcap", "../s1.mcap", "../s2.mcap", "--out", "made", "--jobs", "2", "-q"],
     "batch without a folder": ["run", "../s0.mcap", "../s1.mcap", "../s2.mcap", "--jobs", "2", "-q"],
-    "fix": ["fix", "../s0.mcap", "--engine", "unity", "-o", "made", "-q"],
+    "fix": ["fix", "../s0.mcap", "--engine", "unity", "--max-false", "1", "-o", "made", "-q"],
     "recording": [*SCENE, "--session-only", "-o", "made.mcap", "-q"],
     "demo": [*SCENE, "-o", "made", "-q"],
 }

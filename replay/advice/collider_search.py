@@ -30,8 +30,11 @@ COUNTS: Final = (4, 8, 16, 32)
 SECTOR_COUNTS: Final = (2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96)
 """Pieces that are asked for, of a body that is round about an axis."""
 
-CONVEX: Final = 0.97
+SOLID: Final = 0.97
 """A body that fills this fraction of its hull is not cut."""
+
+CONVEX: Final = "it is convex"
+"""Why a body keeps its hull that has no reason to be cut."""
 
 WORTH: Final = 0.8
 """The next step of a body fills at most this fraction of the volume that its pieces filled before."""
@@ -103,8 +106,8 @@ class Ladder:
         self.mesh, self._deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
-        convex = not self.reason and volume_of(mesh) >= CONVEX * volume_of(hull)
-        self.reason = "it is convex" if convex else self.reason
+        convex = not self.reason and volume_of(mesh) >= SOLID * volume_of(hull)
+        self.reason = CONVEX if convex else self.reason
         self.method = HULL if self.reason else method_of("auto", mesh)
         self.counts = (1, *{"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS))
         self._made: dict[int, Sequence[TriangleMesh]] = {}

@@ -27,13 +27,15 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from replay.advice.collider_search import ColliderSearch, Deadline, Limits, as_row
+from replay.advice.collider_search import ColliderSearch, Deadline, Ladder, Limits, as_row
 from replay.advice.report_card import contact_figures, shape_figures
 from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
 from replay.auditing.tolerance import TAU, Reference
 from replay.base.progress import Progress, Silent
 from replay.cutting.convex_solids import MOST_TRIANGLES
+from replay.cutting.methods import METHODS
+from replay.cutting.piece_store import Cut, convex_pieces
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.outputs.engine_files import EngineFiles, engine_files
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
@@ -51,6 +53,9 @@ from sessions.temporary_folders import temporary_folder
 
 MAX_FALSE: Final = 0.2
 """Fraction of the reported contact time that may be false when nothing is said."""
+
+CARD_COUNTS: Final = (8, 16, 32)
+"""The most pieces of a method that get a report card."""
 
 DEFAULT_LIMITS: Final = Limits(false=MAX_FALSE)
 
@@ -71,7 +76,7 @@ class FixedColliders:
     step_hz : steps a second at which contact was counted.
     setting : what ``replay run`` takes, of the session in the folder, for the figures *after*.
     bodies : plain data a body: ``body``, ``file``, ``how``, ``reason`` (why it keeps its hull, ``""``), and the cards
-        ``before`` and ``after``, as ``replay.advice.report_card`` has them.
+        ``before`` and ``after``, with a list of ``others``, as ``replay.advice.report_card`` has them.
     before, after : plain data: the figures of a hull a body and of the pieces, as ``run`` counts them.
     front : rows of what was tried and is beaten by nothing with as few pieces: ``pieces``, ``false``, ``missed``.
     limits : the fractions that were asked for.
@@ -114,7 +119,7 @@ class FixedColliders:
 def fix_colliders(
     session_or_path: Session | str | Path, folder: str | Path | None = None, *, engine: str = "",
     limits: Limits = DEFAULT_LIMITS, time_limit: float | None = TIME_LIMIT, force: bool = False,
-    progress: Progress | None = None, **asked: Any,
+    progress: Progress | None = None, every_method: bool = False, **asked: Any,
 ) -> FixedColliders:  # fmt: skip
     """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
 
@@ -131,6 +136,7 @@ def fix_colliders(
     time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
         limit. Reading the session, the report cards and the run that counts before and after are not in it.
     force : replace an earlier folder of the kind.
+    every_method : make report cards of boxes, spheres and capsules too, and of all pieces that are cut.
     asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
 
     Raises ``TradeoffError``: no contact happens, no such engine; ``OutputError``: the folder cannot be written; and as
@@ -167,6 +173,11 @@ def fix_colliders(
                 if search.steps[name]:
                     parts = [TriangleMesh(part.vertices, part.faces) for part in shipped.colliders[name]]
                     row["after"] = _card(ready.assembly, scoring.reference, name, parts)
+                others = _other_cuts(search.ladders[name]) if every_method else {}
+                row["others"] = [
+                    {"how": how} | _card(ready.assembly, scoring.reference, name, convex_pieces(cut))
+                    for how, cut in others.items()
+                ]
                 advance(1)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
@@ -198,6 +209,17 @@ def _card(
     """The report card of a body with these pieces."""
     mesh = assembly.bodies[assembly.names.index(name)].mesh
     return shape_figures(mesh, pieces) | contact_figures(assembly, reference, name, pieces)
+
+
+def _other_cuts(ladder: Ladder) -> dict[str, Cut]:
+    """Other colliders of a body, in words: solids of one piece, and pieces of every method that are cut already."""
+    cuts = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
+    for name in ("sectors", "vhacd", "coacd"):
+        for most in CARD_COUNTS:
+            cut = Cut(ladder.mesh, name, most)
+            if not ladder.reason and cut.seconds == 0.0:
+                cuts[f"{METHODS[name].words}, {most} at most"] = cut
+    return cuts
 
 
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:

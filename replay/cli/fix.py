@@ -62,8 +62,9 @@ def command(
     try:
         with compiling_announced(people):
             fixed = fix_colliders(
-                session, folder, engine=engine, limits=limits, progress=TerminalProgress(people), **asked
-            )
+                session, folder, engine=engine, limits=limits, progress=TerminalProgress(people),
+                every_method=people.verbose, **asked,
+            )  # fmt: skip
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")
         raise
@@ -87,6 +88,7 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """What was reached, what could not be cut, what to do in the engine, and how to count it again."""
+    from replay.advice.collider_search import CONVEX
     from replay.base.constants import RECORDING
     from replay.pipeline.headline import open_questions
 
@@ -95,7 +97,8 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     if fixed.limits.missed is not None:
         missed = _share(fixed.after["not_reported"])
         lines.append(f"Missed contact: {missed}; at most {_share(fixed.limits.missed)} was asked for.")
-    lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in fixed.bodies if row["reason"]]
+    uncut = [row for row in fixed.bodies if row["reason"] not in ("", CONVEX)]
+    lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
     if fixed.time_up:
         lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
     elif not fixed.reached:

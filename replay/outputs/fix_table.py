@@ -43,11 +43,12 @@ def front_table(front: Iterable[Row]) -> Table:
 
 
 def card_table(bodies: Iterable[Row]) -> Table:
-    """Two rows a body where its collider changes, one where it stays."""
+    """Returns a row for the hull of a body, its pieces where it was cut, and each other collider that was measured."""
     rows = []
     for body in bodies:
         rows.append({"body": body["body"], "collider": "hull", **body["before"]})
         if body["after"]["pieces"] > 1:
             rows.append({"body": "", "collider": body["how"], **body["after"]})
+        rows += [{"body": "", "collider": card["how"], **card} for card in body["others"]]
     note = "False and missed contact of a body are counted with every other body as its own mesh, at every frame."
     return Table.of(COLUMNS["cards"], rows, "Report card of each collider", (note,))

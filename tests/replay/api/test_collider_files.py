@@ -129,6 +129,15 @@ def test_front_is_better_with_every_more_pieces(shipped):
     assert all(more["false"] < less["false"] for less, more in pairwise(shipped.front))
 
 
+def test_every_method_has_a_card_of_its_own(session):
+    made = fix_colliders(session, limits=Limits(0.3), every_method=True)
+    cards = {card["how"]: card for card in made.bodies[0]["others"]}
+    assert {"one box", "one sphere", "one capsule", "sectors by height and angle, 16 at most"} <= cards.keys()
+    assert cards["one box"]["beyond"] > made.bodies[0]["before"]["beyond"] > made.bodies[0]["after"]["beyond"]
+    assert cards["one box"]["false"] >= made.bodies[0]["after"]["false"]
+    assert made.folder is None and made.engine == ""
+
+
 def test_mujoco_takes_the_written_model(session, tmp_path):
     mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
     made = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(0.3))
