@@ -50,7 +50,7 @@ class Causes:
     missed: int = 0
 
     def table(self) -> dict[str, Any]:
-        """As plain data: every cause with its misses and pair-frames, zeros included."""
+        """Return plain data: every cause with its misses and pair-frames, zeros included."""
         return {
             "misses": {cause.value: self.misses.get(cause, 0) for cause in MISS_CAUSES},
             "pair_frames": {cause.value: self.pair_frames.get(cause, 0) for cause in MISS_CAUSES},
@@ -70,7 +70,7 @@ class Audited:
     _delays: dict[int, int] = field(default_factory=dict)
 
     def stages(self, frame: int, pair: int, faces: IntArray) -> Explanation:
-        """What the detector says of its stages at a frame, ``faces`` (k, 2) being those that meet there."""
+        """Return the detector's account of its stages at a frame, ``faces`` (k, 2) being those that meet there."""
         if isinstance(self.detector, Explains):
             return self.detector.explain(self.motion, frame, pair, faces)
         return Explanation()

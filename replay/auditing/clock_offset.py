@@ -35,7 +35,7 @@ SAY_IT: Final = "say the offset with --offset SECONDS"
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """What to add to the other clock."""
+    """Offset and drift between the other clock and the recording's."""
 
     seconds: float  # added to its first stamp; to later ones ``drift`` more for every second after it
     # the middle 95 % of the reports that found a partner lie within this many seconds of it after that; ``None``: none
@@ -52,7 +52,7 @@ class ClockOffset:
     delay: float | None = None
 
     def at(self, seconds: float) -> float:
-        """What to add to a stamp of the other clock."""
+        """Seconds to add to a stamp of the other clock."""
         return self.seconds + self.drift * (seconds - self.first)
 
     def __str__(self) -> str:
@@ -85,7 +85,7 @@ def delay_text(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class ClockKnowledge:
-    """What is known about the two clocks before anything is fitted."""
+    """Facts about the two clocks that are known before anything is fitted."""
 
     frame: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
     step: float | None = None  # seconds of the engine's physics step; ``None``: not known

@@ -1,4 +1,4 @@
-"""What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
+"""Counts of the oracle's contacts by outcome: the only place where missed contacts are counted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -98,7 +98,7 @@ class ContactCounts:
 
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
-    """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
+    """Count the outcomes of ``contacts``, the oracle's, frame by frame."""
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     for row, episode in zip(frames, contacts, strict=True):
         row[:] = np.bincount(comparison.outcome[episode.first : episode.last + 1, episode.pair], minlength=len(Outcome))
@@ -112,7 +112,7 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
 def grasped_counts(
     comparison: Comparison, verdicts: tuple[ByteArray, ByteArray], contacts: Sequence[Episode], pairs: Sequence[int]
 ) -> dict[str, int]:
-    """What a detector says while a hand holds the body, which is not counted.
+    """Count the answers of a detector while a hand holds the body; they stand in no other count.
 
     Contacts, those missed and missed in part, and pair-frames. ``verdicts`` (T, P) of oracle and detector; ``contacts``
     are the oracle's that are held, and ``pairs`` the columns asked about.
@@ -137,7 +137,7 @@ def grasped_counts(
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:
-    """What became of the contacts that the detector reports: stretches found, invented, or within tolerance."""
+    """Count the contacts that a detector reports: true, false, or within tolerance."""
     reported_frames = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
     reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in reported_frames.tolist()]
     return count_contacts(comparison, reports)

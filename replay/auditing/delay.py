@@ -44,7 +44,7 @@ def reported(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
 
 
 def at_frame(mask: BoolArray, frame: int) -> bool:
-    """What a mask (T,) says at a frame; False before the first and after the last."""
+    """Return the value of a mask (T,) at a frame; False before the first and after the last."""
     return 0 <= frame < len(mask) and bool(mask[frame])
 
 

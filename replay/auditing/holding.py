@@ -1,4 +1,4 @@
-"""What a hand holds, and when: as declared, or while its trigger is pressed and something moves along with it.
+"""Grasps: the body in a hand, and when; as declared, or while its trigger is pressed and something moves along with it.
 
 Contact between a hand and what it holds is the rule, not news: it is counted apart.
 """
@@ -119,7 +119,7 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
 
 
 def within(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
-    """Which of K stretches of frames (both ends included) of ``pairs`` share a frame with a holding of theirs, (K,)."""
+    """Return which of K segments of frames (both ends included) of ``pairs`` share a frame with a holding, (K,)."""
     inside = np.zeros(len(pairs), dtype=np.bool_)
     for holding in holdings:
         inside |= (pairs == holding.pair) & (first <= holding.last) & (last >= holding.first)

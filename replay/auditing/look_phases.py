@@ -1,4 +1,4 @@
-"""What a detector of a fixed rate misses and invents over 16 sampling offsets: where its samples fall is chance."""
+"""Missed and false contacts of a detector of a fixed rate over 16 sampling offsets: where samples fall is chance."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ STEPS: Final = 24
 
 @dataclass(frozen=True)
 class EveryFrame:
-    """What the detector makes of the oracle's contacts when it samples at every frame: a run without its rate."""
+    """Counts of the oracle's contacts when the detector samples at every frame: a run without its rate."""
 
     contacts_missed: int
     late_or_cut_short: int
@@ -53,7 +53,7 @@ Proportions = Mapping[str, Proportion]
 
 @dataclass(frozen=True, eq=False)
 class OffsetCounts:
-    """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
+    """Counts of the oracle's contacts for a detector of a fixed rate, by where its sampling starts.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class OffsetCounts:
     every_frame: EveryFrame | None = None
 
     def only(self, kept: BoolArray) -> "OffsetCounts":
-        """Of the contacts for which ``kept`` (C,) is true; what is false_contact belongs to none and stays."""
+        """Return the counts of the contacts for which ``kept`` (C,) is true; false contacts belong to none and stay."""
         return replace(self, frames=self.frames[:, kept])
 
     @cached_property
@@ -171,7 +171,7 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 
 
 def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
-    """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
+    """Count contacts at each offset of a rate; the answer of a sample, taken from ``every``, lasts until the next."""
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
     reported, positives, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)

@@ -140,9 +140,9 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     run = 0
     for k, episode in enumerate(overlaps):
         previous = overlaps[k - 1] if k else None
-        if previous is None or not _overlap_one_episode(episode, previous):
+        if previous is None or not _overlap_same_episode(episode, previous):
             run = k
-        elif k >= 2 and not _overlap_one_episode(episode, overlaps[k - 2]):
+        elif k >= 2 and not _overlap_same_episode(episode, overlaps[k - 2]):
             run = k - 1
         before.append(run)
         most.append(max(most[k], episode.overlap + most[run]))
@@ -156,5 +156,5 @@ def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     return chosen
 
 
-def _overlap_one_episode(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
+def _overlap_same_episode(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
     return episode.truth == other.truth or episode.reported == other.reported

@@ -1,4 +1,4 @@
-"""Which contacts hold in spite of tracker noise: the oracle asked again about noisy copies of the recording."""
+"""Contacts that hold in spite of tracker noise: the oracle decides noisy copies of the recording."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class NoisySpan(NamedTuple):
 
 @dataclass(frozen=True)
 class NoiseResult:
-    """What noise leaves of the contacts of a recording."""
+    """Contacts of a recording in its noisy copies."""
 
     copies: int  # number of noisy copies
     contacts: tuple[NoisySpan, ...]  # of every contact of the oracle, in its order, how many copies have it
@@ -77,7 +77,7 @@ class NoiseResult:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What was asked, as plain data; the word and the share of each contact stand in the tables of contacts."""
+        """Return the settings as plain data; the word and the share of each contact stand in the tables of contacts."""
         return {"copies": self.copies, "sizes": {name: list(size) for name, size in self.sizes.items()}}
 
 
@@ -228,7 +228,7 @@ class NoisyPair:
         return frames, in_contact
 
     def span(self, first: int, last: int) -> NoisySpan:
-        """Which share of the copies has a contact anywhere in a span of frames."""
+        """Return the fraction of the copies that have a contact anywhere in a segment of frames."""
         frames, in_contact = self.answer
         rows = slice(*np.searchsorted(frames, [first, last + 1]))
         spans = np.bitwise_count(np.bitwise_or.reduce(in_contact[rows], axis=0)).sum()

@@ -100,7 +100,7 @@ class Episode:
 
 @dataclass(frozen=True, slots=True)
 class FirstTouch:
-    """Where two bodies first meet on their way from one frame to the next.
+    """Point and moment at which two bodies first meet between one frame and the next.
 
     Parameters
     ----------

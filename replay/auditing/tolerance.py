@@ -61,7 +61,7 @@ class Tolerance:
         return MarginStage(self._assembly.bodies, self._tau)
 
     def judge(self, subject: Detection, oracle: Detection) -> Within:
-        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
+        """Return a function from K disagreeing pair-frames (frames, columns) to those within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
             chosen = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
@@ -85,7 +85,7 @@ class Tolerance:
         return within
 
     def _judge(self, motion: Motion, rows: IntArray, columns: IntArray) -> BoolArray:
-        """Of pair-frames of a short motion."""
+        """Return which pair-frames of a short motion are within tolerance."""
         truth = self._faces(motion)
         meet = truth.verdict[rows, columns] == Verdict.CONTACT
         within = np.zeros(len(rows), dtype=np.bool_)
@@ -109,7 +109,7 @@ class Tolerance:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What the oracle said, its contacts, the stretches in which a hand holds a body, and what is within tolerance."""
+    """Answers of the oracle, its contacts, the times in which a hand holds a body, and the tolerance."""
 
     truth: Detection
     episodes: tuple[Episode, ...]

@@ -1,1 +1,1 @@
-"""What a student did in a session, as numbers: one row per session and detector, for the statistics of a class."""
+"""Metrics of a student in a session: one row per session and detector, for the statistics of a class."""

@@ -41,7 +41,7 @@ TASK: Final = "task_seconds/"
 
 @dataclass(frozen=True)
 class _Grasping:
-    """What is the same for every detector of a run."""
+    """Return the columns that are the same for every detector of a run."""
 
     hands: Mapping[int, str]
     grasps: tuple[Grasp, ...] | None
@@ -67,7 +67,7 @@ def pseudonym(result: RunResult) -> str:
 
 
 def effect_metrics(result: RunResult) -> dict[str, Any]:
-    """What effects found, ``None`` where no effect looked for it; breakages also as the recording reports them."""
+    """Return the metrics from effects, ``None`` where no effect measures them; breakages also as recorded."""
     last = float(result.assembly.motion.times[-1])
     spills, near, broken = (_events(result, *event_name) for event_name in (SPILLS, HAZARDS, BREAKAGES))
     if broken is None and result.session.scene.effects is None and result.session.events:

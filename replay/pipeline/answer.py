@@ -19,7 +19,7 @@ BUSY: Final = 0.05
 
 
 def cost(document: RunDocument) -> str:
-    """What the reference takes, in the same statistic as the table; ``""``: nothing was audited."""
+    """Return the time of the reference, in the same statistic as the table; ``""``: nothing was audited."""
     if not document.audit:
         return ""
     detector = document.detectors[document.oracle]

@@ -46,7 +46,7 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
 
 
 def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool) -> str:
-    """What is wrong with a detector; ``worst``: it is the worst of several."""
+    """Return a sentence about the faults of a detector; ``worst``: it is the worst of several."""
     cut = document.audit[rank.label].contacts_cut
     more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
     if not rank.contacts and not fraction_of(rank.false):
@@ -62,7 +62,7 @@ def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool)
 
 
 def _undecided(audit: DetectorAudit, label: str) -> str:
-    """How much a detector left undecided, and why where it says so."""
+    """Return a sentence about pair-frames that a detector left undecided, with its reasons."""
     frames = plural(audit.contact_frames_undecided, "pair-frame")
     reasons = "; ".join(audit.undecided_reasons)
     return f"{label} did not decide {frames} in contact{': ' + reasons if reasons else ''}."
@@ -81,7 +81,7 @@ def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> s
 
 
 def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
-    """Of the larger fault of a detector, of its most frequent cause, the longest: the most to look at."""
+    """Return the longest fault of the most frequent cause, of the kind that weighs more in the loss."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     if (rank.leads_false and false) or not misses:
         cause = _main_cause(false)
@@ -114,7 +114,7 @@ def _moment(result: RunResult, fault: Fault) -> KeyMoment:
 
 
 def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
-    """What mends a fault: figures where this run holds them and they are better, else the command that measures it."""
+    """Return a setting that removes a fault: measured in this run and better, else the command that measures it."""
     spec = parse_detector(f"fix={document.detectors[rank.label].spec}")
     if spec.name == RECORDED:
         command = f"replay tradeoff {SESSION} --engine unity"
@@ -263,7 +263,7 @@ def faults_text(lost: str, false: float) -> str:
 
 
 def _setting_label(spec: DetectorSpec) -> str:
-    """What a detector is, with the most pieces that it may cut a mesh into."""
+    """Return the label of a detector, with the most pieces that it may cut a mesh into."""
     text = detector_label(spec.name, spec.settings)
     most = "up to " if spec.settings.get("shape") == "compound" else ""
     return most + text.replace("convex pieces", "convex pieces a mesh")

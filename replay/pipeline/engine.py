@@ -54,7 +54,7 @@ EXAMINING: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What every verb that asks detectors about a session starts from: the same poses, the same pairs.
+    """Plan, repaired session and assembly from which every verb starts: the same poses, the same pairs.
 
     ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it.
     """
@@ -91,7 +91,7 @@ def prepared(
 def compute(
     session: Session, settings: RunSettings | None = None, *, progress: Progress | None = None, **changes: Any
 ) -> RunResult:
-    """As ``replay.run``, of a session in memory; nothing is written.
+    """Run a session in memory, like ``replay.run``; nothing is written.
 
     ``changes`` are fields of ``RunSettings``, in place of those of ``settings``. Raises ``ReplayError``,
     ``CollisionCoreError`` or ``SessionError``: one sentence each.
@@ -151,7 +151,7 @@ def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineu
 
 @dataclass(frozen=True)
 class Detected:
-    """What each detector answers and what it took, by label, in the order of the lineup.
+    """Answers and times of each detector, by label, in the order of the lineup.
 
     ``reference``: the oracle's contacts, ``None`` without an oracle; ``offsets``: of a fixed rate the counts at each
     sampling offset; ``face_source``: the most trusted answer, with faces, for some frames.
@@ -280,7 +280,7 @@ def _chosen_pairs(planned: Plan, requested: Pairs | None, session: Session, look
 
 
 def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
-    """What effects read: of the detector their specs name, else of the oracle, else of the first."""
+    """Return the detections that effects read: of the detector they name, else of the oracle, else of the first."""
     chosen = runs.get(oracle) or next(iter(runs.values()), None)
     by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
     by_label = {name: by_name.get(name, chosen) for name in planned.detectors}

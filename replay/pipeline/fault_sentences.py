@@ -44,7 +44,7 @@ def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 
 def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
-    """What a detector made of a contact, as far as its answers right before and after a miss say it."""
+    """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
     pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:

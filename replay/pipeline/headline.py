@@ -21,12 +21,12 @@ NOT_COVERED: Final = (
 
 
 def headlines(result: RunResult) -> list[str]:
-    """What a title says of a run: what is wrong with the worst detector; nothing where nothing is audited."""
+    """Return the title of a run: the faults of the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []
 
 
 def doubts(result: RunResult) -> list[str]:
-    """What a reader must know before the answer: errors, losses of the import, findings of unit, axes and handedness.
+    """Return notes to read before the answer: errors, losses of the import, findings of unit, axes and handedness.
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
@@ -34,7 +34,7 @@ def doubts(result: RunResult) -> list[str]:
 
 
 def open_questions(document: RunDocument) -> list[str]:
-    """What an import guessed and changes the contacts, a sentence each; then one on all its other guesses."""
+    """Return a sentence for each guess of an import that changes contacts, and one for all others."""
     return [*document.open_questions, *document.guesses]
 
 
@@ -95,7 +95,7 @@ def held(result: Summarised) -> list[str]:
 
 
 def beside(result: RunResult) -> list[str]:
-    """What a reader must know beside the headlines: what was not decided or not counted, and what is chance."""
+    """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
     return [*undecided(result), *engine_reports(result), *held(result), *in_noise(result), *compounds(result)]
 
 
@@ -133,7 +133,7 @@ def _lateness(what: str, seconds: float) -> str:
 
 
 def in_noise(result: RunResult) -> list[str]:
-    """What noise leaves of the contacts, where that was asked for."""
+    """Return lines about the contacts that hold in spite of noise, where noise was requested."""
     noise = result.noise
     if noise is None:
         return []
@@ -166,7 +166,7 @@ def compounds(result: RunResult) -> list[str]:
 
 
 def price(result: Summarised) -> list[str]:
-    """What the reference takes, and whether the machine was busy; no line where nothing is audited."""
+    """Return the time of the reference, and whether the machine was busy; no line where nothing is audited."""
     text = cost(result.document)
     if not text:
         return []

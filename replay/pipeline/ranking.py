@@ -20,7 +20,7 @@ Range = tuple[int, int]
 
 @dataclass(frozen=True)
 class Rank:
-    """What one detector made of the oracle's contacts, without those that a hand has with what it holds.
+    """Faults and times of one detector, without contacts of a hand with the body that it holds.
 
     The oracle itself has no shares and no counts.
     """
@@ -80,7 +80,7 @@ def ranking(document: RunDocument) -> tuple[Rank, ...]:
 
 
 def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
-    """What a detector is and takes, before any fault; the time of an engine was not measured."""
+    """Return the label and times of a detector, without faults; the time of an engine was not measured."""
     detector = document.detectors[label]
     measured = detector.name != RECORDED
     return Rank(
@@ -122,7 +122,7 @@ def all_unconfirmed(audit: DetectorAudit) -> bool:
 
 
 def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
-    """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
+    """Return the fraction of reported contact time that is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
@@ -147,7 +147,7 @@ def lost_text(missed: Range, late: Range, contacts: int) -> str:
 
 
 def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
-    """What is wrong with a detector, its larger fault first; follows its label, fit for a title.
+    """Return the faults of a detector, the larger one first; follows its label, fit for a title.
 
     ``largest``: that fault alone; ``whose`` the contact time is, that is false.
     """

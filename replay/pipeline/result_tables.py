@@ -66,7 +66,7 @@ def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
 
 
 def _events(result: RunResult) -> Iterator[dict[str, Any]]:
-    """What the recording says happened, and what the effects found: moments, and spans with an end."""
+    """Yield the events of the recording and of the effects: moments, and intervals with an end."""
     zero = result.assembly.first_ns
     for event in result.session.events:
         yield _event(
@@ -120,7 +120,7 @@ def _episodes(result: RunResult) -> Table:
 def _entries(
     result: RunResult, found: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """What was found of each detector, numbered in order of time, and what the run says ``more`` of each elsewhere.
+    """Yield the contacts or faults of each detector, numbered in order of time, each with ``more`` columns.
 
     ``thing`` is an ``Episode`` or a ``Fault``.
     """
@@ -140,6 +140,6 @@ def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]
 
 
 def _doubt(result: RunResult, contact: Episode) -> str | None:
-    """What is in doubt about any pose in a contact."""
+    """Return the doubts about any pose in a contact."""
     pose_flags = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
     return flag_word(int(np.bitwise_or.reduce(pose_flags, axis=None))) or None

@@ -1,4 +1,4 @@
-"""What a run gives back: detections, the audit between them, effects, a document, and what other settings cost."""
+"""Result of a run: detections, the audit between them, effects, a document, and what other settings cost."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ from sessions import Session
 
 @dataclass(frozen=True, eq=False)
 class Tradeoff:
-    """What every setting misses and takes.
+    """Faults and times of every setting that was tried.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Summarised(Protocol):
 
     @property
     def answers(self) -> tuple[Answer, ...]:
-        """What is said first of each audited detector, in the order of the ranking."""
+        """First sentences about each audited detector, in the order of the ranking."""
 
 
 NO_DOCUMENT: Final = cast("RunDocument", None)

@@ -1,4 +1,4 @@
-"""What a detector is, in words."""
+"""Labels of detectors."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -16,7 +16,7 @@ SHAPES: Final[Mapping[str, str]] = {
 
 
 def detector_label(name: str, settings: Mapping[str, Any]) -> str:
-    """What a detector is: ``convex hulls at 50 Hz``; of one of no table its own name."""
+    """Return the label of a detector: ``convex hulls at 50 Hz``; its own name where no table has it."""
     if name == RECORDED:
         return RECORDED_LABEL
     row, rate = detector_row(name), settings.get("rate_hz")
@@ -27,7 +27,7 @@ def detector_label(name: str, settings: Mapping[str, Any]) -> str:
 
 
 def shape_label(settings: Mapping[str, Any]) -> str:
-    """What a collider is made of: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
+    """Return the parts of a collider: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
     if settings.get("shape") != "compound":
         return SHAPES.get(str(settings.get("shape")), "colliders")
     pieces = settings.get("pieces", settings_of("collider", {"shape": "compound"}).pieces)

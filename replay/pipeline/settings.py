@@ -26,7 +26,7 @@ STEP_RATE: Final = 50.0
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """What a run asks, of which part of a recording, and how it judges the answers.
+    """Settings of a run: detectors, the part of a recording, and how answers are judged.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
 
 
 def usual_detectors(session: Session, step_rate: float) -> tuple[DetectorSpec, ...]:
-    """What is asked unasked, as an engine of this step rate would ask it.
+    """Return the default detectors, at an engine's step rate.
 
     The reports that an engine recorded, if there are any; the colliders recorded with the bodies or else convex hulls,
     and the meshes, at the step rate; the paper's pipeline; and every triangle of every frame.

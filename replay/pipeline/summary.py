@@ -145,7 +145,7 @@ def _is_withheld(key: str, value: str) -> bool:
 
 
 def session_digest(result: RunResult) -> str:
-    """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
+    """Return the id of a session, which does not name its file: 16 hex digits over every pose and the stretch."""
     ends = result.assembly.stamp_ns[[0, -1]].tolist()
     return hashlib.sha256(f"{result.treatment.digest} {ends}".encode()).hexdigest()[:16]
 
@@ -158,7 +158,7 @@ def recording_mark(file: Path) -> RecordingMark | None:
 
 
 def session_name(session: Session, identity: str) -> str:
-    """What pages call a session: its scene, or its pseudonym, or its id; never its file, which may name a person."""
+    """Return the name of a session on pages: scene, pseudonym or id; never its file, which may name a person."""
     pseudonym = session.facts.get("pseudonym", NOT_STATED)
     return session.scene.name or ("" if pseudonym == NOT_STATED else pseudonym) or f"session {identity}"
 

@@ -106,14 +106,14 @@ NINETY_HZ_NS = 11_111_111
     ("late_ns", "digits", "missed", "invented"),
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],
 )
-def test_a_stamp_within_a_microsecond_of_a_frame_is_at_that_frame(late_ns, digits, missed, invented):
+def test_a_stamp_a_microsecond_off_is_at_its_frame(late_ns, digits, missed, invented):
     session = cubes({"a": [0.0] * 12, "b": [3, 3, 0.9, 0.9, 3, 3, 0.9, 0.8, 3, 0.9, 0.9, 3]}, step_ns=NINETY_HZ_NS)
     result = compute(reported(session, late_ns, digits), detectors="recorded", oracle="exact")
     figures = result.document.audit["recorded"]
     assert (figures.time_missed.count, figures.false_contact.count) == (missed, invented)
 
 
-def test_beside_an_oracle_of_intervals_a_miss_has_the_cause_it_has_at_the_frame_that_shows_it():
+def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
     planted = (Cause.BUDGET, Cause.SAMPLING, Cause.SPHERE_STAGE, Cause.BETWEEN_SAMPLES)
     result = compute(
         corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
@@ -131,7 +131,7 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
     assert {cause for cause, count in result.causes["exact"].pair_frames.items() if count} == {Cause.BETWEEN_FRAMES}
 
 
-def test_disagreement_within_tolerance_is_counted_as_such_and_is_no_miss():
+def test_disagreement_within_tolerance_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
     misses, causes = find_causes((), comparison, Audited(None, None, subject, oracle), None)
@@ -169,7 +169,7 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
     assert result.causes["Blind"].examined == 10 and result.causes["Blind"].missed == 200
 
 
-def test_misses_beside_an_oracle_without_faces_are_looked_at_with_an_exact_detector():
+def test_an_oracle_without_faces_gets_them_from_exact():
     result = compute(
         cubes(TWO_BUMPS),
         detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",

@@ -11,7 +11,7 @@ BEGIN, END = ("a", "b", "begin"), ("a", "b", "end")
 
 @settings(max_examples=40)
 @given(st.floats(-1e6, 1e6), st.integers(0, 2**31))
-def test_a_shift_is_found_again_whatever_its_size_with_lost_and_extra_reports(shift, seed):
+def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
     rng = np.random.default_rng(seed)
     begins = np.sort(rng.uniform(0, 60, 20))
     truth = {BEGIN: begins.tolist(), END: (begins + rng.uniform(0.1, 1.0, 20)).tolist()}
@@ -85,7 +85,7 @@ def test_a_drift_is_found_said_and_undone(contacts, span, drift, seed):
 
 
 @pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
-def test_a_drift_is_looked_for_through_three_contacts_and_no_fewer(ends, drift):
+def test_a_drift_needs_three_contacts(ends, drift):
     truth = {BEGIN: [0.0, 5.0, 10.0], END: [0.5, 5.7, 10.9]}
     reported = {key: [(moment - 7.0) / 1.02 for moment in moments] for key, moments in truth.items()}
     assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)

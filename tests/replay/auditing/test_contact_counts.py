@@ -85,7 +85,7 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("contacts", "every", "longest"), [(18, 4, 0.8), (12, 4, 1.0), (18, 9, 0.8), (30, 4, 0.8)])
-def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousand_contacts(contacts, every, longest):
+def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts, every, longest):
     random = np.random.default_rng(16)
     truth = drawn(random, 20_000, every, longest)
     sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
@@ -96,7 +96,7 @@ def test_nineteen_of_twenty_sessions_drawn_anew_hold_the_share_of_twenty_thousan
 
 @pytest.mark.slow
 @pytest.mark.parametrize("contacts, least, most", [(18, 0.5, 0.7), (60, 0.75, 0.9)])
-def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_as_they_say(contacts, least, most):
+def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, least, most):
     random = np.random.default_rng(16)
     truth = drawn(random, 20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
@@ -104,7 +104,7 @@ def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_
     assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
 
 
-def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():
+def test_reports_are_counted_by_segments_joined_by_tolerance():
     subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
     within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))

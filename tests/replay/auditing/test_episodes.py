@@ -13,7 +13,7 @@ tables = hnp.arrays(np.bool_, st.tuples(st.integers(0, 30), st.integers(0, 4)))
 
 
 @given(tables)
-def test_runs_cover_what_is_true_and_nothing_else_and_are_maximal(mask):
+def test_runs_are_maximal_and_cover_exactly_the_true_frames(mask):
     rebuilt = np.zeros_like(mask)
     for column, first, last in column_runs(mask.T):
         assert not rebuilt[first : last + 1, column].any()
@@ -29,7 +29,7 @@ def test_runs_are_in_order_of_time_then_column(mask):
     assert order == sorted(order)
 
 
-def test_an_episode_ends_at_a_frame_without_contact_and_lasts_until_it():
+def test_an_episode_lasts_until_the_first_frame_without_contact():
     detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
     got = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
     assert got == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
@@ -37,7 +37,7 @@ def test_an_episode_ends_at_a_frame_without_contact_and_lasts_until_it():
 
 @example("C--C-CC")
 @given(st.text(alphabet="C.-u", min_size=1, max_size=40))
-def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters):
+def test_lost_poses_do_not_split_a_contact(letters):
     expected = [
         (contact.start(1), contact.end(1) - 1, contact[1].count("C"), len(re.findall("-+", contact[0])))
         for contact in re.finditer("-*(C(?:[C-]*C)?)-*", letters)
@@ -53,5 +53,5 @@ def test_a_jump_between_known_poses_joins_no_contacts():
     assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
 
 
-def test_a_frame_lasts_until_the_next_and_before_a_gap_as_long_as_the_middle_one():
+def test_a_frame_before_a_gap_lasts_the_median_step():
     assert frame_ends(np.array([0.0, 1.0, 2.5, 9.0])).tolist() == [1.0, 2.5, 4.0, 10.5]

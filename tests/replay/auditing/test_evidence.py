@@ -40,14 +40,14 @@ def offset_cubes(places):
     )
 
 
-def test_the_deepest_look_is_where_the_curve_is_longest_and_its_normal_points_from_first_to_second():
+def test_the_longest_curve_has_a_normal_toward_the_second_body():
     (whole, part), asked = cuts_of(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
     assert (whole.frame, part.frame, asked) == (2, 1, [5]) and whole.metres > part.metres > 0.0
     assert part.evidence.face_pairs > 0 and part.point[0] == pytest.approx(0.5, abs=1e-12)
     assert part.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
 
 
-def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
+def test_a_contained_body_has_a_point_and_no_curve():
     poses, meshes = {"a": along_x([5, 5]), "b": along_x([4.8, 4.9])}, {"a": cube(), "b": cube(0.1)}
     (cut,), _ = cuts_of(Session.from_arrays([0, 1], poses, meshes), [(0, 0, 1)])
     assert (cut.frame, cut.metres, cut.evidence.face_pairs) == (0, 0.0, 0)
@@ -60,7 +60,7 @@ def test_long_misses_are_looked_at_evenly_with_both_ends():
     assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
 
 
-def test_groups_keep_the_order_and_are_no_larger_than_asked_but_where_one_item_is():
+def test_groups_keep_the_order_and_their_limit():
     assert [*grouped([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
 
 
@@ -73,7 +73,7 @@ def test_groups_keep_the_order_and_are_no_larger_than_asked_but_where_one_item_i
         ([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0)),
     ],
 )
-def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_else_along_the_middles(other, normal):
+def test_a_straight_curve_has_a_normal_across_it(other, normal):
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
     poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
@@ -82,7 +82,7 @@ def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_
     assert cut.evidence.normal == pytest.approx(normal, abs=1e-9)
 
 
-def test_a_curve_is_as_long_as_its_parts_and_its_point_is_the_middle_of_the_part_nearest_to_its_middle():
+def test_a_curve_is_as_long_as_its_segments():
     """Three triangles cut a floor in -10 to -6, -6 to -5 and -5 to -4 m: the middle is at -7 m, by length."""
     corners = [[(c - long, 0, -1), (c + long, 0, -1), (c, 0, 1)] for c, long in ((2, 4), (4.5, 1), (5.5, 1))]
     wall = MeshData(np.reshape(corners, (-1, 3)).astype(float), np.arange(9).reshape(-1, 3))
@@ -100,7 +100,7 @@ def between(places, *asked):
     return measure_misses(assembly, lambda motion: exact.detect(motion, faces=True), misses, between=True)
 
 
-def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():
+def test_a_contact_between_frames_has_moment_faces_and_point():
     (cut,) = between([3.0, 3.0, -3.0, -3.0], (0, 2, 2))
     assert cut.evidence.touch.moment == pytest.approx(0.01 + 0.01 * 2 / 6, abs=1e-6)
     assert (cut.frame, cut.evidence.face_pairs, cut.evidence.faces.tolist()) == (2, 1, [list(cut.evidence.touch.faces)])
@@ -109,7 +109,7 @@ def test_a_contact_that_no_frame_shows_has_its_moment_faces_and_point():
 
 
 @pytest.mark.parametrize(("place", "faces"), [(0.8, True), (2.0, False)])
-def test_a_contact_that_a_frame_shows_is_looked_at_there_and_a_touch_that_nobody_knows_has_a_place_alone(place, faces):
+def test_a_frame_that_shows_a_contact_is_measured_there(place, faces):
     (cut,) = between([3.0, 3.0, place, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None

@@ -57,7 +57,7 @@ def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
     assert one.metres == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
 
 
-def test_numbers_go_by_time_and_what_a_hand_holds_has_none():
+def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
     assert [(one.number, one.first) for one in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
     assert false_of([H, H]) == ()
 
@@ -96,7 +96,7 @@ REPORTS = [
 
 @pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
 @pytest.mark.parametrize("steps", [50.0, None])
-def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, report, causes, steps):
+def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
     outcomes = [{".": N, "B": B, "F": F}[one] for one in frames]
     assembly, _ = world(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)
@@ -107,7 +107,7 @@ def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, repo
     assert [one.cause for one in false_of(outcomes, None, engine)] == late
 
 
-def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_solid_comes_before_time():
+def test_clock_uncertainty_comes_before_late_and_shape_before_time():
     assembly, _ = world([N])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 

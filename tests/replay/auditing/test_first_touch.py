@@ -13,7 +13,7 @@ from sessions import Session
 STEP = STEP_NS * 1e-9
 
 
-def test_a_cube_that_jumps_through_another_touches_it_when_and_where_the_line_says():
+def test_a_jump_through_a_cube_touches_on_its_line():
     assembly = assemble(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, -3.0, -3.0]}))
     touch = first_touch(assembly, 0, 1)
     expected = STEP + STEP * 2 / 6
@@ -23,14 +23,14 @@ def test_a_cube_that_jumps_through_another_touches_it_when_and_where_the_line_sa
     assert touch.normal == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
 
 
-def test_a_way_that_meets_nothing_has_no_touch_nor_has_one_that_is_not_there():
+def test_a_path_that_meets_nothing_has_no_touch():
     apart = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
     assert [first_touch(apart, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
     lost = assemble(framed([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
     assert not lost.motion.valid.all() and [first_touch(lost, 0, frame) for frame in (0, 1)] == [None, None]
 
 
-def test_at_the_touch_the_pair_stands_where_it_meets_and_others_where_they_were():
+def test_only_the_pair_moves_to_its_touch():
     assembly = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
     pair = [tuple(ends) for ends in assembly.pairs.tolist()].index((0, 1))
     touch = first_touch(assembly, pair, 1)
@@ -49,7 +49,7 @@ def test_between_frames_origins_move_along_lines_and_turns_are_even():
     assert there.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
 
 
-def test_the_point_lies_on_both_bodies_and_the_normal_is_the_face_s_that_a_corner_meets():
+def test_a_touch_lies_on_both_bodies_with_the_face_normal():
     """A cube on its corner comes down on another one, beside the middle of its top."""
     turn = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
     heights = np.array([2.0, -0.5])

@@ -22,7 +22,7 @@ def run(**seconds):
     return "s.mcap", {"x": times_of(**seconds)}
 
 
-def test_missed_frames_or_contacts_beyond_the_share_break_the_gate_and_the_share_itself_does_not():
+def test_a_gate_breaks_beyond_its_limit_and_not_at_it():
     assert Gates(max_missed=0.25).broken({"x": figures(1, 4)}, []) == []
     assert Gates().broken({"x": figures(9, 9, 4)}, []) == []
     assert len(Gates(max_missed=1.0, max_false=0.0).broken({}, [])) == 2, "an audit of nothing cannot pass"
@@ -32,7 +32,7 @@ def test_missed_frames_or_contacts_beyond_the_share_break_the_gate_and_the_share
     assert "x missed 2 of 4 contacts" in two
 
 
-def test_a_step_rate_is_held_to_its_mean_over_the_sampling_offsets_and_both_are_printed():
+def test_a_gate_judges_the_mean_over_sampling_offsets():
     # A frame each 10 ms, a sample each 40 ms: the contact of one frame is seen from a quarter of the offsets, that of
     # three frames from three quarters. The run shows the moments of an offset that misses one, as the mean does.
     audit = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=25]").document.audit
@@ -58,7 +58,7 @@ def test_the_slowest_frames_are_held_to_milliseconds():
     assert "y was not timed" in one
 
 
-def test_contact_left_undecided_breaks_the_gate_about_misses_however_large_the_limit():
+def test_undecided_contact_breaks_the_gate_about_misses():
     (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 0, total=8, undecided=43_104)}, [])
     assert one == (
         "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
@@ -95,5 +95,5 @@ def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
         (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
     ],
 )
-def test_a_share_is_written_without_exponents_and_keeps_what_parts_it_from_all_and_nothing(count, of, words):
+def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, words):
     assert percent(proportion(count, of)) == words

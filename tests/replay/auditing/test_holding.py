@@ -43,7 +43,7 @@ def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
     assert grasps(assembly, replace(session, hands={})) is None, "without a trigger nobody knows"
 
 
-def test_a_press_that_takes_nothing_counts_as_an_attempt_and_a_trembling_finger_presses_once():
+def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
     places, trigger = carried()
     still, short = {**places, "cube": np.zeros(FRAMES)}, np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
     for world_ in (world(still, trigger), world(places, short)):
@@ -65,7 +65,7 @@ def held(pair, first, last):
     return Episode(pair, first, last, 0.0, 0.0)
 
 
-def test_a_thing_is_held_while_it_is_carried_and_no_longer():
+def test_a_body_is_grasped_only_while_it_is_carried():
     assembly, session = world(*carried())
     ((pair, first, last),) = [(one.pair, one.first, one.last) for one in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
@@ -80,7 +80,7 @@ def test_stretches_share_a_frame_or_do_not():
     assert within(one, *asked).tolist() == [False, True, True, False, False]
 
 
-def test_contact_of_what_is_held_is_neither_found_nor_missed_nor_false():
+def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
     compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
     assert [Outcome(one).name[0] for one in compared.outcome[:, 0]] == list("NBMHHHHNBN")

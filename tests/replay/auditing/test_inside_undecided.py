@@ -60,7 +60,7 @@ def audited(mesh):
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_no_detector_is_blamed_for_what_is_inside_a_damaged_block(name):
+def test_no_detector_is_blamed_inside_a_damaged_block(name):
     run = audited(BLOCKS[name])
     truth = run.detections[run.oracle].verdict[:, 0]
     assert truth[:2].tolist() == [Verdict.CLEAR] * 2
@@ -86,7 +86,7 @@ def test_frames_that_are_not_counted_break_no_gate():
     assert Gates(max_missed=0.0, max_false=0.0).broken(run.document.audit, []) == []
 
 
-def test_a_hollow_is_claimed_only_where_the_reference_knows_the_side():
+def test_a_hollow_needs_a_reference_that_knows_the_side():
     """A hull around two walls, and a cube between them: measured by exact, not by a search."""
     walls = joined(block(3.0, [-4.0, 0, 0]), block(3.0, [4.0, 0, 0]))
     session = cubes({"walls": [0.0] * 4, "probe": [9.0, 0.0, 0.5, 9.0]})

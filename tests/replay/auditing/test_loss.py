@@ -64,7 +64,7 @@ def closed_form(lengths, period):
 
 
 @pytest.mark.parametrize("lengths", [(1,), (12,), (60,), (2, 9, 47)])
-def test_planted_contacts_give_the_closed_form_which_falls_with_the_rate(lengths):
+def test_planted_contacts_give_the_closed_form_of_the_loss(lengths):
     measured = losses(at_every_phase(lengths))
     assert measured == pytest.approx([closed_form(lengths, FRAMES_HZ // rate) for rate in RATES])
     assert all(slow >= quick for slow, quick in pairwise(measured)) and measured[-1] == 0.0
@@ -97,13 +97,11 @@ def test_more_samples_rank_no_worse_than_chance_allows():
         (None, None, None, 0.0, 0.0),
     ],
 )
-def test_a_loss_is_contacts_and_time_missed_and_time_reported_falsely(
-    missed, time_missed, time_false, undecided, total
-):
+def test_a_loss_adds_contacts_missed_time_missed_and_time_false(missed, time_missed, time_false, undecided, total):
     assert loss(missed, time_missed, time_false, undecided) == pytest.approx(total)
     assert lost(missed, time_missed, undecided) <= total
 
 
-def test_a_missed_tap_outweighs_as_many_frames_missed_of_a_long_contact():
+def test_a_missed_tap_outweighs_missed_frames_of_long_contacts():
     frames = proportion(1, 1000)
     assert loss(proportion(1, 18), frames, proportion(0, 0)) > loss(proportion(0, 18), frames, proportion(0, 0))

@@ -34,7 +34,7 @@ def asked(session, **more):
     return compute(session, **more)
 
 
-def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
+def test_copies_with_contact_follow_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
     wide = [-0.4, 0.0, 0.7, 0.8]
     session = gaps([*FAR, *(one for gap in wide for one in (gap, *FAR))])
@@ -44,7 +44,7 @@ def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
         assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
-def test_deep_contacts_and_those_that_no_noise_reaches_hold_grazing_ones_are_undecidable_and_near_passes_are_named():
+def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
@@ -58,13 +58,13 @@ def test_deep_contacts_and_those_that_no_noise_reaches_hold_grazing_ones_are_und
     assert (contact.share, contact.word) == (1.0, module.HOLDS)
 
 
-def test_sixty_one_of_sixty_four_copies_hold_and_three_are_none():
+def test_61_of_64_copies_hold_and_3_are_absent():
     spans = [module.NoisySpan(0, 0, 0, share / 64) for share in (0, 3, 4, 60, 61, 64)]
     words = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
     assert [one.word for one in spans] == words
 
 
-def test_a_glass_at_rest_is_one_statement_and_its_contacts_are_undecidable():
+def test_contacts_of_a_glass_at_rest_are_undecidable():
     rest = 0.1 + 0.2 * np.sin(np.arange(400))
     result = asked(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
     (stretch,) = result.noise.resting
@@ -74,7 +74,7 @@ def test_a_glass_at_rest_is_one_statement_and_its_contacts_are_undecidable():
     assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(beside(result))
 
 
-def test_neither_blocks_nor_threads_nor_the_order_of_bodies_change_an_answer_and_a_seed_does(monkeypatch):
+def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     session = gaps(WAVERING)
     whole = asked(session).noise
     monkeypatch.setattr(module, "BLOCK", 7)
@@ -99,13 +99,13 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     assert "slow missed" in words and " of 1" in words and words.endswith("counted is what holds in spite of the noise")
 
 
-def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
+def test_without_noise_no_column_about_it_is_filled():
     result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in beside(result))
 
 
-def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
+def test_noise_of_a_rotation_reaches_as_far_as_its_lever():
     """A rod of 2 m: half a degree moves its end by 9 mm, which closes a gap of 3 mm in some copies."""
     rod = cube()
     long = type(rod)(rod.vertices * [0.02, 2.0, 0.02], rod.faces)

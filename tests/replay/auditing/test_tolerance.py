@@ -59,7 +59,7 @@ PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
 
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
-def test_cubes_are_excused_to_tau_and_no_deeper_however_flush_they_stand(sideways, tau):
+def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):
     places = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
     expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
     assert judged(world(places, box_mesh()), Verdict.CONTACT, tau) == expected
@@ -80,7 +80,7 @@ def test_groups_of_frames_change_nothing(monkeypatch):
     assert judged(assembly, Verdict.CONTACT) == whole
 
 
-def test_being_inside_a_candidate_of_volumes_and_an_interval_are_never_a_matter_of_tolerance():
+def test_containment_candidates_and_intervals_have_no_tolerance():
     inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
     assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
     for word in (Verdict.CONTAINED, Verdict.CANDIDATE):
@@ -88,7 +88,7 @@ def test_being_inside_a_candidate_of_volumes_and_an_interval_are_never_a_matter_
     assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
 
 
-def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampling_offset():
+def test_frames_within_tolerance_count_in_no_false_contact():
     assembly = beside(0.5, 0.5, 1.0 + 1e-6, 1.0 + 1e-6, 1.5)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
     truth = exact.detect(assembly.motion)
@@ -99,7 +99,7 @@ def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampli
     assert once == offset_counts(1e4, always, reference).false_contact.value == pytest.approx(1 / 3)
 
 
-def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():
+def test_a_run_counts_with_its_tau_and_records_it():
     # unit cubes: overlapping by half, by a micrometre, touching, apart
     session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
     for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):

@@ -12,7 +12,7 @@ from sessions.model.event import Interval
 T = np.arange(6001) * 0.01
 
 
-def test_path_and_idle_time_of_a_hand_that_moves_half_of_the_minute():
+def test_path_and_idle_time_of_a_half_idle_hand():
     hand = np.where(T < 30.0, 0.1 * T, 3.0)
     assembly = assemble(cubes({"hand": hand, "cube": np.full(len(T), 9.0)}))
     found = moving(assembly, [0])
@@ -49,7 +49,7 @@ def test_frames_at_ticks_are_those_of_the_whole_clock(times, step):
 
 
 @pytest.mark.parametrize("unix", [slice(-1, None), slice(1, None)], ids=["last", "all but the first"])
-def test_stamps_in_unix_time_are_measured_without_making_half_a_century_of_ticks(unix):
+def test_stamps_in_unix_time_are_measured_without_ticks_since_1970(unix):
     stamps = np.arange(300) * 10_000_000
     stamps[unix] += 1_780_000_000 * 10**9
     assembly = assemble(framed(stamps, np.ones((300, 2))))
@@ -58,7 +58,7 @@ def test_stamps_in_unix_time_are_measured_without_making_half_a_century_of_ticks
     assert close_intervals(assembly, np.array([0])) == ()
 
 
-def test_a_moment_belongs_to_the_span_begun_last_and_to_none_outside():
+def test_a_moment_belongs_to_the_span_that_began_last():
     spans = [(10, 20, "task", "pour"), (0, 15, "task", "stir"), (12, 13, "task", "stir"), (40, 50, "task", "pour")]
     session = cubes({"a": [0.0]}, intervals=[Interval(*span) for span in (*spans, (0, 60, "stage", "first"))])
     stamps = np.array([-1, 0, 9, 10, 12, 13, 14, 20, 21, 45, 60])

@@ -29,7 +29,7 @@ def test_two_approaches_are_two_and_a_flicker_is_one():
     assert len(near(np.minimum(approach(0.004, 2.0), approach(0.004, 2.3)))) == 1
 
 
-def test_with_a_contact_within_half_a_second_it_is_no_miss():
+def test_a_contact_within_half_a_second_is_no_near_miss():
     found = near(approach(0.004))
     assert without_contact(found, np.array([[0, 2.5, 2.6]])) == ()
     assert without_contact(found, np.array([[0, 2.7, 2.8]])) == found
@@ -47,7 +47,7 @@ def fcl_gap(mesh, turns, places):
 
 
 @pytest.mark.parametrize("turns", [0.2, 0.002, 0.0])
-def test_close_is_what_fcl_says_of_the_surfaces_at_every_look(turns):
+def test_close_is_the_distance_by_fcl_at_every_sample(turns):
     rng, count = np.random.default_rng(1), 40
     assembly = assemble(cubes({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * turns, count)}))
     whole = assembly.motion

@@ -50,7 +50,7 @@ def test_what_was_planted_is_what_the_row_says(silver, rows):
     assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK)))
 
 
-def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows):
+def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
     result, _ = silver
     assert set(rows) == {"slow", "hybrid", "exact"}
     assert rows["exact"]["recall"] == 1.0 and 0.0 < rows["slow"]["recall"] < 1.0
@@ -101,7 +101,7 @@ def test_contacts_that_are_part_of_the_work(pair, start, fixed, taken, expected)
     assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
 
 
-def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():
+def test_metrics_of_effects_are_sums_or_null():
     result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
     assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
     effects = {
@@ -124,7 +124,7 @@ class Unread(dict):
     __iter__ = items = values = keys = __getitem__ = __bool__
 
 
-def test_a_scene_of_effects_reads_no_hands_and_counts_no_grasp_or_breakage_that_nobody_looked_for():
+def test_a_scene_of_effects_counts_no_grasp_or_breakage():
     glasses = (glass("a", 60.0), glass("b"))
     session = world({"a": tilted([0.0, 60.0, 60.0]), "b": still(3)}, glasses, ("pour", {"from": ["a"], "into": ["b"]}))
     object.__setattr__(session, "hands", Unread())

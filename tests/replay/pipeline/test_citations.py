@@ -15,14 +15,14 @@ from sessions import write_session
 from sessions.model.event import LiveContact
 
 
-def test_each_detector_and_effect_of_a_run_is_cited_once_with_its_own_sources():
+def test_each_detector_and_effect_is_cited_once():
     contact = SimpleNamespace(spec=load_effect("contact"))
     behind = sources_behind(["sphere", "discrete", "discrete", "hybrid"], [("contact", contact)])
     detectors = {f"detector {name}": load_detector(name).sources for name in ("sphere", "discrete", "hybrid")}
     assert behind == {**detectors, "effect contact": tuple(contact.spec.sources)}
 
 
-def test_a_detector_from_outside_without_sources_is_said_to_have_none(monkeypatch):
+def test_an_outside_detector_without_sources_names_none(monkeypatch):
     monkeypatch.delattr(load_detector("sphere"), "sources")
     assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
 

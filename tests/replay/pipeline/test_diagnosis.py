@@ -48,13 +48,13 @@ def asked_again(session, answer):
         (inside, "hybrid[containment=false]", "containment=true"),
     ],
 )
-def test_the_setting_that_is_the_cause_is_what_the_fix_changes(session, detector, setting):
+def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting):
     (answer,) = compute(session(), detectors=f"it={detector},exact").answers
     assert not answer.fix.measured and setting.lower() in answer.fix.command.lower()
     assert asked_again(session(), answer).loss == 0.0
 
 
-def test_a_fix_that_the_run_measured_and_that_is_no_better_is_not_given():
+def test_a_measured_fix_that_is_no_better_is_not_given():
     detectors = "it=collider[shape=hull,rate_hz=50],other=collider[shape=hull],exact"
     run = compute(in_hollow(), detectors=detectors)
     answers = {answer.label: answer for answer in run.answers}

@@ -27,7 +27,7 @@ def chosen(detectors=None, oracle=None, session=None, **more):
     return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
 
 
-def test_an_oracle_can_be_a_label_a_detector_or_none_and_is_the_most_trusted_one_unasked():
+def test_an_oracle_is_a_label_a_detector_none_or_exact():
     lineup = chosen("slow=discrete[rate_hz=5]")
     assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
     assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""
@@ -38,7 +38,7 @@ def test_an_oracle_can_be_a_label_a_detector_or_none_and_is_the_most_trusted_one
     assert chosen("hybrid", "hybrid").specs == chosen("hybrid", "none").specs
 
 
-def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are_asked():
+def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
     assert [str(spec) for spec in chosen().specs] == [
         "hull50=collider[shape=hull,rate_hz=50]", "mesh50=discrete[rate_hz=50]", "paper=hybrid-qaco", "exact=exact"
     ]  # fmt: skip
@@ -51,7 +51,7 @@ def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are
     ]  # fmt: skip
 
 
-def test_the_settings_of_a_run_stand_whole_in_its_summary_and_give_the_same_answers_again():
+def test_settings_in_the_summary_give_the_same_answers():
     asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
     first = compute(cubes(TWO_BUMPS), asked)
     told = first.document.settings
@@ -62,7 +62,7 @@ def test_the_settings_of_a_run_stand_whole_in_its_summary_and_give_the_same_answ
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
-def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
+def test_a_named_oracle_runs_though_effects_need_no_contacts():
     session = cubes(TWO_BUMPS, scene=Scene(effects=()))
     assert compute(session).oracle == compute(session, oracle="none").oracle == ""
     assert "hybrid" in compute(session, oracle="hybrid").episodes
@@ -71,13 +71,13 @@ def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
         compute(session, oracle="nobody")
 
 
-def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
+def test_an_oracle_with_the_label_of_another_is_refused():
     with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
         chosen("hybrid=sphere", "hybrid=hybrid[containment=false]")
 
 
 @pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
-def test_without_an_oracle_nothing_is_compared_and_effects_only_looks_at_no_pair(detectors):
+def test_without_an_oracle_nothing_is_compared(detectors):
     result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
     assert not result.comparisons and not result.misses and result.oracle == ""
     assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
@@ -98,7 +98,7 @@ def test_only_detectors_of_effects_alone_are_not_asked_live():
         assert {np.shape(spent) for spent in found.seconds.values()} == {(12,) if told[label] else ()}
 
 
-def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces():
+def test_a_detector_that_effects_name_runs_live_with_faces():
     result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
     exact, told = result.detections["exact"], result.document.detectors["exact"]
     assert told.live and not told.faces_queried, "the faces come from a pass that is not timed"

@@ -20,7 +20,7 @@ def took(mean, p99, *, live=True, busy=0.0):
 
 
 @pytest.mark.parametrize("busy", [0.03, 0.69])
-def test_the_price_is_that_of_the_reference_and_a_busy_machine_is_said_beside_it(busy):
+def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
     first, second, *more = price(SimpleNamespace(document=document))
@@ -30,7 +30,7 @@ def test_the_price_is_that_of_the_reference_and_a_busy_machine_is_said_beside_it
     assert price(SimpleNamespace(document=structs.replace(document, audit={}))) == []
 
 
-def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
+def test_the_cost_of_every_frame_is_measured_live():
     run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
     often = run.document.detectors["slow"].seconds.at_every_frame
     assert run.phases["slow"].every_frame.seconds == often > 0 and run.document.detectors["slow"].live
@@ -42,7 +42,7 @@ def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
     )
 
 
-def test_what_a_hand_holds_is_not_counted_and_that_is_said():
+def test_a_note_names_contacts_not_counted_while_grasped():
     def told(**counts):
         audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
         return held(SimpleNamespace(document=document_with(audit={"slow": audit})))
@@ -67,14 +67,14 @@ def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
     assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
 
 
-def test_sampling_every_frame_is_a_command_with_the_other_settings_where_no_offset_was_measured():
+def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
     run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
     (answer,) = answers(replace(run, phases={}), run.document, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
 
 
-def test_a_contact_between_frames_is_shown_where_it_begins_and_mended_by_looking_there():
+def test_a_contact_between_frames_is_fixed_by_continuous():
     # 3 edges away at 10 ms, and as far beyond at 20 ms.
     (answer,) = compute(jumping(), detectors="collider[shape=mesh]", oracle="continuous").answers
     assert answer.fix.measured and "continuous" in answer.fix.text

@@ -27,7 +27,7 @@ def session(lost):
     return framed(np.arange(len(AWAY)) * STEP_NS, status, position)
 
 
-def test_a_touch_with_two_lost_stretches_is_one_contact_that_is_marked():
+def test_a_touch_with_two_lost_segments_is_one_contact():
     result = compute(session([5, 7]), detectors="hybrid")
     heads = [pair_table(one, "hybrid").head for one in (result, compute(session([1]), detectors="hybrid"))]
     assert [CUT in head for head in heads] == [True, False]
@@ -51,7 +51,7 @@ def test_where_lost_poses_hide_every_contact_that_is_said_first():
 
 
 @pytest.mark.parametrize("every", [7])
-def test_as_many_contacts_are_found_where_every_seventh_pose_is_lost(every):
+def test_losing_every_seventh_pose_keeps_the_number_of_contacts(every):
     whole, truth = make_analytic("ball-plate", seconds=9.5)
     frames = whole.frames
     contact = truth.expected("ball", "plate", frames.stamp_ns) == PRESENT

@@ -43,7 +43,7 @@ def test_the_largest_loss_comes_first_and_the_oracle_last():
 
 
 @pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
-def test_a_contact_is_lost_that_is_missed_or_found_in_part(missed, late_or_cut_short):
+def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
     first, _ = ranking(run(mesh50=audited(missed, late_or_cut_short, 0)))
     assert first.lost == (missed + late_or_cut_short > 0)
 
@@ -72,7 +72,7 @@ def test_the_larger_fault_leads(figures, words):
     assert fault_text(rank) == words and fault_text(rank, largest=True) == words.partition("; ")[0]
 
 
-def test_a_rate_is_ranked_by_its_mean_over_the_offsets_and_shown_from_smallest_to_largest():
+def test_a_rate_is_ranked_by_its_mean_over_offsets():
     mean = OffsetProportions(
         contacts_missed=proportion(16, 16 * 18),
         late_or_cut_short=proportion(0, 16 * 18),
@@ -98,7 +98,7 @@ def tabled(document):
     return ranking_table(SimpleNamespace(document=document, ranking=ranking(document)))
 
 
-def test_the_table_has_a_row_each_zero_is_zero_and_the_reference_has_dashes():
+def test_zero_is_zero_and_the_reference_has_dashes():
     table = tabled(run(**BENCH))
     cells = table.cells()
     assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]
@@ -112,7 +112,7 @@ def test_the_table_has_a_row_each_zero_is_zero_and_the_reference_has_dashes():
     assert "undecided" in {column.name for column in tabled(run(it=audited(0, 0, 0, undecided=1))).columns}
 
 
-def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_up():
+def test_the_time_of_a_recorded_engine_is_not_measured():
     document = run(recorded=audited(1, 0, 0))
     engine = structs.replace(document.detectors["recorded"], name="recorded")
     document = structs.replace(document, detectors=document.detectors | {"recorded": engine})
@@ -123,7 +123,7 @@ def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_u
     ("name", "words"),
     [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
 )
-def test_a_detector_is_named_with_its_rate_and_the_engine_without_its_own(name, words):
+def test_a_label_has_the_rate_but_not_the_engine_rate(name, words):
     assert detector_label(name, {"rate_hz": 50}) == words
 
 

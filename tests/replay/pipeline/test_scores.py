@@ -58,7 +58,7 @@ def test_means_over_offsets_are_pooled_where_every_session_has_them():
     assert pool([{"x": rated}, {"x": ONE}])["x"].means_over_offsets is None
 
 
-def test_one_session_keeps_everything_and_a_detector_of_one_session_only_is_there():
+def test_pooling_one_session_keeps_everything():
     assert pool([{"x": ONE}]) == {"x": ONE}
     assert list(pool([{"x": ONE}, {"y": ONE}])) == ["x", "y"]
     assert pool([]) == {}

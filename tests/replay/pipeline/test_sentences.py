@@ -38,7 +38,7 @@ def test_every_sentence_holds_in_every_state(state):
     assert said == told["sentences"]
 
 
-def test_the_moment_of_a_false_contact_says_how_far_apart_the_surfaces_are():
+def test_the_moment_of_a_false_contact_holds_its_gap():
     scripted = "support.planted_detectors:Scripted[says={}]".format
     session = framed(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
     run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
@@ -68,7 +68,7 @@ def doubted(*findings):
     return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), document=EMPTY))
 
 
-def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
+def test_doubts_are_errors_units_axes_and_handedness():
     units = [Finding("unit-suspect", "3000 m away", name) for name in "abc"]
     noted = Finding("frozen", "it stood still", "a")
     assert doubted(noted) == []
@@ -80,7 +80,7 @@ def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
     assert "(a: 3000 m away; 2 more like it)" in second
 
 
-def test_pair_frames_that_an_engine_cannot_test_are_counted_with_the_reason():
+def test_pair_frames_an_engine_cannot_test_have_a_reason():
     pytest.importorskip("pybullet")
     hollow = beaker_mesh()
     session = cubes({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
@@ -93,7 +93,7 @@ def test_pair_frames_that_an_engine_cannot_test_are_counted_with_the_reason():
 
 
 @pytest.mark.parametrize(("skin", "apart"), [(0.5, 0.6), (0.0, None)])
-def test_a_false_contact_within_a_contact_offset_is_not_called_a_meeting_of_shapes(skin, apart):
+def test_a_contact_offset_is_no_meeting_of_shapes(skin, apart):
     session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (apart or 0), 1 + (apart or 0), 3, 3]})
     found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
     told = [answer.why for answer in found.answers if answer.label == "skin"]

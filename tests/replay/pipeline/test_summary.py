@@ -45,7 +45,7 @@ def test_what_was_done_to_the_frames_is_counted():
     assert len(told.notes) == 2
 
 
-def test_seconds_of_a_frame_are_the_sum_of_its_stages_where_known():
+def test_seconds_of_a_frame_are_the_sum_of_stages():
     head = verdicts(["..", ".."])
     online = Detection(**{**vars(head), "seconds": {"x": np.array([1.0, 2.0]), "y": np.array([0.5, 0.25])}})
     assert frame_seconds(online).tolist() == [1.5, 2.25]
@@ -53,7 +53,7 @@ def test_seconds_of_a_frame_are_the_sum_of_its_stages_where_known():
     assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
 
 
-def test_what_leads_to_a_person_stays_in_the_session_file_and_is_counted():
+def test_facts_about_a_person_stay_in_the_session_file():
     known = {"clock": "steady", "pseudonym": "S07"}
     private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
     session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
