@@ -1,9 +1,10 @@
 """``replay import``: a recording of another program as a session file."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -135,13 +136,17 @@ def _imported(
         from sessions.scene_files.scene_toml import read_scene
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-    with _drafted(source, out):
+    more = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
+    with _drafted(source, out, more):
         return import_session(kind, source, **given)
 
 
 @contextmanager
-def _drafted(source: Path, out: Path) -> Iterator[None]:
-    """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on."""
+def _drafted(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
+    """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on.
+
+    ``more``: further options of the command.
+    """
     from sessions.errors import ImportFileError
     from sessions.importers.csv_draft import UnknownColumnsError
     from sessions.whole_files import whole_file
@@ -150,7 +155,7 @@ def _drafted(source: Path, out: Path) -> Iterator[None]:
         yield
     except UnknownColumnsError as error:
         draft = source.with_suffix(".columns.toml")
-        todo = f"replay import csv {source} --mapping {draft} -o {out}"
+        todo = " ".join([f"replay import csv {source} --mapping {draft}", *more, f"-o {out}"])
         if draft.exists():
             raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
         with whole_file(draft, ImportFileError, overwrite=False) as stream:

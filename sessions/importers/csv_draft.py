@@ -18,7 +18,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_head import NUMBER, WORDS, CsvHead
 from sessions.importers.csv_long_table import column_of_bodies, is_large, order_of, rows_lost
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROW_MAJOR, TEXT, CsvLayout, Guessable
+from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable
 from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
 
@@ -237,8 +237,10 @@ def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
     if kind != ANGLES:
         yield f"{kind} = {json.dumps(turn)}"
         return
-    # By their axes, whatever order a person writes below.
-    angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
+    # By their axes or roles, whatever order a person writes below; which axis a role is depends on the convention.
+    roles = [words_of(column)[-1].lower() for column in turn]
+    names = roles if {*roles} == {*ROLES} else "xyz"
+    angles = ", ".join(f"{name} = {json.dumps(column)}" for name, column in zip(names, turn, strict=True))
     yield f"{kind} = {{{angles}}}"
     gaps.unknown.append("the order of the angles (order)")
     yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'

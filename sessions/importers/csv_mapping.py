@@ -37,6 +37,8 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
 
 
+ROLES: Final = ("pitch", "yaw", "roll")
+"""Names of Euler angles by the directions of the body: about the axis to its right, up, and forward."""
 TURNS: Final[Mapping[str, int]] = {
     "quaternion_xyzw": 4, "quaternion_wxyz": 4, "euler": 3, "rotation_vector": 3, "matrix": 9,
 }  # fmt: skip
@@ -75,6 +77,8 @@ class PoseColumns:
     is_angle_unit_stated: bool = True
     is_order_stated: bool = True
     """Whether the mapping says the Euler order; else a convention fixes it."""
+    are_roles: bool = False
+    """Whether Euler angles are pitch, yaw and roll, in this order, whose axes the convention says."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -100,7 +104,8 @@ class PoseColumns:
                 f"{where}: nothing says the order of the Euler angles; give order, for example order = 'YXZ'"
             )
         order = self.order or fixed
-        by_axis = dict(zip(self.order.lower() or "xyz", self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
+        axes = role_axes(convention) if self.are_roles else self.order.lower() or "xyz"
+        by_axis = dict(zip(axes, self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
         turn = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
         signs = tuple(convention.euler_signs["xyz".index(axis)] for axis in order.lower())
         return replace(
@@ -119,6 +124,11 @@ class PoseColumns:
         if self.kind == "rotation_vector":
             return _of_vectors(angles)
         return quaternion_from_euler(angles * np.array(self.signs), self.order)
+
+
+def role_axes(convention: Convention) -> str:
+    """Returns the axes of pitch, yaw and roll: those that point right, up, and forward or back."""
+    return "".join("xyz"[axis] for axis in convention.axes)
 
 
 @dataclass(frozen=True)
@@ -297,16 +307,18 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     kinds = [kind for kind in TURNS if kind in table]
     if len(kinds) != 1:
         table.refuse(
-            "give quaternion_xyzw or quaternion_wxyz = [4 columns], euler = {x = column, y = column, z = column} with "
-            "order, rotation_vector = [3 columns], or matrix = [9 columns, row by row]"
+            "give quaternion_xyzw or quaternion_wxyz = [4 columns], euler = {x = column, y = column, z = column} or "
+            "{pitch = column, yaw = column, roll = column} with order, rotation_vector = [3 columns], or "
+            "matrix = [9 columns, row by row]"
         )
     kind = kinds[0] if kinds else ""
-    turn, order, degrees = tuple[str, ...](), "", True
+    turn, order, degrees, are_roles = tuple[str, ...](), "", True, False
     is_angle_unit_stated = "angle_unit" in table
     if kind == "euler":
         order = table.text("order", "", ORDERS)
         axes = table.table(kind) or table.within({}, kind)
-        turn = tuple(axes.text(axis, None) for axis in order.lower() or "xyz")
+        are_roles = any(role in axes for role in ROLES)
+        turn = tuple(axes.text(axis, None) for axis in (ROLES if are_roles else order.lower() or "xyz"))
         axes.done()
         degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     elif kind:
@@ -321,6 +333,7 @@ def pose_columns(table: TomlTable) -> PoseColumns:
         degrees=degrees,
         valid=table.text("valid"),
         is_angle_unit_stated=is_angle_unit_stated,
+        are_roles=are_roles,
     )
     table.done()
     return columns

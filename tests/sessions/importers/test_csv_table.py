@@ -226,3 +226,47 @@ def test_a_second_table_that_nobody_named_is_a_loss_with_its_cure(imported):
     session = imported(text(below=TRAJECTORIES), MAPPING % "")
     assert books(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
+
+
+@pytest.mark.parametrize(
+    ("convention", "axes"),
+    [
+        ("unity", "xyz"),
+        ("godot", "xyz"),
+        ("unreal", "yzx"),
+        ("ros", "yzx"),
+        ("z-up", "xzy"),
+        ("z up, left-handed", "xzy"),
+    ],
+)
+def test_pitch_yaw_and_roll_turn_about_the_axes_of_their_convention(imported, convention, axes):
+    """Pitch is about the axis to the right, yaw about the one up, roll about the one ahead."""
+    order = "" if convention in ("unity", "godot", "unreal", "ros") else 'order = "ZXY"'
+    head, rows = ("t", "x", "y", "z", "Pitch", "Yaw", "Roll"), [["0", "1", "2", "3", "10", "20", "30"]]
+    mapping = f"""
+convention = "{convention}"
+[time]
+column = "t"
+unit = "s"
+[bodies.cup]
+position = ["x", "y", "z"]
+{order}
+"""
+    by_role = imported(text(head=head, rows=rows), mapping + 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}')
+    pairs = zip(axes, ("Pitch", "Yaw", "Roll"), strict=True)
+    by_axis = imported(
+        text(head=head, rows=rows),
+        mapping + f"euler = {{{', '.join(f'{axis} = {column!r}' for axis, column in pairs)}}}",
+    )
+    turn = by_role.tracks["cup"].quaternions_xyzw[0]
+    assert turn.tolist() == by_axis.tracks["cup"].quaternions_xyzw[0].tolist()
+    assert Rotation.from_quat(turn).magnitude() > np.radians(30)
+
+
+def test_a_draft_of_roll_pitch_and_yaw_leaves_their_axes_to_the_convention(tmp_path):
+    rows = [[f"{k / 50:.2f}", *"123", "1.5", "2.5", "3.5"] for k in range(9)]
+    content = text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
+    (tmp_path / "log.csv").write_text(content)
+    with pytest.raises(UnknownColumnsError) as raised:
+        import_session("csv", tmp_path / "log.csv")
+    assert 'euler = {pitch = "Pitch", yaw = "Yaw", roll = "Roll"}' in raised.value.draft
