@@ -23,7 +23,7 @@ pytestmark = [needs_data, pytest.mark.slow]
 
 
 @pytest.mark.parametrize("name", TRUTH)
-def test_imported_and_run_from_the_command_line_it_has_exactly_the_contact_frames_stated(name, tmp_path, capsys):
+def test_imported_recording_has_exactly_the_stated_contact_frames(name, tmp_path, capsys):
     count, truth = TRUTH[name]
     session, out = tmp_path / "s.mcap", tmp_path / "run"
     meshes = [f"--mesh={side}={WAND}" for side in ("left", "right")]

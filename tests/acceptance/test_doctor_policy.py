@@ -37,7 +37,7 @@ def sound():
 
 
 @pytest.mark.parametrize(("kind", "action"), STAND_INS)
-def test_a_policy_changes_verdicts_in_the_flagged_span_only_and_says_how(kind, action, sound):
+def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, sound):
     draft = touching()
     name, at = FAULTY[kind]
     planted = FAULTS[name](draft, 1, at)
@@ -61,7 +61,7 @@ def test_a_policy_changes_verdicts_in_the_flagged_span_only_and_says_how(kind, a
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 
 
-def test_the_run_folder_flags_every_verdict_that_rests_on_a_pose_in_doubt(tmp_path, capsys):
+def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
     draft = touching()
     FAULTS["frozen pose"](draft, 1, 400)
     file = draft.write(tmp_path / "frozen.mcap")
@@ -82,7 +82,7 @@ def test_the_run_folder_flags_every_verdict_that_rests_on_a_pose_in_doubt(tmp_pa
     assert summary["policy"]["frozen"] == "keep" and summary["flagged"] and summary["findings"]
 
 
-def test_poses_that_had_to_be_dropped_are_data_loss_and_refusals_are_one_sentence(tmp_path, capsys):
+def test_dropped_poses_are_data_loss_and_refusals_are_sentences(tmp_path, capsys):
     draft = touching()
     FAULTS["nan position"](draft, 1, 400)
     file = draft.write(tmp_path / "nan.mcap")

@@ -26,7 +26,7 @@ def tracker(tmp_path_factory):
     return table, path
 
 
-def test_the_vive_log_has_159_rows_of_identity_and_a_jump_of_three_metres(tracker):
+def test_vive_log_has_159_identity_rows_and_a_jump(tracker):
     table, path = tracker
     findings = examine(path)
     (lost,) = of(findings, "identity-while-lost")
@@ -43,7 +43,7 @@ def test_the_vive_log_has_159_rows_of_identity_and_a_jump_of_three_metres(tracke
     }
 
 
-def test_the_right_hand_of_the_long_capture_is_frozen_for_74_frames():
+def test_right_hand_of_the_long_capture_is_frozen_74_frames():
     session = import_session("aframe", CAPTURES / "tracked-recording.json")
     (frozen,) = of(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)

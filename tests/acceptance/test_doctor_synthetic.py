@@ -34,7 +34,7 @@ def as_identity(track):
 @pytest.mark.parametrize("losses", [pytest.param("flagged", marks=pytest.mark.slow), "identity"])
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SCENES)
-def test_with_noise_every_loss_is_found_and_nothing_else_is_above_a_warning(name, seed, losses):
+def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed, losses):
     session, truth = make_scene_session(name, seed=seed, noise="vive", faces=600)
     if losses == "identity":
         tracks = {body: as_identity(track) for body, track in session.tracks.items()}

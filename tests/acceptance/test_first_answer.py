@@ -71,7 +71,7 @@ def started(folder, *arguments):
 
 
 @pytest.mark.bench
-def test_the_first_answer_and_all_kernels_compile_in_time_and_later_starts_load(tmp_path):
+def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
     first = started(tmp_path / "first")[0]
     for attempt in range(2):  # other work on the machine makes the same work take up to 1.4 times as long
         if first > 15:
@@ -88,7 +88,7 @@ def test_the_first_answer_and_all_kernels_compile_in_time_and_later_starts_load(
 
 
 @pytest.mark.slow
-def test_what_a_process_beside_a_first_run_compiles_is_what_exact_needs(tmp_path):
+def test_process_beside_a_first_run_compiles_the_kernels_of_exact(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdcore.detectors.compile_beside"], env=environment, check=True)
     assert started(tmp_path)[2] == 0, "kernels left to compile"

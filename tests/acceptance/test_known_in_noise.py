@@ -73,7 +73,7 @@ ALL = range(200)
 @pytest.mark.parametrize(
     "sessions", [pytest.param(ALL[::5], marks=pytest.mark.slow), pytest.param(ALL, marks=pytest.mark.bench)], ids=len
 )
-def test_what_holds_is_true_what_is_deep_is_decided_and_a_standing_glass_is_not(sessions):
+def test_holding_contacts_are_true_and_a_standing_glass_is_undecided(sessions):
     holds, deep, standing = [], [], []
     for number in sessions:
         session, height = made_up(number)

@@ -122,7 +122,7 @@ def driven(folder, out, every, where="here"):
 
 
 @pytest.mark.slow
-def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_killed(made, tmp_path):
+def test_killed_workers_do_not_change_the_digest(made, tmp_path):
     folder, alone = made
     names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
     digest, done, kept, failed, told, killed, wall, memory, _ = driven(folder, out, EVERY)
@@ -152,9 +152,7 @@ def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_kil
 
 
 @pytest.mark.slow
-def test_workers_of_a_scheduler_elsewhere_that_are_killed_are_named_and_the_digest_is_that_of_one_process(
-    made, tmp_path
-):
+def test_killed_scheduler_workers_are_named_without_changing_the_digest(made, tmp_path):
     folder, alone = made
     digest, done, _, failed, told, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
     assert killed >= 2 and failed == {} and digest == alone and len(done) == len(told) == SESSIONS

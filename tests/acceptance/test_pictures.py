@@ -82,7 +82,7 @@ def looking(audited, tmp_path_factory):
     return look
 
 
-def test_the_answer_opens_on_a_white_rod_in_a_yellow_cage_and_a_click_leads_to_a_red_miss(looking, audited):
+def test_answer_opens_on_the_caged_rod_and_follows_clicks(looking, audited):
     deepest = longest_curve_first(audited.misses["mesh50"])[0]
     with looking("Answer") as viewer:
         close, lanes = view(viewer, "Close-up"), view(viewer, "When")
@@ -97,7 +97,7 @@ def test_the_answer_opens_on_a_white_rod_in_a_yellow_cage_and_a_click_leads_to_a
     assert red(miss) > 200 and yellow(miss) < 1000
 
 
-def test_the_pipeline_opens_on_its_worked_moment_with_the_missed_contact_in_red(looking):
+def test_pipeline_opens_on_the_missed_contact_in_red(looking):
     with looking("Pipeline") as viewer:
         assert red(view(viewer, r"At [\d.]+ s: a miss")) > 100
         assert int((view(viewer, "This frame").max(axis=-1) > 150).sum()) > 1500
@@ -105,7 +105,7 @@ def test_the_pipeline_opens_on_its_worked_moment_with_the_missed_contact_in_red(
 
 
 @pytest.mark.skipif(not (which("chromium") or which("chromium-browser")), reason="Chromium draws it")
-def test_the_picture_of_the_readme_is_what_its_command_draws_today(audited, tmp_path):
+def test_readme_picture_is_reproduced_by_its_command(audited, tmp_path):
     (shown,) = re.findall(r"\((\S+/answer\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     drawn = script("readme_picture").drawn_picture(audited, tmp_path / "answer.png")
     kept = Image.open(ROOT / shown)

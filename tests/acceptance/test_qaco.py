@@ -39,7 +39,7 @@ def searched(meshes, poses, variant, budget, seed):
     return np.mean([look.hit is not None for look in looks]), np.mean([look.evaluations for look in looks])
 
 
-def test_the_default_finds_99_of_100_contacts_of_5000_faces_within_10000_evaluations():
+def test_default_detects_99_of_100_contacts_within_10000_evaluations():
     found = {}
     for scene, make in SCENES.items():
         meshes = make()
@@ -62,7 +62,7 @@ def contact_frames():
     return bodies, fine, motion.take(frames), contact[frames]
 
 
-def test_on_contact_frames_of_a_session_of_5000_faces_the_default_finds_99_of_100_cold_and_warm():
+def test_default_detects_99_of_100_session_contacts_cold_and_warm():
     """Each seed has 213 contacts, the shyest of 9 face pairs among 27 million: cold, of all seeds together."""
     bodies, fine, motion, contact = contact_frames()
     assert contact.sum() > 200
@@ -81,7 +81,7 @@ def test_on_contact_frames_of_a_session_of_5000_faces_the_default_finds_99_of_10
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_colony_detects_no_less_than_random_for_at_most_six_tenths_of_its_evaluations(scene):
+def test_colony_detects_no_less_than_random_with_fewer_evaluations(scene):
     meshes = SCENES[scene]()
     poses = colliding_poses(*meshes, 60, FRESH_SEEDS[0])
     colony, evaluations = searched(meshes, poses, "corrected", 40_000, 1)

@@ -68,7 +68,7 @@ def expect_contact(found):
 
 
 @pytest.mark.slow
-def test_ten_minutes_of_exact_rest_are_one_question_a_stretch_of_frames():
+def test_ten_minutes_of_exact_rest_are_a_query_per_segment():
     found = rested("still")
     expect_contact(found)
     assert found["reused"] > 54_000 - 20  # a motion this long is asked in 18 stretches
@@ -76,7 +76,7 @@ def test_ten_minutes_of_exact_rest_are_one_question_a_stretch_of_frames():
 
 
 @pytest.mark.slow
-def test_a_minute_of_trembling_rest_is_asked_exactly_in_every_frame():
+def test_trembling_rest_is_decided_exactly_in_every_frame():
     found = rested("trembling")
     expect_contact(found)
     assert found["reused"] < 5_400

@@ -24,7 +24,7 @@ def made(tmp_path_factory):
     return out, time.monotonic() - begun
 
 
-def test_a_class_of_sixty_becomes_its_page_in_under_five_minutes(made):
+def test_class_of_sixty_becomes_its_page_in_under_five_minutes(made):
     out, seconds = made
     print(f"{STUDENTS} students: recorded, replayed and analysed in {seconds:.0f} s")
     assert seconds < 300.0

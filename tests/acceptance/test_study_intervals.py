@@ -48,7 +48,7 @@ def test_intervals_hold_the_truth(model, monkeypatch):
         assert LOW <= share <= HIGH
 
 
-def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at_most(monkeypatch):
+def test_meaningless_answers_give_findings_in_five_percent_of_classes(monkeypatch):
     """Eight coefficients are asked about in every class: without Holm's correction a third of them would err."""
     # drawn from a stream of its own, and not asked here
     monkeypatch.setattr("replay.studies.class_study.analysis.reliability", lambda *_: None)

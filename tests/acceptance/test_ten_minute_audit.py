@@ -33,7 +33,7 @@ print(json.dumps({"seconds": seconds, "gibibytes": peak_bytes() / 2**30, "frames
 """
 
 
-def test_ten_minutes_are_audited_with_the_colony_in_a_minute_two_gibibytes_and_sixty_megabytes(tmp_path):
+def test_ten_minute_audit_keeps_limits_of_time_memory_and_disk(tmp_path):
     session = ten_minutes()
     assert len(session.scene.bodies) == 12
     assert np.median([len(mesh.faces) for mesh in session.meshes.values()]) >= FACES

@@ -25,7 +25,7 @@ def crossings(speed, aside=0.0):
 
 
 @pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
-def test_frame_by_frame_misses_what_arithmetic_says_and_between_frames_nothing(speed, missed):
+def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, missed):
     motion, frames, before = crossings(speed)
     exact = create_detector("exact", (CUBE, PLATE)).detect(motion)
     seen = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)

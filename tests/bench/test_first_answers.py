@@ -50,7 +50,7 @@ def demo_seconds(tmp_path):
     return seconds
 
 
-def test_the_demo_takes_15_seconds_on_a_new_machine_and_then_6(demo_seconds):
+def test_demo_takes_15_seconds_on_a_new_machine_then_6(demo_seconds):
     first, *later = [demo_seconds() for _ in range(5)]
     print(f"replay demo: {first:.1f} s with no kernel compiled, then {min(later):.1f} s ({max(later):.1f} at most)")
     assert first <= 15.0

@@ -44,7 +44,7 @@ def seconds_of(run, repeats=7):
 
 @pytest.mark.bench
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_boolean_answer_of_ties_costs_at_most_three_times_that_of_obb(scene):
+def test_boolean_answer_of_ties_costs_three_times_obb_at_most(scene):
     build, size = SCENES[scene]
     bodies, motion, _ = build(size, FRAMES)
     exact, obb = (create_detector(name, bodies) for name in ("exact", "obb"))

@@ -15,7 +15,7 @@ ROUNDS = 600
 BOUND = 1.02
 
 
-def test_the_ratio_of_times_with_the_others_undeclared_and_removed_holds_one(monkeypatch):
+def test_undeclared_effects_cost_as_little_as_removed_effects(monkeypatch):
     session, whole = small_session(NEAR), dict(EFFECTS)
     alone = {NEAR.kind: whole[NEAR.kind]}
     times = {"undeclared": [], "removed": []}

@@ -80,7 +80,7 @@ MOST_BYTES = 900 * 2**20
 
 
 @pytest.mark.parametrize(("name", "detectors"), AT_MOST)
-def test_an_audit_with_all_its_outputs_takes_at_most_so_many_times_the_loop(name, detectors, tmp_path):
+def test_audit_with_all_outputs_takes_a_multiple_of_the_loop(name, detectors, tmp_path):
     write_session(SESSIONS[name](), tmp_path / "session.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
@@ -96,7 +96,7 @@ def test_an_audit_with_all_its_outputs_takes_at_most_so_many_times_the_loop(name
     assert found["peak"] < MOST_BYTES
 
 
-def test_the_default_detectors_take_at_most_twice_the_time_of_the_papers_alone(tmp_path):
+def test_default_detectors_take_at_most_twice_the_papers_time(tmp_path):
     recording = tmp_path / "session.mcap"
     write_session(ten_minutes(), recording)
 

@@ -44,7 +44,7 @@ def world(places, valid, kind):
 
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("kind", DECLARED)
-def test_an_effect_at_the_limits_answers_with_finite_numbers_and_breaks_nothing(kind, name):
+def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):
     run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
     for event in run.events:
         numbers = [value for value in event.values.values() if not isinstance(value, str)]

@@ -116,7 +116,7 @@ def runs_a_script(page, folder):
 
 
 @pytest.mark.slow
-def test_a_browser_runs_each_script_in_a_page_that_says_it_raw(tmp_path):
+def test_browser_runs_each_script_of_a_raw_page(tmp_path):
     marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
     page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
     assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
@@ -228,7 +228,7 @@ def test_every_verb_is_among_the_calls():
     assert {words(files, Path())[0] for words in CALLS.values()} >= VERBS.keys()
 
 
-def test_a_text_is_shown_without_its_commands_and_else_as_it_is():
+def test_text_is_displayed_without_its_control_commands():
     assert shown("\\\x1b\n") == "\\\\x1b\\n" and shown("\x1b\n", lines=True) == "\\x1b\n"
 
 

@@ -64,7 +64,7 @@ def assert_called_again(verb, work):
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("earlier", [False, True])
-def test_a_killed_command_leaves_what_was_there_and_the_next_call_works(work, verb, earlier):
+def test_killed_command_leaves_earlier_output_and_the_next_call_works(work, verb, earlier):
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     if earlier:
         assert_called_again(verb, work)
@@ -82,7 +82,7 @@ def test_a_killed_command_leaves_what_was_there_and_the_next_call_works(work, ve
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("room", [4096, 20_000])
-def test_where_no_room_is_left_a_command_says_so_and_changes_nothing(work, verb, room):
+def test_full_disk_is_reported_and_changes_nothing(work, verb, room):
     def limited():
         import resource
 
@@ -101,7 +101,7 @@ PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 
 
 @pytest.mark.parametrize("variables", [{"HOME": "/dev/null", "XDG_CACHE_HOME": ""}, PLAIN], ids=["no home", "locale C"])
-def test_a_command_works_without_a_home_or_utf_8_in_a_folder_of_any_name(work, variables):
+def test_command_works_without_home_or_utf_8_in_any_folder(work, variables):
     folder = work.rename(work.parent / "\u00dcbung $(c) 'd' [red] \u6771")
     done = subprocess.run(
         command("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300

@@ -28,7 +28,7 @@ def seen(name, scene, **asked):
 
 @pytest.mark.parametrize("name", ON_MESHES)
 @pytest.mark.parametrize("number", [27, 28])
-def test_what_is_wholly_inside_is_contained_and_what_stands_in_a_cavity_is_not(name, number):
+def test_inner_body_is_contained_unlike_a_body_in_a_cavity(name, number):
     for scene in scenes(number).values():
         detection = seen(name, scene)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
@@ -36,7 +36,7 @@ def test_what_is_wholly_inside_is_contained_and_what_stands_in_a_cavity_is_not(n
 
 
 @pytest.mark.parametrize("name", ON_MESHES)
-def test_a_ball_that_moves_in_through_the_wall_is_clear_then_contact_then_contained(name):
+def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
     places = np.zeros((41, 2, 3))
     places[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
     motion = unturned(places)
@@ -94,7 +94,7 @@ def test_38_tangent_spheres_of_touching_bodies_overlap(local, world):
 
 
 @pytest.mark.parametrize("power", [-20, -10, 10, 20])
-def test_39_scenes_scaled_by_a_power_of_two_have_the_same_answers_and_faces(power):
+def test_39_scaled_scenes_have_the_same_answers_and_faces(power):
     bodies, motion = lab(60, seed=2)
     scale = 2.0**power
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
@@ -106,7 +106,7 @@ def test_39_scenes_scaled_by_a_power_of_two_have_the_same_answers_and_faces(powe
     assert (one.digest, one.faces_digest) == (other.digest, other.faces_digest)
 
 
-def test_42_meshes_that_kiss_in_a_vertex_meet_in_every_pair_of_the_faces_there_and_one_on_itself_in_every_face():
+def test_42_meshes_that_touch_in_a_vertex_meet_in_it():
     one, other = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
     ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)
     assert [len(intersecting_faces(*two)) for two in ((one, other), (ball, moved(ball, [0, 0, 2])))] == [16, 36]

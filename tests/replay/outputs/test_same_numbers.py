@@ -113,7 +113,7 @@ def test_a_ranking_has_the_same_cells_on_every_screen(screens):
     assert all(line in texts["picture"] for line in pages["picture"].splitlines())
 
 
-def test_a_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
+def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
     result, summary, texts, _ = screens
     losses = {label: loss_of(audit) for label, audit in summary["audit"].items()} | {summary["oracle"]: 0.0}
     assert {rank.label: rank.loss for rank in result.ranking} == pytest.approx(losses)
@@ -157,7 +157,7 @@ def test_a_busy_machine_is_named_on_every_screen(screens):
         assert written == bool(sentence), name
 
 
-def test_the_length_of_a_session_is_the_same_on_every_screen(screens):
+def test_session_length_is_the_same_on_every_screen(screens):
     _, summary, texts, _ = screens
     length, frames = words.duration(summary["session"]["duration"]), summary["session"]["frames"]
     assert f"{frames:,} frames in {length}" in texts["report"] and f": {length}" in texts["report"]
@@ -165,7 +165,7 @@ def test_the_length_of_a_session_is_the_same_on_every_screen(screens):
     assert f"{length}, {frames:,} frames" in texts["picture"]
 
 
-def test_the_rate_of_a_recording_is_the_same_in_fix_and_report(screens):
+def test_recording_rate_is_the_same_in_fix_and_report(screens):
     result, summary, texts, _ = screens
     rate = frame_rate(result.assembly.motion.times)
     assert summary["session"]["median_step"] == pytest.approx(1.0 / rate)
