@@ -12,7 +12,7 @@ from replay.pipeline.engine import compute
 from sessions.synthetic.analytic import make_analytic
 
 VALIDATOR = Draft202012Validator(json_schema())
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 TAMPERED = {
     "audit.slow.time_missed.value": (1.5, "expected float <= 1.0"),
@@ -38,7 +38,7 @@ def good():
     )
 
 
-def place_of(plain, path):
+def container_of(plain, path):
     *above, key = path.split(".")
     for name in above:
         plain = plain[int(name) if isinstance(plain, list) else name]
@@ -46,17 +46,17 @@ def place_of(plain, path):
 
 
 def changed(plain, path, value):
-    inside, key = place_of(plain, path)
+    inside, key = container_of(plain, path)
     inside[key] = value
 
 
 def removed(plain, path):
-    inside, key = place_of(plain, path)
+    inside, key = container_of(plain, path)
     del inside[key]
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "settings",
     [
         {"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider"},
         {"detectors": "exact", "oracle": "continuous"},
@@ -65,8 +65,8 @@ def removed(plain, path):
         {"detectors": ()},
     ],
 )
-def test_a_document_is_read_as_it_was_written(asked):
-    text = text_of(compute(cubes(PLACES), **asked))
+def test_a_document_is_read_as_it_was_written(settings):
+    text = text_of(compute(cubes(POSITIONS), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
     assert json_of(document) == text

@@ -28,18 +28,18 @@ def terminal_text(result):
 
 
 def texts_of(result, folder):
-    shown = replay.RunResult.of(result)
+    notebook = replay.RunResult.of(result)
     return {
         "terminal": terminal_text(result),
         "Markdown": run_markdown(result, ()),
         "report": unescape((folder / "report.html").read_text(encoding="utf-8")),
-        "notebook": repr(shown) + shown._repr_html_(),
+        "notebook": repr(notebook) + notebook._repr_html_(),
         "picture": ranking_text(result),
     }
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory):
+def texts(tmp_path_factory):
     """A run, its folder, and its texts, once as they are and once with one more row in the table of columns."""
     result, folder = steady("several"), tmp_path_factory.mktemp("runs")
     before = texts_of(result, write_run_folder(result, folder / "before"))
@@ -50,24 +50,24 @@ def shown(tmp_path_factory):
 
 
 @pytest.mark.parametrize("output", OUTPUTS)
-def test_a_new_column_is_one_edit_and_is_displayed(shown, output):
-    result, _, before, after = shown
+def test_a_new_column_is_displayed_after_a_single_edit(texts, output):
+    result, _, before, after = texts
     cells = {f"probe-{40 + len(rank.label)}" for rank in result.ranking}
     assert cells <= set(re.findall(r"probe-\d+", after[output]))
     assert "probe" in after[output]
     assert "probe" not in before[output]
 
 
-def test_a_new_column_is_a_column_in_parquet(shown):
-    result, folder, *_ = shown
+def test_a_new_column_is_a_column_in_parquet(texts):
+    result, folder, *_ = texts
     rows = pq.read_table(folder / "ranking.parquet").to_pylist()
     assert {row["detector"]: row["probe"] for row in rows} == {
         rank.label: 40.0 + len(rank.label) for rank in result.ranking
     }
 
 
-def test_parquet_holds_the_numbers_behind_the_cells(shown):
-    result, folder, *_ = shown
+def test_parquet_holds_the_numbers_behind_the_cells(texts):
+    result, folder, *_ = texts
     rows = {row["detector"]: row for row in pq.read_table(folder / "ranking.parquet").to_pylist()}
     for rank in result.ranking[:-1]:
         row = rows[rank.label]

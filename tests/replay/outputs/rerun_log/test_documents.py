@@ -15,4 +15,4 @@ def test_a_setting_stands_at_its_time_and_loss():
 
 def test_what_was_replayed_is_as_long_as_its_window():
     run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
-    assert replayed(run).startswith("0.6 s, 7 frames")
+    assert replayed(run).startswith("600 ms, 7 frames")
