@@ -5,7 +5,7 @@ A mesh is sent once, and a pose only where it changed; a body without a pose is 
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from itertools import chain
 from typing import Final
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.auditing.fault import Fault, longest_curve_first
+from replay.auditing.fault import longest_curve_first
 from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
 from replay.outputs.drawn_mesh import face_normals, shaded
@@ -159,7 +159,12 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
     }
     left = dict.fromkeys(red, DRAWN_MISSED_FACES)
     for miss in longest_curve_first(misses):
-        for time, faces in _faces_over_time(result.detections[result.oracle], miss):
+        oracle, met = result.detections[result.oracle], dict[Time, Faces]()
+        if oracle.face_sets is not None:
+            met = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}
+        elif miss.evidence.faces is not None:
+            met = {miss.moment: miss.evidence.faces}
+        for time, faces in met.items():
             for body, painted in _painted(assembly, miss.pair, faces).items():
                 if 0 < len(painted) <= left[body]:
                     left[body] -= len(painted)
@@ -167,13 +172,6 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
     for body, faces_at in sorted(red.items()):
         mesh = assembly.bodies[body].mesh
         _log_red_faces(writer, f"{body_path(assembly.names[body])}/missed_faces", mesh, faces_at)
-
-
-def _faces_over_time(oracle: Detection, miss: Fault) -> Iterator[tuple[Time, Faces]]:
-    if oracle.face_sets is not None:
-        yield from (((frame, 0), oracle.faces(frame, miss.pair)) for frame in range(miss.first, miss.last + 1))
-    elif miss.evidence.faces is not None:
-        yield miss.moment, miss.evidence.faces
 
 
 def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
