@@ -235,11 +235,11 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
     Pairs that it decides in some frames are no matter of this line: their undecided frames are counted.
     """
-    words = [pair.containment.get(label, DECIDED) for pair in result.document.pairs]
-    refused = [word for word in words if word.startswith(REFUSED)]
+    stated = [pair.containment.get(label, DECIDED) for pair in result.document.pairs]
+    refused = [word for word in stated if word.startswith(REFUSED)]
     why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
-    of = f"{len(refused)} of {plural(len(words), 'pair')}"
+    of = f"{len(refused)} of {plural(len(stated), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 

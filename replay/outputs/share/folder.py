@@ -73,11 +73,11 @@ def _viewer() -> tuple[dict[str, bytes], str]:
     from replay.outputs.rerun_log.web_viewer import PROGRAM, web_viewer
 
     try:
-        found = web_viewer()
+        viewer = web_viewer()
     except ViewerError as error:
         return {}, str(error)
     script = files("replay.outputs.share").joinpath("picture.js").read_bytes()
-    return found | {"viewer.js": _packed(found.pop(PROGRAM)), "picture.js": script}, ""
+    return viewer | {"viewer.js": _packed(viewer.pop(PROGRAM)), "picture.js": script}, ""
 
 
 def _packed(content: bytes) -> bytes:

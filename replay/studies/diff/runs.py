@@ -80,7 +80,7 @@ class RunDiff:
     @property
     def changed(self) -> bool:
         """Whether any contact was gained, lost or shifted."""
-        return any(one.changed for one in self.detectors.values())
+        return any(detector.changed for detector in self.detectors.values())
 
 
 def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False) -> RunDiff:
@@ -103,7 +103,7 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     labels = [run.document.detectors for run in runs]
     episodes = [run.rows("episodes") for run in runs]
     common = [label for label in labels[0] if label in labels[1]]
-    only_a, only_b = (tuple(label for label in one if label not in common) for one in labels)
+    only_a, only_b = (tuple(label for label in own if label not in common) for own in labels)
     return RunDiff(
         {label: _detector(label, [run.document for run in runs], episodes) for label in common},
         only_a,
@@ -119,10 +119,10 @@ def _detector(label: str, documents: Sequence[RunDocument], episodes: Sequence[S
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
     matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
     both = [(before[i - 1], after[j - 1]) for i, j in matched]
-    shifts = [Shift(one, other, other["start"] - one["start"], other["end"] - one["end"]) for one, other in both]
-    moved = tuple(one for one in shifts if round(one.start * TICKS) or round(one.end * TICKS))
+    shifts = [Shift(old, new, new["start"] - old["start"], new["end"] - old["end"]) for old, new in both]
+    moved = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
-    seconds, digests = [one.seconds for one in detectors], [one.digest for one in detectors]
+    seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
     audits = [document.audit.get(label) for document in documents]
     missed = tuple(
         None if audit is None else count_range(audit.counts_over_offsets.contacts_missed) for audit in audits
@@ -131,8 +131,8 @@ def _detector(label: str, documents: Sequence[RunDocument], episodes: Sequence[S
     return DetectorDiff(
         same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
         lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
-        time_ratio=_ratio(*(one.detect for one in seconds)),
-        p99_ratio=_ratio(*(one.p99 for one in seconds)),
+        time_ratio=_ratio(*(times.detect for times in seconds)),
+        p99_ratio=_ratio(*(times.p99 for times in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
         missed=missed, false_contact=false,
     )  # fmt: skip
