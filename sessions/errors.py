@@ -19,6 +19,15 @@ class WrongInputError(SessionError, TypeError):
 class MeshFileError(SessionError):
     """A mesh file, or arrays given as a mesh, that cannot be used."""
 
+    code = "mesh-unreadable"
+    """Why, as the doctor calls it."""
+
+
+class EmptyMeshError(MeshFileError):
+    """A mesh file without a triangle."""
+
+    code = "mesh-empty"
+
 
 class SessionFileError(SessionError):
     """A session file that cannot be read, or a session that a file cannot hold."""

@@ -11,7 +11,7 @@ from sessions.doctor.finding import Finding, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.session_findings import examine_session, scene_findings
-from sessions.errors import SceneError, SessionError, SessionFileError
+from sessions.errors import MeshFileError, SceneError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import reader
 from sessions.mcap_format.catalogue import Region
@@ -64,8 +64,8 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
 
     try:
         mesh = load_mesh(path)
-    except SessionError as error:
-        yield Finding(reader.mesh_code(error), str(error), path.stem)
+    except MeshFileError as error:
+        yield Finding(error.code, str(error), path.stem)
         return
     yield from mesh_findings(path.stem, mesh)
 

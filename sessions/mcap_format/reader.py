@@ -145,7 +145,7 @@ def _mesh(file: McapFile, data: bytes) -> MeshData:
     try:
         return mesh_from_bytes(data, "glb")
     except MeshFileError as error:
-        raise _coded(file, mesh_code(error), error) from None
+        raise _coded(file, error.code, error) from None
 
 
 def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
@@ -156,12 +156,6 @@ def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
         if place is not None:
             found.setdefault(place[0], {})[place[1]] = _mesh(file, file.attachment(attachment) or b"")
     return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
-
-
-def mesh_code(error: SessionError) -> str:
-    """What the doctor calls a mesh that cannot be used."""
-    empty = "no triangle" in str(error) or "is empty" in str(error)
-    return "mesh-empty" if empty else "mesh-unreadable"
 
 
 def attached_scene(file: McapFile) -> Scene:

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.errors import MeshFileError
+from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.geometry.rotations import rotated
 from sessions.mesh_data import MeshData, concatenated
 from sessions.meshes.glb_file import DRACO, INSTANCING, MOST_FACES, REFUSED, GlbFile, Row, at
@@ -57,7 +57,7 @@ class GlbTree:
         """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
         mesh = _joined(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
         if mesh is None:
-            raise MeshFileError("the file holds no triangle; export the surface as triangles")
+            raise EmptyMeshError("the file holds no triangle; export the surface as triangles")
         return mesh
 
     def below(self, name: str) -> MeshData | None:

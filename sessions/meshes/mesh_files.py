@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.errors import MeshFileError
+from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.input_files import read_bytes
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
 from sessions.meshes.glb_tree import read_glb
@@ -65,7 +65,7 @@ def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
     try:
         return mesh_from_bytes(data, file_type, scale, node)
     except MeshFileError as error:
-        raise MeshFileError(f"mesh file {place}: {error}") from None
+        raise type(error)(f"mesh file {place}: {error}") from None
 
 
 def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str = "") -> MeshData:
@@ -74,7 +74,7 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str =
     if not np.isfinite(scale) or scale <= 0:
         raise MeshFileError(f"scale is {scale}; give the metres per unit of the file, a positive number")
     if not data:
-        raise MeshFileError("the mesh file is empty; export it again")
+        raise EmptyMeshError("the mesh file is empty; export it again")
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused, and no warning about it helps
             vertices, faces = _read(data, kind, node)
@@ -177,7 +177,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
     parts = [MeshData(one.vertices, one.faces) for one in scene.geometry.values() if len(getattr(one, "faces", ()))]
     if not parts:
-        raise MeshFileError(NO_TRIANGLE)
+        raise EmptyMeshError(NO_TRIANGLE)
     whole = concatenated(parts)
     return whole.vertices, whole.faces
 

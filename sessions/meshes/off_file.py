@@ -8,7 +8,7 @@ Source: Geomview manual, *OFF Files*. Differs: each vertex and each face begins 
 import re
 from typing import Final
 
-from sessions.errors import MeshFileError
+from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.meshes.mesh_text import ascii_text, numbers, quoted, whole_numbers
 from sessions.meshes.polygons import PolygonMesh
 
@@ -45,7 +45,7 @@ def read_off(data: bytes) -> PolygonMesh:
 def _counts(lines: list[list[bytes]]) -> tuple[int, int]:
     """How many vertices and faces are declared; takes the lines that say so off the start."""
     if not lines:
-        raise MeshFileError("the file holds no triangle; export the surface as triangles")
+        raise EmptyMeshError("the file holds no triangle; export the surface as triangles")
     first = lines.pop(0)
     keyword = KEYWORD.match(first[0])
     if keyword is not None:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.errors import MeshFileError
+from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.geometry.orientation import orientation
 from sessions.mesh_data import checked_vertices
 from sessions.meshes.ear_clipping import FEW_CORNERS, FLAT, clipped
@@ -53,7 +53,7 @@ class PolygonMesh:
         have, concave polygons of so many corners that cutting them would take minutes.
         """
         if not len(self.sizes) or self.sizes.max() < 3:
-            raise MeshFileError(NO_TRIANGLE)
+            raise EmptyMeshError(NO_TRIANGLE)
         if not len(self.vertices):
             raise MeshFileError("it has faces and no vertex; export it again")
         vertices = checked_vertices(self.vertices)

@@ -224,7 +224,7 @@ class _KeptMessages:
 
     def _lose(self, start: int, error: SessionFileError, region: Region | None = None) -> None:
         """Say what is lost of a region; times are seconds after the first message."""
-        why = "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
+        why = "damaged" if error.code == "damaged-chunk" else f"unreadable ({brief(error)})"
         count = "an unknown number of" if region is None or region.indexed is None else f"{region.indexed:,}"
         span = ""
         if region is not None and region.last_ns:

@@ -131,10 +131,8 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
         assert len(json.loads(capsys.readouterr().out)["open_questions"]) == count
 
 
-@pytest.mark.parametrize("more", [[], ["--colliders", "shipped"]])
-def test_engine_advice_names_what_nobody_decided(recording, capsys, more):
-    more = [str(recording.with_name(word)) if word == "shipped" else word for word in more]
-    main(["tradeoff", str(recording), "--engine", "unity", *more])
+def test_engine_advice_names_what_nobody_decided(recording, capsys):
+    main(["tradeoff", str(recording), "--engine", "unity"])
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 

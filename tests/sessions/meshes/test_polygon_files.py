@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from sessions.errors import MeshFileError
 from sessions.mesh_data import is_closed
 from sessions.meshes.mesh_files import mesh_from_bytes
 
@@ -185,6 +186,6 @@ def test_a_file_cut_anywhere_is_refused_or_is_obj(form):
         try:
             mesh = mesh_from_bytes(data[:end], kind)
         except Exception as error:
-            assert type(error).__name__ == "MeshFileError"
+            assert isinstance(error, MeshFileError)
         else:
             assert kind == "obj" and len(mesh.faces) <= whole
