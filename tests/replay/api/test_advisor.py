@@ -60,7 +60,7 @@ def test_recorded_colliders_get_a_row_distinct_from_hulls(plain):
 def test_an_engine_that_is_not_installed_is_a_sentence(plain):
     advice = replay.advise(cubes(PLACES), engine="unreal")
     assert sum("pieces=16" in row["setting"] for row in advice.rows) == 2
-    with pytest.raises(TradeoffError, match=r"^mujoco itself is asked and is not installed; pip install "):
+    with pytest.raises(TradeoffError, match=r"^mujoco itself is needed and is not installed; pip install "):
         replay.advise(cubes(PLACES), engine="mujoco")
 
 
