@@ -18,7 +18,7 @@ LEAST_WORDS = 3
 RIDDLES = {
     "opens with Of, What or As": r"(?:^|[.:] )(?:Of|What|As) (?!if\b|soon\b|long\b|each detector\b)[a-z]",
     "told from, told apart": r"\btold (?:from|apart)\b",
-    "ask for run, test or query": r"\b(?:asks?|asked|asking)\b(?! (?:for|you)\b)",
+    "ask for run, test or query": r"\b[Aa](?:sks?|sked|sking)\b(?! (?:for|you)\b)",
     "look for sample": r"\blooks? (?:at|that|between)\b|\beach look\b|\bevery look\b|\bits looks\b",
     "none of": r"\b[Nn]one of\b",
     "unasked": r"\bunasked\b",

@@ -23,7 +23,7 @@ from replay.cli.project_settings import ProjectCommand
 from replay.cli.session_files import session_files, several
 
 STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
-NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+NOISE_WORDS = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
 MISSED_WORDS = "Exit 4 when more contacts or pair-frames are missed."
 FALSE_WORDS = "Exit 4 when more of the contact it reports is false."
 LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."

@@ -38,8 +38,8 @@ KINDS: Final = {"family": "triangle pairs of all families", "case": "cases of wh
     callback=detectors_named,
     help="Detectors, as run takes them, or all; several with commas.",
 )
-@click.option("--family", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
-@click.option("--case", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
+@click.option("--family", metavar="RANGE", help="Run families: 9, 3-5 or 1,7-9.")
+@click.option("--case", metavar="RANGE", help="Run cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
 @click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family.")
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Seed of the first family.")

@@ -29,7 +29,7 @@ def cost(document: RunDocument) -> str:
     text = f"{document.oracle} takes {words.frame_time(mean)} a frame, {percentage} of a {HEADSET_HZ:g} Hz frame"
     if seconds.p99 is not None:
         text += f"; p99 {words.frame_time(seconds.p99)}"
-    how = "" if detector.live else " Asked of all frames at once, not frame by frame."
+    how = "" if detector.live else " It ran on all frames at once, not frame by frame."
     return f"{text}.{how}"
 
 

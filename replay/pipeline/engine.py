@@ -113,7 +113,7 @@ def compute(
     release_memory()
     runs, result = detected.runs, _audited(ready, lineup.oracle, detected, progress)
     if noise_spec:
-        with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
+        with progress.stage("Replaying copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
             noise = in_noise(noise_spec, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             misses = {
