@@ -2,19 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, unquote
 
 from cdcore.bounding.hull import hull_collider
-from cdcore.detectors.collider import ColliderSettings
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.protocol import Body, Solids
 from replay.cutting.convex_solids import solids_of
 from replay.cutting.piece_store import Cut, Watch, convex_pieces
 from replay.errors import DetectorSpecError
 
+if TYPE_CHECKING:
+    from cdcore.detectors.collider import ColliderSettings
 
-def with_pieces(bodies: Sequence[Body], settings: ColliderSettings, watch: Watch | None = None) -> tuple[Body, ...]:
+
+def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Watch | None = None) -> tuple[Body, ...]:
     """The bodies with at most ``settings.pieces`` convex pieces each as colliders; equal meshes are cut once.
 
     Where ``settings.cut`` names some, only these are cut: others keep the colliders that they have, else their hull.
@@ -59,8 +61,11 @@ def _hull_of(mesh: TriangleMesh) -> Solids:
 
 def seconds_to_cut(bodies: Sequence[Body], settings: Mapping[str, Any]) -> float:
     """About how long it takes to cut all of these bodies as a compound of these settings, where nothing is kept."""
-    asked = ColliderSettings(**{key: settings[key] for key in ("pieces", "method") if key in settings})
-    cuts = {body.mesh.content_hash: Cut(body.mesh, asked.method, asked.pieces) for body in bodies}
+    # The module of a detector imports numba, which a run without contacts does without.
+    from cdcore.detectors.collider import ColliderSettings
+
+    requested = ColliderSettings(**{key: settings[key] for key in ("pieces", "method") if key in settings})
+    cuts = {body.mesh.content_hash: Cut(body.mesh, requested.method, requested.pieces) for body in bodies}
     return sum(cut.seconds for cut in cuts.values())
 
 
