@@ -8,8 +8,8 @@ class SessionError(Exception):
 
     def __str__(self) -> str:
         """The sentence; where it repeats text of a file that cannot be printed, escaped."""
-        said = super().__str__()
-        return said if said.isprintable() else said.encode("unicode_escape").decode()
+        message = super().__str__()
+        return message if message.isprintable() else message.encode("unicode_escape").decode()
 
 
 class WrongInputError(SessionError, TypeError):

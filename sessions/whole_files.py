@@ -143,7 +143,7 @@ def _settle(old: Path, target: Path, listed: Listed | None) -> None:
         old.rename(target)
     elif listed is not None:
         names = listed(old)
-        for entry in [one for one in old.iterdir() if one.name not in names]:
+        for entry in [item for item in old.iterdir() if item.name not in names]:
             if not (target / entry.name).exists():
                 entry.rename(target / entry.name)
         # In this order: as long as anything is left, the list is.

@@ -108,23 +108,23 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         yield refusal(error)
         return
     file.attempt(partial(reader.check_version, file), None)
-    look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
-    scene, declared, faults = file.attempt(look, (Scene(), {}, []))
+    read_scene = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
+    scene, declared, faults = file.attempt(read_scene, (Scene(), {}, []))
     names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
     session = reader.session_of(file, names, scene)
     reader.load_parts(session)
     decoder, damaged = FrameDecoder(file.catalogue, names, strict=False), Damaged()
-    looked = look_through(_readable(file, decoder, damaged), scene.space_radius)
+    pose_pass = look_through(_readable(file, decoder, damaged), scene.space_radius)
     known = len(file.refused)
     file.attempt(file.catalogue.check_pose_channels, None)
     if len(file.refused) > known:
         damaged.unread.clear()
-    elif not len(looked.stamp_ns):
+    elif not len(pose_pass.stamp_ns):
         yield Finding("no-poses", "it holds no pose that can be read")
     yield from _bad_scene(faults)
     yield from _file_findings(file)
-    yield from _noted(decoder, damaged, looked, names if file.own else looked.names)
-    yield from examine_session(replace(session, meshes={**session.meshes, **declared}), looked)
+    yield from _noted(decoder, damaged, pose_pass, names if file.own else pose_pass.names)
+    yield from examine_session(replace(session, meshes={**session.meshes, **declared}), pose_pass)
 
 
 @dataclass
@@ -170,16 +170,16 @@ def _attached(file: McapFile, planned: "Planned") -> Checked:
     return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)
 
 
-def _noted(decoder: FrameDecoder, damaged: Damaged, looked: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
+def _noted(decoder: FrameDecoder, damaged: Damaged, pose_pass: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
     """What a strict reader would have refused."""
-    zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
+    zero = int(pose_pass.stamp_ns[0]) if len(pose_pass.stamp_ns) else 0
     for region, error in (*damaged.unpacked, *damaged.unread):
-        found = refusal(error)
+        finding = refusal(error)
         if region.is_chunk:
             span = Span(region.first_ns, region.last_ns, zero)
-            yield span.finding(found.code, found.message, count=region.size)
+            yield span.finding(finding.code, finding.message, count=region.size)
         else:
-            yield replace(found, count=region.size)
+            yield replace(finding, count=region.size)
     yield from _unknown_frames(decoder.met, listed, zero)
     for child, count in decoder.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"
@@ -189,14 +189,14 @@ def _noted(decoder: FrameDecoder, damaged: Damaged, looked: PosePass, listed: tu
 def _unknown_frames(met: Mapping[tuple[str, str], Appearance], listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
     # The frame that most samples are given in; the world where any is.
     count = Counter[str]()
-    for (parent, _), seen in met.items():
-        count[parent] += seen.count
+    for (parent, _), appearance in met.items():
+        count[parent] += appearance.count
     usual = WORLD if WORLD in count or not count else count.most_common(1)[0][0]
-    for (parent, child), seen in met.items():
+    for (parent, child), appearance in met.items():
         if parent == usual and child in listed:
             continue
-        message = f"{seen.count} samples of a body that the file does not list"
+        message = f"{appearance.count} samples of a body that the file does not list"
         if parent != usual:
-            message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
-        span = Span(seen.first_ns, seen.last_ns, zero)
-        yield span.finding("unknown-frame", message, child, seen.count)
+            message = f"{appearance.count} samples are given in frame {parent!r}, the others in {usual!r}"
+        span = Span(appearance.first_ns, appearance.last_ns, zero)
+        yield span.finding("unknown-frame", message, child, appearance.count)

@@ -117,4 +117,7 @@ class Span:
 def in_order(findings: Sequence[Finding]) -> list[Finding]:
     """The worst first; then by code, body and start."""
     order = list(CODES)
-    return sorted(findings, key=lambda one: (-one.severity, order.index(one.code), one.body, one.start_ns or 0))
+    return sorted(
+        findings,
+        key=lambda row: (-row.severity, order.index(row.code), row.body, row.start_ns or 0),
+    )

@@ -64,14 +64,14 @@ def _edge_uses(faces: Faces) -> tuple[Faces, Faces, Faces, Faces]:
 def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     start, end, edge, uses = _edge_uses(faces)
-    many, one = int((uses > 2).sum()), int((uses == 1).sum())
-    way = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
-    unlike = int((uses[way != 0] == 2).sum())
-    is_mirrored = len(faces) > 0 and not (many or one or unlike) and mesh.volume < 0
+    many, boundary = int((uses > 2).sum()), int((uses == 1).sum())
+    winding = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
+    unlike = int((uses[winding != 0] == 2).sum())
+    is_mirrored = len(faces) > 0 and not (many or boundary or unlike) and mesh.volume < 0
     inward = len(mesh.faces) if is_mirrored else 0
     return [
         ("mesh-non-manifold", many, f"{many} edges belong to more than two faces"),
-        ("mesh-open", one, f"{one} edges belong to one face only"),
+        ("mesh-open", boundary, f"{boundary} edges belong to one face only"),
         ("mesh-winding", unlike, f"{unlike} edges join faces that wind against each other"),
         ("mesh-mirrored", inward, f"its signed volume is {1e6 * mesh.volume:.4g} ml"),
     ]
@@ -100,17 +100,17 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
     A hole gets a fan of faces about the mean of its rim: right for a flat hole, a guess for any other, and a lid where
     it was the mouth of a thin vessel. Edges of three or more faces stay as they are, and so does a face by itself.
     """
-    said, points, faces = [], mesh.vertices, mesh.faces
+    repairs, points, faces = [], mesh.vertices, mesh.faces
     if not is_closed(mesh):  # of two closed parts that touch, joining makes one with edges of four faces
-        places = np.round(points / SAME_PLACE_M)
-        _, first, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
-        points, faces = points[first], place.reshape(-1)[faces]
-        said += _told(len(places) - len(first), "vertex", "vertices", "at the place of another joined")
+        rounded = np.round(points / SAME_PLACE_M)
+        _, first, merged = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+        points, faces = points[first], merged.reshape(-1)[faces]
+        repairs += _told(len(rounded) - len(first), "vertex", "vertices", "at the place of another joined")
     flat = degenerate_faces(MeshData(points, faces))
     faces = faces[~flat]
-    said += _told(int(flat.sum()), "face", "faces", "without area removed")
+    repairs += _told(int(flat.sum()), "face", "faces", "without area removed")
     _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    said += _told(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
+    repairs += _told(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
     faces = faces[np.sort(kept)]
     if not len(faces):
         return mesh, ["nothing is left of it without its flat faces; it stays as it was"]
@@ -120,16 +120,16 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         middle = len(points)
         points = np.concatenate([points, points[rim].mean(axis=0, keepdims=True)])
         faces = np.concatenate([faces, [(b, a, middle) for a, b in zip(rim, np.roll(rim, -1), strict=True)]])
-    said += _told(len(holes), "hole", "holes", "closed")
-    turned = outward(MeshData(points, faces))
-    inward = int((turned.faces != faces).any(axis=1).sum())
-    said += _told(inward, "face", "faces", "turned to wind outwards")
-    used, number = np.unique(turned.faces, return_inverse=True)
-    return MeshData(turned.vertices[used], number.reshape(-1, 3)), said
+    repairs += _told(len(holes), "hole", "holes", "closed")
+    oriented = outward(MeshData(points, faces))
+    inward = int((oriented.faces != faces).any(axis=1).sum())
+    repairs += _told(inward, "face", "faces", "turned to wind outwards")
+    used, number = np.unique(oriented.faces, return_inverse=True)
+    return MeshData(oriented.vertices[used], number.reshape(-1, 3)), repairs
 
 
-def _told(count: int, one: str, several: str, done: str) -> list[str]:
-    return [f"{count:,} {one if count == 1 else several} {done}"] if count else []
+def _told(count: int, singular: str, plural: str, done: str) -> list[str]:
+    return [f"{count:,} {singular if count == 1 else plural} {done}"] if count else []
 
 
 def _holes(faces: Faces) -> Iterator[list[int]]:
@@ -140,14 +140,14 @@ def _holes(faces: Faces) -> Iterator[list[int]]:
     for a, b in zip(start[rim].tolist(), end[rim].tolist(), strict=True):
         after.setdefault(a, []).append(b)
     while after:
-        way = [next(iter(after))]
-        while way[-1] in after:
-            onward = after[way[-1]].pop()
-            if not after[way[-1]]:
-                del after[way[-1]]
-            if onward in way:  # a rim that touches itself is cut into loops
-                loop = way[way.index(onward) :]
+        chain = [next(iter(after))]
+        while chain[-1] in after:
+            onward = after[chain[-1]].pop()
+            if not after[chain[-1]]:
+                del after[chain[-1]]
+            if onward in chain:  # a rim that touches itself is cut into loops
+                loop = chain[chain.index(onward) :]
                 yield loop
-                way = way[: way.index(onward) + 1]
+                chain = chain[: chain.index(onward) + 1]
             else:
-                way.append(onward)
+                chain.append(onward)

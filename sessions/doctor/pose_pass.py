@@ -73,14 +73,14 @@ def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -
 
 def _larger(blocks: Iterable[Frames]) -> Iterator[Frames]:
     """Blocks of the same bodies joined to some thousand frames: a step costs the same for a second as for a minute."""
-    held: list[Frames] = []
+    pending: list[Frames] = []
     for block in blocks:
-        if held and (block.names != held[0].names or sum(map(len, held)) >= JOINED_FRAMES):
-            yield Frames.join(held)
-            held = []
-        held.append(block)
-    if held:
-        yield Frames.join(held)
+        if pending and (block.names != pending[0].names or sum(map(len, pending)) >= JOINED_FRAMES):
+            yield Frames.join(pending)
+            pending = []
+        pending.append(block)
+    if pending:
+        yield Frames.join(pending)
 
 
 class _RunningPass:
@@ -109,7 +109,7 @@ class _RunningPass:
         self.logs.append(frames.log_ns)
         self.poses.append(sampled_poses(frames)[:: self.thinned])
         if sum(map(len, self.poses)) > MOST_LOOKS:
-            self.poses, self.thinned = [one[::2] for one in self.poses], 2 * self.thinned
+            self.poses, self.thinned = [block[::2] for block in self.poses], 2 * self.thinned
         with np.errstate(over="ignore", invalid="ignore"):
             self.marks[first : self.count] |= self._alone(frames)
             for column, watch in enumerate(self.watches):
@@ -177,11 +177,11 @@ class _RunningPass:
                 watch.add(np.zeros(0, SAMPLE), self.marks[:, column], self.steps[:, column], last=True)
         width, none = len(self.names), np.zeros(0, dtype=np.int64)
         poses = [
-            np.pad(part, ((0, 0), (0, width - part.shape[1]), (0, 0)), constant_values=np.nan) for part in self.poses
+            np.pad(block, ((0, 0), (0, width - block.shape[1]), (0, 0)), constant_values=np.nan) for block in self.poses
         ]
         position, quaternion = np.split(np.concatenate(poses), [3], axis=2)
         stamps = np.concatenate([none, *self.stamps])
-        poses_of = [repr(self.names).encode(), stamps.tobytes(), *(one.digest() for one in self.hashes)]
+        poses_of = [repr(self.names).encode(), stamps.tobytes(), *(digest.digest() for digest in self.hashes)]
         return PosePass(
             self.names, stamps, np.concatenate([none, *self.logs]), self.marks[: self.count], self.steps[: self.count],
             position, quaternion, self.worst, hashlib.sha256(b"".join(poses_of)).hexdigest(),

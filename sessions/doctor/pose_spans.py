@@ -57,48 +57,48 @@ SIMPLE: Final = {
 """Codes that are one mark."""
 
 
-def pose_spans(looked: PosePass) -> list[PoseSpan]:
+def pose_spans(pose_pass: PosePass) -> list[PoseSpan]:
     """Every span in which a sample is no trustworthy pose, by body and then time.
 
     A body whose positions are not in metres would teleport in every frame, and lie out of every room; of such a body
     neither is said.
     """
-    found: list[PoseSpan] = []
-    for column in range(len(looked.names)):
-        present = np.flatnonzero(looked.has(Mark.PRESENT, column))
-        in_metres = unit_guess(looked, column) is None
+    spans: list[PoseSpan] = []
+    for column in range(len(pose_pass.names)):
+        present = np.flatnonzero(pose_pass.has(Mark.PRESENT, column))
+        in_metres = unit_guess(pose_pass, column) is None
         for code, mark in SIMPLE.items():
             if in_metres or code != "out-of-space":
-                for first, last in runs(looked.has(mark, column)[present]).tolist():
-                    found.append(PoseSpan(code, column, int(present[first]), int(present[last]), last - first + 1))
-        track = _Track(looked, column)
-        found += [*track.identity(), *track.frozen()]
+                for first, last in runs(pose_pass.has(mark, column)[present]).tolist():
+                    spans.append(PoseSpan(code, column, int(present[first]), int(present[last]), last - first + 1))
+        track = _Track(pose_pass, column)
+        spans += [*track.identity(), *track.frozen()]
         if in_metres:
             rows = track.rows[track.has(Mark.TELEPORT)].tolist()
-            found += [PoseSpan("teleport", column, row, row, 1, float(looked.steps[row, column])) for row in rows]
-    return sorted(found, key=lambda span: (span.column, span.first, span.code))
+            spans += [PoseSpan("teleport", column, row, row, 1, float(pose_pass.steps[row, column])) for row in rows]
+    return sorted(spans, key=lambda span: (span.column, span.first, span.code))
 
 
-def teleports(looked: PosePass) -> Jumps:
+def teleports(pose_pass: PosePass) -> Jumps:
     """When each body whose positions are in metres jumped: from its sample before to the one that marks it."""
-    found: Jumps = {}
-    for column, name in enumerate(looked.names):
-        usable = looked.usable_rows(column)
-        after = np.flatnonzero(looked.has(Mark.TELEPORT, column)[usable])
-        if len(after) and unit_guess(looked, column) is None:
-            found[name] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
-    return found
+    jumps: Jumps = {}
+    for column, name in enumerate(pose_pass.names):
+        usable = pose_pass.usable_rows(column)
+        after = np.flatnonzero(pose_pass.has(Mark.TELEPORT, column)[usable])
+        if len(after) and unit_guess(pose_pass, column) is None:
+            jumps[name] = pose_pass.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
+    return jumps
 
 
 class _Track:
     """The samples of one body that are poses: their frames, marks, and the steps to them."""
 
-    def __init__(self, looked: PosePass, column: int) -> None:
+    def __init__(self, pose_pass: PosePass, column: int) -> None:
         self.column = column
-        self.rows = looked.usable_rows(column)
-        self.stamp_ns = looked.stamp_ns[self.rows]
-        self.marks = looked.marks[self.rows, column]
-        self.steps = looked.steps[self.rows, column]
+        self.rows = pose_pass.usable_rows(column)
+        self.stamp_ns = pose_pass.stamp_ns[self.rows]
+        self.marks = pose_pass.marks[self.rows, column]
+        self.steps = pose_pass.steps[self.rows, column]
 
     def has(self, mark: Mark) -> NDArray[np.bool_]:
         return marked(self.marks, mark)
@@ -161,45 +161,45 @@ WORDS: Final = {
 """Code of a span -> what is said of it."""
 
 
-def pose_findings(looked: PosePass) -> Iterator[Finding]:
+def pose_findings(pose_pass: PosePass) -> Iterator[Finding]:
     """Everything about single poses, body by body."""
     grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
-    for span in pose_spans(looked):
+    for span in pose_spans(pose_pass):
         grouped[span.code, span.column].append(span)
     for (code, column), spans in grouped.items():
-        found = _stretches(looked, spans) if code == "teleport" else spans
-        yield from (_listed(looked, span) for span in found[:MOST_OF_A_KIND])
-        rest = found[MOST_OF_A_KIND:]
+        shown_spans = _stretches(pose_pass, spans) if code == "teleport" else spans
+        yield from (_listed(pose_pass, span) for span in shown_spans[:MOST_OF_A_KIND])
+        rest = shown_spans[MOST_OF_A_KIND:]
         if rest:
             count = sum(span.count for span in rest)
-            stretch = Span.of(looked.stamp_ns, rest[0].first, rest[-1].last)
+            interval = Span.of(pose_pass.stamp_ns, rest[0].first, rest[-1].last)
             message = f"{len(rest)} more stretches of the same, {count} samples"
-            yield stretch.finding(code, message, looked.names[column], count)
+            yield interval.finding(code, message, pose_pass.names[column], count)
 
 
-def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
+def _stretches(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
     """The teleports of a body, those that follow each other closely as one: a shaken tracker jumps in every frame."""
-    found: list[PoseSpan] = []
-    for one in teleports:
-        if found and looked.stamp_ns[one.first] - looked.stamp_ns[found[-1].last] < STRETCH_NS:
-            last = found.pop()
-            one = replace(one, first=last.first, count=last.count + 1, size=max(last.size, one.size))
-        found.append(one)
-    return found
+    merged: list[PoseSpan] = []
+    for teleport in teleports:
+        if merged and pose_pass.stamp_ns[teleport.first] - pose_pass.stamp_ns[merged[-1].last] < STRETCH_NS:
+            last = merged.pop()
+            teleport = replace(teleport, first=last.first, count=last.count + 1, size=max(last.size, teleport.size))
+        merged.append(teleport)
+    return merged
 
 
-def _listed(looked: PosePass, span: PoseSpan) -> Finding:
-    seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
+def _listed(pose_pass: PosePass, span: PoseSpan) -> Finding:
+    seconds = (int(pose_pass.stamp_ns[span.last]) - int(pose_pass.stamp_ns[span.first])) / 1e9
     samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
     message = WORDS[span.code].format(
         samples=samples,
         count=span.count,
         seconds=seconds,
         size=span.size,
-        norm=looked.worst_norm[span.column],
+        norm=pose_pass.worst_norm[span.column],
         millimetres=1e3 * span.size,
     )
     if span.code == "teleport" and span.count == 1:
         message = f"{span.size:.3g} m in one step"
-    stretch = Span.of(looked.stamp_ns, span.first, span.last)
-    return stretch.finding(span.code, message, looked.names[span.column], span.count)
+    interval = Span.of(pose_pass.stamp_ns, span.first, span.last)
+    return interval.finding(span.code, message, pose_pass.names[span.column], span.count)

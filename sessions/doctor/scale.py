@@ -35,69 +35,69 @@ Roles = dict[str, int]
 
 def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
     """Who is head and who is hand, by name; bodies with a parent are in another frame and left out."""
-    found: Roles = {}
+    roles: Roles = {}
     for column, name in enumerate(names):
         declared = scene.body(name)
-        words = frozenset(re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", name).lower()))
-        if (declared is not None and declared.parent) or not words:
+        tokens = frozenset(re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", name).lower()))
+        if (declared is not None and declared.parent) or not tokens:
             continue
-        if words & _HEADS and words <= _HEADS | {"vive"}:
-            found.setdefault("head", column)
-        elif words <= _HAND_WORDS:
+        if tokens & _HEADS and tokens <= _HEADS | {"vive"}:
+            roles.setdefault("head", column)
+        elif tokens <= _HAND_WORDS:
             for side in ("left", "right"):
-                if side in words:
-                    found.setdefault(side, column)
-    return found
+                if side in tokens:
+                    roles.setdefault(side, column)
+    return roles
 
 
-def scale_findings(looked: PosePass, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
+def scale_findings(pose_pass: PosePass, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
     """Everything about units and axes that poses alone can tell."""
-    for column, name in enumerate(looked.names):
+    for column, name in enumerate(pose_pass.names):
         declared = scene.body(name)
         if declared is None or not declared.parent:
-            yield from _units(looked, column, name)
-    roles = roles_of(looked.names, scene)
-    yield from _up(looked, roles)
-    yield from _sides(looked, roles)
+            yield from _units(pose_pass, column, name)
+    roles = roles_of(pose_pass.names, scene)
+    yield from _up(pose_pass, roles)
+    yield from _sides(pose_pass, roles)
     if metadata.get("handedness") == "left" and "hand" not in metadata.get("conversions", ""):
         message = "the facts say that the source was left-handed and name no conversion"
         yield Finding("handedness", message)
 
 
-def unit_guess(looked: PosePass, column: int) -> tuple[str, float] | None:
+def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:
     """The unit that the positions of a body seem to be in, and their median distance; ``None``: metres."""
-    place = _there(looked.position[:, column])
-    if len(place) < 2:
+    position = _there(pose_pass.position[:, column])
+    if len(position) < 2:
         return None
     with np.errstate(over="ignore"):
-        far = float(np.median(np.sqrt((place * place).sum(axis=1))))
-    moving = looked.steps[:, column]
+        far = float(np.median(np.sqrt((position * position).sum(axis=1))))
+    moving = pose_pass.steps[:, column]
     moving = moving[moving > 0]
-    step = float(np.median(np.diff(looked.stamp_ns))) / 1e9
+    step = float(np.median(np.diff(pose_pass.stamp_ns))) / 1e9
     speed = float(np.median(moving)) / step if len(moving) >= LEAST_LOOKS and step > 0 else 0.0
     if far <= FAR_M and speed <= FAST_M:
         return None
     return ("millimetres" if far > MILLIMETRES_M or speed > FAST_M else "centimetres"), far
 
 
-def _units(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
-    guess = unit_guess(looked, column)
+def _units(pose_pass: PosePass, column: int, name: str) -> Iterator[Finding]:
+    guess = unit_guess(pose_pass, column)
     if guess is not None:
         unit, far = guess
         message = f"{far:.4g} m from the origin in the median: {unit}?"
-        span = Span.of(looked.stamp_ns, 0, -1)
-        yield span.finding("unit-suspect", message, name, len(looked.stamp_ns))
+        span = Span.of(pose_pass.stamp_ns, 0, -1)
+        yield span.finding("unit-suspect", message, name, len(pose_pass.stamp_ns))
 
 
-def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
+def _up(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     if "head" not in roles:
         return
-    head, name = roles["head"], looked.names[roles["head"]]
-    q, place = (_there(one[:, head]) for one in (looked.quaternion, looked.position))
+    head, name = roles["head"], pose_pass.names[roles["head"]]
+    q, position = (_there(values[:, head]) for values in (pose_pass.quaternion, pose_pass.position))
     if len(q) >= LEAST_LOOKS:
         # In a wrong unit every height is impossible: that alone says nothing about the axes.
-        place = place * METRES.get((unit_guess(looked, head) or ("metres",))[0], 1.0)
-        height = float(np.median(place[:, 1]))
+        position = position * METRES.get((unit_guess(pose_pass, head) or ("metres",))[0], 1.0)
+        height = float(np.median(position[:, 1]))
         up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
@@ -105,12 +105,12 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
             message = f"the crown points along {sign}{'XYZ'[axis]} and is at a height of {height:.2f} m"
             yield Finding("up-axis", message, name)
         else:
-            yield from _head_height_elsewhere(place, name)
+            yield from _head_height_elsewhere(position, name)
 
 
-def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:
+def _head_height_elsewhere(position: FloatArray, name: str) -> Iterator[Finding]:
     """A head that keeps the height of a head along another axis than Y, whatever its own axes are."""
-    middle, spread = np.median(place, axis=0), np.ptp(np.quantile(place, [0.1, 0.9], axis=0), axis=0)
+    middle, spread = np.median(position, axis=0), np.ptp(np.quantile(position, [0.1, 0.9], axis=0), axis=0)
     kept = (middle >= LEAST_HEAD_M) & (middle <= MOST_HEAD_M) & (spread <= LEVEL_M)
     for axis in (2, 0):
         if kept[axis] and not kept[1] and spread.argmin() == axis:
@@ -118,20 +118,18 @@ def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:
             yield Finding("up-axis", message, name)
 
 
-def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
+def _sides(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
     if len(roles) < 3:
         return
-    right = rotated(looked.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
-    apart = ((looked.position[:, roles["right"]] - looked.position[:, roles["left"]]) * right).sum(axis=1)
-    apart = apart[np.isfinite(apart)]
-    clear = apart[np.abs(apart) > APART_M]
-    share = float((clear < 0).mean()) if len(clear) >= LEAST_LOOKS else 0.0
-    if share > MOST:
-        message = (
-            f"{looked.names[roles['right']]} is on the left of {looked.names[roles['left']]}, as the head sees it, "
-            f"{100 * share:.0f} % of the time"
-        )
+    right = rotated(pose_pass.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
+    lateral_gap = ((pose_pass.position[:, roles["right"]] - pose_pass.position[:, roles["left"]]) * right).sum(axis=1)
+    lateral_gap = lateral_gap[np.isfinite(lateral_gap)]
+    clear = lateral_gap[np.abs(lateral_gap) > APART_M]
+    mirrored = float((clear < 0).mean()) if len(clear) >= LEAST_LOOKS else 0.0
+    if mirrored > MOST:
+        right_name, left_name = (pose_pass.names[roles[side]] for side in ("right", "left"))
+        message = f"{right_name} is on the left of {left_name}, as the head sees it, {100 * mirrored:.0f} % of the time"
         yield Finding("handedness", message)
 
 

@@ -18,23 +18,23 @@ from sessions.model.track import GazeTrack, ScalarTrack
 
 
 def examine_session(
-    session: Session, looked: PosePass | None = None, needed: Collection[str] | None = None
+    session: Session, pose_pass: PosePass | None = None, needed: Collection[str] | None = None
 ) -> Iterator[Finding]:
     """Everything about a session but its file.
 
-    ``looked``: the pass over its frames, made here when not given; ``needed``: the bodies whose meshes are looked at,
-    ``None``: all.
+    ``pose_pass``: the pass over its frames, made here when not given; ``needed``: the bodies whose meshes are
+    examined, ``None``: all.
     """
-    looked = looked or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
+    pose_pass = pose_pass or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     scene, meshes = session.scene, session.meshes
-    yield from time_findings(looked)
-    yield from pose_findings(looked)
+    yield from time_findings(pose_pass)
+    yield from pose_findings(pose_pass)
     yield from import_findings(session.facts)
-    yield from scale_findings(looked, scene, session.facts)
+    yield from scale_findings(pose_pass, scene, session.facts)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
-    yield from scene_findings(scene, looked.names, [*meshes])
-    yield from stream_findings(session, looked)
+    yield from scene_findings(scene, pose_pass.names, [*meshes])
+    yield from stream_findings(session, pose_pass)
 
 
 def import_findings(facts: Mapping[str, str]) -> Iterator[Finding]:
@@ -49,23 +49,23 @@ def import_findings(facts: Mapping[str, str]) -> Iterator[Finding]:
         yield Finding("import-loss", entry.loss, entry.body, count=entry.lost)
 
 
-def stream_findings(session: Session, looked: PosePass) -> Iterator[Finding]:
+def stream_findings(session: Session, pose_pass: PosePass) -> Iterator[Finding]:
     """Everything about gaze and scalars."""
-    zero, last = (int(looked.stamp_ns.min()), int(looked.stamp_ns.max())) if len(looked.stamp_ns) else (0, 0)
+    zero, last = (int(pose_pass.stamp_ns.min()), int(pose_pass.stamp_ns.max())) if len(pose_pass.stamp_ns) else (0, 0)
     streams: list[tuple[str, GazeTrack | ScalarTrack | None]]
     streams = [(f"gaze {name!r}", gaze) for name, gaze in session.gaze.items()]
     streams += [(f"scalar {name!r}", scalar) for name, scalar in session.scalars.items()]
-    for called, one in streams:
-        if one is None:  # of a file whose messages cannot be read
+    for called, track in streams:
+        if track is None:  # of a file whose messages cannot be read
             continue
-        stamps, there = one.times_ns, one.valid if isinstance(one, GazeTrack) else np.isfinite(one.values)
-        if not there.any():
-            yield Finding("stream-empty", f"{called}: no sample of {len(one)} holds anything")
+        stamps, present = track.times_ns, track.valid if isinstance(track, GazeTrack) else np.isfinite(track.values)
+        if not present.any():
+            yield Finding("stream-empty", f"{called}: no sample of {len(track)} holds anything")
         elif zero < last and (stamps[0] > last or stamps[-1] < zero):
             ends = f"{(stamps[0] - zero) / 1e9:.1f} s to {(stamps[-1] - zero) / 1e9:.1f} s after the first pose"
             message = f"{called}: it lasts from {ends}, the poses {(last - zero) / 1e9:.1f} s"
             yield Finding("stream-apart", message)
-        if isinstance(one, GazeTrack) and (lost := np.flatnonzero(there & ~one.usable)).size:
+        if isinstance(track, GazeTrack) and (lost := np.flatnonzero(present & ~track.usable)).size:
             message = f"{called}: samples that are seen and hold no direction: {len(lost)}"
             span = Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero)
             yield span.finding("gaze-nowhere", message, count=len(lost))
@@ -74,15 +74,15 @@ def stream_findings(session: Session, looked: PosePass) -> Iterator[Finding]:
 def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) -> Iterator[Finding]:
     """Everything about declared bodies, tracked ones (``names``), and those with a mesh."""
     fixed = [body.id for body in scene.bodies if body.fixed is not None]
-    there = {*names, *fixed}
+    present = {*names, *fixed}
     for body in scene.bodies:
-        yield from _declared(body, there)
+        yield from _declared(body, present)
     declared = {body.id for body in scene.bodies}
-    for name in absent_bodies(scene, [*there]):
+    for name in absent_bodies(scene, [*present]):
         if name not in declared:
             yield Finding("unrecorded-body", "paired in the scene, but not recorded", name)
     bare = [name for name in dict.fromkeys([*names, *fixed]) if name not in meshes]
-    if bare and len(bare) == len(there):
+    if bare and len(bare) == len(present):
         yield Finding("no-mesh", "no body has a mesh: a run has nothing to replay", own_severity=Severity.ERROR)
     for name in bare:
         yield Finding("no-mesh", "no mesh: its contacts cannot be computed", name)
@@ -91,11 +91,11 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
             yield Finding("undeclared-body", "recorded, but not declared in the scene", name)
 
 
-def _declared(body: SceneBody, there: set[str]) -> Iterator[Finding]:
-    if body.id not in there:
+def _declared(body: SceneBody, present: set[str]) -> Iterator[Finding]:
+    if body.id not in present:
         message = "declared in the scene, with neither a track nor a fixed pose"
         yield Finding("unrecorded-body", message, body.id)
-    if body.parent and body.parent not in there:
+    if body.parent and body.parent not in present:
         message = f"its parent {body.parent!r} has neither a track nor a fixed pose"
         yield Finding("unrecorded-body", message, body.id, own_severity=Severity.ERROR)
     if body.proxy:

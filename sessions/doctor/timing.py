@@ -20,21 +20,21 @@ SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds 
 EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks merely start at different zeros
 
 
-def time_findings(looked: PosePass) -> Iterator[Finding]:
+def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
     """Everything about the clocks of a session."""
-    stamps = looked.stamp_ns
+    stamps = pose_pass.stamp_ns
     if not len(stamps):
         return
     yield from _order(stamps)
     yield from _gaps(stamps, int(stamps[0]), "")
-    yield from _skew(looked)
+    yield from _skew(pose_pass)
     backwards, repeated = out_of_order(stamps)
     plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
-    for column, name in enumerate(looked.names):
-        yield from _counted(looked, column)
-        there = looked.has(Mark.PRESENT, column)
-        if not there.all() and there.any():
-            yield from _own_gaps(stamps, there & plain, name)
+    for column, name in enumerate(pose_pass.names):
+        yield from _counted(pose_pass, column)
+        present = pose_pass.has(Mark.PRESENT, column)
+        if not present.all() and present.any():
+            yield from _own_gaps(stamps, present & plain, name)
 
 
 COUNTED: Final = (
@@ -80,8 +80,8 @@ def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
         count = last - first + 1
         step = (int(stamps[first - 1]) - int(stamps[first])) / 1e9
         message = f"time goes back by {step:.6g} s; {count} frames lie before the latest stamp"
-        low, high = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
-        yield Span(low, high, int(stamps[0])).finding("time-backwards", message, count=count)
+        first_ns, last_ns = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
+        yield Span(first_ns, last_ns, int(stamps[0])).finding("time-backwards", message, count=count)
     for first, last in runs(repeated).tolist():
         count = last - first + 1
         message = f"{count} frames repeat the stamp before"
@@ -104,8 +104,8 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
         yield span.finding("gap", message, body, len(short), Severity.NOTE)
 
 
-def _skew(looked: PosePass) -> Iterator[Finding]:
-    stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
+def _skew(pose_pass: PosePass) -> Iterator[Finding]:
+    stamps, skew = pose_pass.stamp_ns, pose_pass.log_ns - pose_pass.stamp_ns
     middle = float(np.median(skew))
     off = np.abs(skew - (middle if abs(middle) > EPOCH_NS else 0.0)) > SKEW_NS
     for first, last in runs(off).tolist():
@@ -114,18 +114,18 @@ def _skew(looked: PosePass) -> Iterator[Finding]:
         yield span.finding("clock-skew", message, count=last - first + 1)
 
 
-def _counted(looked: PosePass, column: int) -> Iterator[Finding]:
+def _counted(pose_pass: PosePass, column: int) -> Iterator[Finding]:
     for code, mark, what in COUNTED:
-        rows = np.flatnonzero(looked.has(mark, column))
+        rows = np.flatnonzero(pose_pass.has(mark, column))
         if len(rows):
-            span = Span.of(looked.stamp_ns, rows[0], rows[-1])
-            yield span.finding(code, f"{len(rows)} {what}", looked.names[column], len(rows))
+            span = Span.of(pose_pass.stamp_ns, rows[0], rows[-1])
+            yield span.finding(code, f"{len(rows)} {what}", pose_pass.names[column], len(rows))
 
 
-def _own_gaps(stamps: NDArray[np.int64], there: NDArray[np.bool_], name: str) -> Iterator[Finding]:
-    """Gaps of a body alone, which is in the frames ``there``: other frames were recorded within them."""
+def _own_gaps(stamps: NDArray[np.int64], present: NDArray[np.bool_], name: str) -> Iterator[Finding]:
+    """Gaps of a body alone, which is in the frames ``present``: other frames were recorded within them."""
     ordered = np.sort(stamps)
-    for finding in _gaps(stamps[there], int(stamps[0]), name):
+    for finding in _gaps(stamps[present], int(stamps[0]), name):
         after = np.searchsorted(ordered, finding.start_ns or 0, side="right")
         if after < len(ordered) and ordered[after] < (finding.end_ns or 0):
             yield finding

@@ -55,10 +55,10 @@ def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
     return np.asarray((marks & np.uint32(mark)) != 0)
 
 
-def with_marks(places: Mapping[Mark, NDArray[np.bool_]]) -> NDArray[np.uint32]:
+def with_marks(masks: Mapping[Mark, NDArray[np.bool_]]) -> NDArray[np.uint32]:
     """The union of the marks that each place has, in the shape of the masks."""
-    marks = np.zeros(next(iter(places.values())).shape, np.uint32)
-    for mark, mask in places.items():
+    marks = np.zeros(next(iter(masks.values())).shape, np.uint32)
+    for mark, mask in masks.items():
         marks[mask] |= np.uint32(mark)
     return marks
 
@@ -94,23 +94,23 @@ class TrackWatch:
         self._held = window[max(0, stop - KEPT) :]
         if stop <= done or len(window) < 2:
             return
-        way = np.diff(window["position"], axis=0)
-        distance = np.sqrt((way * way).sum(axis=1))
+        displacement = np.diff(window["position"], axis=0)
+        distance = np.sqrt((displacement * displacement).sum(axis=1))
         step = np.maximum(np.diff(window["time"]), self._least_step)
-        turn = window["quaternion"]
+        quaternion = window["quaternion"]
         with np.errstate(divide="ignore", invalid="ignore"):  # a clock that only runs backwards has no least step
-            velocity = way / step[:, None]
-        found = with_marks(
+            velocity = displacement / step[:, None]
+        step_marks = with_marks(
             {
                 Mark.TELEPORT: _no_motion(velocity),
-                Mark.SAME_PLACE: (way == 0).all(axis=1),
-                Mark.SAME_ROTATION: (turn[1:] == turn[:-1]).all(axis=1),
-                Mark.TURN_OUTLIER: undone_turns(turn, step),
+                Mark.SAME_PLACE: (displacement == 0).all(axis=1),
+                Mark.SAME_ROTATION: (quaternion[1:] == quaternion[:-1]).all(axis=1),
+                Mark.TURN_OUTLIER: undone_turns(quaternion, step),
             }
         )
         begin = max(done, 1)
         rows = window["row"][begin:stop]
-        marks[rows] |= found[begin - 1 : stop - 1]
+        marks[rows] |= step_marks[begin - 1 : stop - 1]
         steps[rows] = distance[begin - 1 : stop - 1]
 
 
@@ -123,8 +123,8 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     count = len(velocity)
     around = np.stack([padded[shift : shift + count] for shift in (0, 1, 3, 4)])
     usual = _middle(around)
-    apart = around - usual
-    spread = _middle(np.sqrt((apart * apart).sum(axis=2)))
+    deviation = around - usual
+    spread = _middle(np.sqrt((deviation * deviation).sum(axis=2)))
     off = velocity - usual
     odd: NDArray[np.bool_] = np.sqrt((off * off).sum(axis=1)) > ODD_SPEED + SPREADS * spread
     odd |= speed > SPEED_BOUND
@@ -137,11 +137,11 @@ def undone_turns(quaternions: FloatArray, steps: FloatArray) -> NDArray[np.bool_
     ``steps``: (n - 1,) seconds. Undone is what the step after takes back by more than half.
     """
     unit = quaternions / np.maximum(np.sqrt((quaternions * quaternions).sum(axis=1, keepdims=True)), 1e-300)
-    turn, both = (
-        2.0 * np.arccos(np.minimum(1.0, np.abs(np.einsum("ij,ij->i", unit[apart:], unit[:-apart])))) for apart in (1, 2)
+    angle, both = (
+        2.0 * np.arccos(np.minimum(1.0, np.abs(np.einsum("ij,ij->i", unit[lag:], unit[:-lag])))) for lag in (1, 2)
     )
-    fast = turn > TURN_BOUND * steps
-    return np.append(fast[1:] & fast[:-1] & (both < 0.5 * np.minimum(turn[1:], turn[:-1])), False)
+    fast = angle > TURN_BOUND * steps
+    return np.append(fast[1:] & fast[:-1] & (both < 0.5 * np.minimum(angle[1:], angle[:-1])), False)
 
 
 def _middle(four: FloatArray) -> FloatArray:

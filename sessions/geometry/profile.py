@@ -121,27 +121,27 @@ def clipped(polyline: Polyline, level: float) -> Polyline:
     """Return the polyline up to where it last rises through ``level``; a vertex closer than 1 um below gives way."""
     rising = np.flatnonzero((polyline[:-1, 1] < level) & (polyline[1:, 1] >= level))
     i = int(rising[-1])
-    low, high = polyline[i], polyline[i + 1]
-    point = low + (high - low) * (level - low[1]) / (high[1] - low[1])
-    keep = i + 1 if np.hypot(*(point - low)) > 1e-6 or i == 0 else i
+    start, end = polyline[i], polyline[i + 1]
+    point = start + (end - start) * (level - start[1]) / (end[1] - start[1])
+    keep = i + 1 if np.hypot(*(point - start)) > 1e-6 or i == 0 else i
     return np.concatenate([polyline[:keep], point[None]])
 
 
 def level_holding(polyline: Polyline, volume: float) -> float:
     """Return the height y up to which the turned polyline holds ``volume`` m3."""
-    held = np.concatenate([[0.0], np.cumsum(_frusta(polyline))])
-    segment = int(np.searchsorted(held, volume)) - 1
+    volumes = np.concatenate([[0.0], np.cumsum(_frusta(polyline))])
+    segment = int(np.searchsorted(volumes, volume)) - 1
     return solved(lambda y: volume_below(polyline, y) - volume, polyline[segment, 1], polyline[segment + 1, 1])
 
 
-def solved(rising: Callable[[float], float], low: float, high: float) -> float:
-    """Return the root between ``low`` and ``high`` of a function that rises through zero there, to the last bit."""
-    while low < (middle := 0.5 * (low + high)) < high:  # no double lies between them: nothing is left to halve
+def solved(rising: Callable[[float], float], lower: float, upper: float) -> float:
+    """Return the root between ``lower`` and ``upper`` of a function that rises through zero there, to the last bit."""
+    while lower < (middle := 0.5 * (lower + upper)) < upper:  # no double lies between them: nothing is left to halve
         if rising(middle) < 0.0:
-            low = middle
+            lower = middle
         else:
-            high = middle
-    return high
+            upper = middle
+    return upper
 
 
 def _frusta(polyline: Polyline) -> NDArray[np.float64]:
@@ -166,8 +166,8 @@ def _fillet(
 ) -> Arc:
     into = (corner - before) / np.linalg.norm(corner - before)
     out = after - corner
-    turn = float(np.arctan2(into[0] * out[1] - into[1] * out[0], into @ out))
-    side = np.sign(turn) * np.array([-into[1], into[0]])
-    centre = corner - into * radius * np.tan(abs(turn) / 2.0) + side * radius
+    angle = float(np.arctan2(into[0] * out[1] - into[1] * out[0], into @ out))
+    side = np.sign(angle) * np.array([-into[1], into[0]])
+    centre = corner - into * radius * np.tan(abs(angle) / 2.0) + side * radius
     begin = float(np.arctan2(-side[1], -side[0]))
-    return Arc((float(centre[0]), float(centre[1])), radius, begin, begin + turn, least)
+    return Arc((float(centre[0]), float(centre[1])), radius, begin, begin + angle, least)

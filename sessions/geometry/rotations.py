@@ -55,9 +55,9 @@ def turned_about(axis: ArrayLike, angle: float) -> tuple[float, float, float, fl
     return x, y, z, w
 
 
-def quaternion_from_vector(turn: ArrayLike) -> Array:
+def quaternion_from_vector(rotation: ArrayLike) -> Array:
     """Quaternions (..., 4) of rotation vectors (..., 3): direction is the axis, length the angle in radians."""
-    vector = np.asarray(turn, dtype=np.float64)
+    vector = np.asarray(rotation, dtype=np.float64)
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.concatenate([0.5 * np.sinc(angle / (2.0 * np.pi)) * vector, np.cos(angle / 2.0)], axis=-1)
 
@@ -95,10 +95,10 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     return unit if unit[3] >= 0.0 else -unit
 
 
-def slerp(start: ArrayLike, end: ArrayLike, share: ArrayLike) -> Array:
-    """Blend unit quaternions (..., 4) along the shorter arc; ``share`` (...) runs from 0 to 1."""
+def slerp(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Array:
+    """Blend unit quaternions (..., 4) along the shorter arc; ``fraction`` (...) runs from 0 to 1."""
     a, b = np.broadcast_arrays(np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64))
-    u = np.asarray(share, dtype=np.float64)[..., None]
+    u = np.asarray(fraction, dtype=np.float64)[..., None]
     cosine = np.sum(a * b, axis=-1, keepdims=True)
     b = np.where(cosine < 0.0, -b, b)
     cosine = np.abs(cosine)

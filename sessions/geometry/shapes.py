@@ -74,6 +74,6 @@ def _round_outline(shape: str, size: Mapping[str, float], faces: int) -> tuple[N
     angle = np.linspace(0.0, np.pi / 2.0, quarter + 1)
     r, y = radius * np.sin(angle), radius * np.cos(angle)
     r[0], r[-1], y[-1] = 0.0, radius, 0.0  # exact: the cosine of pi / 2 is 6e-17 in doubles
-    low = np.column_stack([r, -y - straight / 2.0])
-    high = np.column_stack([r[::-1], y[::-1] + straight / 2.0])
-    return np.concatenate([low, high if straight > 0.0 else high[1:]]), sections
+    lower = np.column_stack([r, -y - straight / 2.0])
+    upper = np.column_stack([r[::-1], y[::-1] + straight / 2.0])
+    return np.concatenate([lower, upper if straight > 0.0 else upper[1:]]), sections

@@ -31,10 +31,10 @@ def pointed_ball(radius: float, splits: int = 3) -> MeshData:
 
 def _split(points: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
     edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    unique, place = np.unique(edges, axis=0, return_inverse=True)
+    unique, edge_index = np.unique(edges, axis=0, return_inverse=True)
     middle = points[unique].sum(axis=1)
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     a, b, c = faces.T
-    ab, bc, ca = place.reshape(-1, 3).T + len(points)
+    ab, bc, ca = edge_index.reshape(-1, 3).T + len(points)
     quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
     return np.concatenate([points, middle]), np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])

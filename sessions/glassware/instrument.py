@@ -71,7 +71,7 @@ class Cavity:
             "floor": round(float(self.floor_height), 6),
             "mark": round(float(self.mark_height), 6),
             "opening_radius": round(float(self.opening.radius), 6),
-            **{name: [round(float(value), 6) for value in place] for name, place in points.items()},
+            **{name: [round(float(value), 6) for value in point] for name, point in points.items()},
         }
 
 

@@ -23,7 +23,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
     row = rows("united.toml")[name]
 
     def build(spacing: float) -> MeshData:
-        solids = [_solid(part, spacing) for part in row["parts"]]
+        solids = [_solid(solid, spacing) for solid in row["parts"]]
         if len(solids) == 1:
             return solids[0]
         whole = united(solids)
@@ -37,50 +37,50 @@ def from_row(faces: int, *, name: str) -> Instrument:
     return weighed(name, mesh, row["tags"], row["material"])
 
 
-def _solid(part: dict[str, Any], spacing: float) -> MeshData:
-    if "box" in part:
-        return box(metres(part["box"]), metres(part["at"]))
-    around = sections_for(metres(part.get("round", part.get("radius"))), spacing, part.get("least", 8))
-    if "ring" in part:
-        outline = np.array(metres(part["ring"]))
-        if part.get("divided"):
+def _solid(solid: dict[str, Any], spacing: float) -> MeshData:
+    if "box" in solid:
+        return box(metres(solid["box"]), metres(solid["at"]))
+    around = sections_for(metres(solid.get("round", solid.get("radius"))), spacing, solid.get("least", 8))
+    if "ring" in solid:
+        outline = np.array(metres(solid["ring"]))
+        if solid.get("divided"):
             outline = divided(outline, spacing)
         return sewn(turned(outline[:-1], even_angles(around)), around=True)
-    radius = metres(part["radius"])
-    if "path" in part:
-        pose = _pose(part)
+    radius = metres(solid["radius"])
+    if "path" in solid:
+        pose = _pose(solid)
         path = bent(
-            metres(part["path"]) @ pose[:3, :3].T + pose[:3, 3],
-            metres(part["bend"]),
+            metres(solid["path"]) @ pose[:3, :3].T + pose[:3, 3],
+            metres(solid["bend"]),
             spacing,
-            least=part.get("bends", 3),
+            least=solid.get("bends", 3),
         )
         return rod(path, radius, around)
-    if "loop" in part:
-        reach = metres(part["loop"])
+    if "loop" in solid:
+        reach = metres(solid["loop"])
         angles = np.linspace(0.0, 2.0 * np.pi, max(8, round(2.0 * np.pi * reach / spacing)), endpoint=False)
         circle = reach * np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
-        loop = metres(part["about"]) + circle
+        loop = metres(solid["about"]) + circle
         rings = swept(np.concatenate([loop[-1:], loop, loop[:1]]), [radius] * (len(loop) + 2), around)[1:-1]
-        return sewn(rings, around=True).transformed(_pose(part))
-    if "arc" in part:
-        reach, (x, y, z) = metres(part["arc"]), metres(part["at"])
+        return sewn(rings, around=True).transformed(_pose(solid))
+    if "arc" in solid:
+        reach, (x, y, z) = metres(solid["arc"]), metres(solid["at"])
         count = max(9, round(4.9 * reach / spacing))
-        angles = np.radians(np.linspace(part["from_deg"], part["to_deg"], count))
+        angles = np.radians(np.linspace(solid["from_deg"], solid["to_deg"], count))
         path = np.column_stack([x + reach * np.cos(angles), np.full_like(angles, y), z - reach * np.sin(angles)])
         return rod(path, radius, around)
-    if part.get("across") == "corners":
+    if solid.get("across") == "corners":
         radius = across_corners(radius, around)
-    end_radius = metres(part["end_radius"]) if "end_radius" in part else radius
-    return cylinder(metres(part["from"]), metres(part["to"]), (radius, end_radius), around)
+    end_radius = metres(solid["end_radius"]) if "end_radius" in solid else radius
+    return cylinder(metres(solid["from"]), metres(solid["to"]), (radius, end_radius), around)
 
 
-def _pose(part: dict[str, Any]) -> NDArray[np.float64]:
+def _pose(solid: dict[str, Any]) -> NDArray[np.float64]:
     """Matrix (4, 4) that turns a part about Y, mirrors it in X if it says so, and moves it to where it is."""
-    angle, mirror = np.radians(part["turned_deg"]), -1.0 if part.get("mirrored") else 1.0
+    angle, mirror = np.radians(solid["turned_deg"]), -1.0 if solid.get("mirrored") else 1.0
     pose = np.eye(4)
     pose[[0, 0, 2, 2], [0, 2, 0, 2]] = mirror * np.cos(angle), mirror * np.sin(angle), -np.sin(angle), np.cos(angle)
-    pose[:3, 3] = metres(part.get("at", [0, 0, 0]))
+    pose[:3, 3] = metres(solid.get("at", [0, 0, 0]))
     return pose
 
 
@@ -91,17 +91,17 @@ def fitted(build: Callable[[float], MeshData], faces: int, start: float) -> tupl
     spacing.
     """
     spacing = start
-    low, high = 0.0, np.inf  # spacings known to give too many faces, too few
+    lower, upper = 0.0, np.inf  # spacings known to give too many faces, too few
     tried: list[tuple[MeshData, float]] = []
     for _ in range(SEARCH_STEPS):
         tried.append((build(spacing), spacing))
         ratio = len(tried[-1][0].faces) / faces
         if abs(ratio - 1.0) < FACE_COUNT_TOLERANCE:
             break
-        low, high = (max(low, spacing), high) if ratio > 1.0 else (low, min(high, spacing))
+        lower, upper = (max(lower, spacing), upper) if ratio > 1.0 else (lower, min(upper, spacing))
         spacing *= float(np.sqrt(ratio))
-        if not low < spacing < high:
-            spacing = float(np.sqrt(low * high))
+        if not lower < spacing < upper:
+            spacing = float(np.sqrt(lower * upper))
     return min(tried, key=lambda trial: abs(np.log(len(trial[0].faces) / faces)))
 
 
@@ -138,9 +138,9 @@ def rod(path: ArrayLike, radius: float, sections: int) -> MeshData:
     rings = swept(
         np.concatenate([before, points, after]), [*cosines, *([radius] * len(points)), *cosines[::-1]], sections
     )
-    low = points[:1] + radius * first / np.linalg.norm(first)
-    high = points[-1:] + radius * last / np.linalg.norm(last)
-    return sewn([low, *rings, high])
+    start_cap = points[:1] + radius * first / np.linalg.norm(first)
+    end_cap = points[-1:] + radius * last / np.linalg.norm(last)
+    return sewn([start_cap, *rings, end_cap])
 
 
 def swept(path: NDArray[np.float64], radii: Sequence[float], sections: int) -> list[Ring]:

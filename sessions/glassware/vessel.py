@@ -59,8 +59,8 @@ class Shape:
         outline = sampled(self.strokes, 0)
         length = 2.0 * float(np.linalg.norm(np.diff(outline, axis=0), axis=1).sum())
         around = 2.0 * np.pi * float(outline[:, 0].max())
-        wanted = np.sqrt(faces / 2.0 * 1.6 * around / length)
-        segments = round(faces / 2.0 / float(np.clip(wanted, GOOD_SECTIONS, MOST_SECTIONS)) / 2.0) - 1
+        ideal_sections = np.sqrt(faces / 2.0 * 1.6 * around / length)
+        segments = round(faces / 2.0 / float(np.clip(ideal_sections, GOOD_SECTIONS, MOST_SECTIONS)) / 2.0) - 1
         segments = len(sampled(self.strokes, segments)) - 1
         sections = max(faces / 2.0 / self._bands(segments), LEAST_SECTIONS)
         return multiple * round(sections / multiple), segments
@@ -108,8 +108,8 @@ def turned_vessel(shape: Shape, faces: int) -> Turned:
     rim = _half_round(inner_rings[-1], outer_rings[-1], 2 if sections < 32 else 4, bulge * _leaving(inner_rings))
     down = len(inner_rings) + len(rim)
     if shape.open_below:
-        low = _half_round(outer_rings[0], inner_rings[0], 2, -bulge * _leaving(outer_rings[:2]))
-        mesh = sewn([*inner_rings, *rim, *outer_rings[::-1], *low], around=True, falling_from=down)
+        bottom = _half_round(outer_rings[0], inner_rings[0], 2, -bulge * _leaving(outer_rings[:2]))
+        mesh = sewn([*inner_rings, *rim, *outer_rings[::-1], *bottom], around=True, falling_from=down)
     else:
         base = _foot_rings(shape.foot, angles) if shape.foot else []
         lowest = shape.foot.top + 1e-9 if shape.foot else -np.inf

@@ -34,35 +34,35 @@ def from_row(faces: int, *, name: str) -> Instrument:
             return volume_below(inner, metres(row["mark"])) - capacity
 
         shape = _shape(row, solved(missing, *metres(row["bulb_between"])))
-    turned = turned_vessel(shape, faces)
+    revolved = turned_vessel(shape, faces)
     if "tip_down" in row:
-        return _tip_down(row, name, turned, capacity)
-    radius, height = turned.inner[-1].tolist()
+        return _tip_down(row, name, revolved, capacity)
+    radius, height = revolved.inner[-1].tolist()
     cavity = Cavity(
         capacity_m3=capacity,
-        floor_height=float(turned.inner[0, 1]),
-        mark_height=level_holding(turned.inner, capacity),
-        to_brim=turned.brimful(),
-        opening=Opening.upwards(radius, height, turned.reach),
+        floor_height=float(revolved.inner[0, 1]),
+        mark_height=level_holding(revolved.inner, capacity),
+        to_brim=revolved.brimful(),
+        opening=Opening.upwards(radius, height, revolved.reach),
     )
-    return weighed(name, turned.mesh, row["tags"], material, cavity=cavity, sites=sites)
+    return weighed(name, revolved.mesh, row["tags"], material, cavity=cavity, sites=sites)
 
 
-def _tip_down(row: dict[str, Any], name: str, turned: Turned, capacity: float) -> Instrument:
+def _tip_down(row: dict[str, Any], name: str, revolved: Turned, capacity: float) -> Instrument:
     """The vessel upside down: its rim is the tip, and liquid stands over it."""
     height = metres(row["tip_down"])
     over = np.diag([1.0, -1.0, 1.0, 1.0])
     over[1, 3] = height
-    (radius, full), brim = turned.inner[-1].tolist(), turned.brimful()
+    (radius, full), brim = revolved.inner[-1].tolist(), revolved.brimful()
     tip = height - full
     cavity = Cavity(
         capacity_m3=capacity,
         floor_height=tip,
-        mark_height=height - level_holding(turned.inner, brim.volume - capacity),
+        mark_height=height - level_holding(revolved.inner, brim.volume - capacity),
         to_brim=brim.transformed(over),
         opening=Opening(centre=(0.0, tip, 0.0), normal=(0.0, -1.0, 0.0), radius=radius, lip=(0.0, 0.0, 0.0)),
     )
-    return weighed(name, turned.mesh.transformed(over), row["tags"], cavity=cavity)
+    return weighed(name, revolved.mesh.transformed(over), row["tags"], cavity=cavity)
 
 
 def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:

@@ -108,8 +108,8 @@ def _read(format: str, path: Path, options: dict[str, Any]) -> Session:
         known = [*signature(read).parameters][1:]
         for option in options:
             if option not in known:
-                there = ", ".join([*known, *COMMON, *MESH_OPTIONS])
-                raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {there}")
+                accepted = ", ".join([*known, *COMMON, *MESH_OPTIONS])
+                raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {accepted}")
         session: Session = read(path, **options)
     except (SessionError, OSError):
         raise

@@ -46,8 +46,8 @@ def read_aframe(source: Path) -> Session:
     for name, device in devices.items():
         numbers = np.array([_row(pose) for pose in device["poses"]], dtype=np.float64).reshape(-1, 7)
         stamps = stamps_of(numbers[:, 0], 1e6, f"{source}: {name}: poses")
-        turns = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
-        tables[name] = PoseTable(stamps, numbers[:, 1:4], turns)
+        quaternions = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
+        tables[name] = PoseTable(stamps, numbers[:, 1:4], quaternions)
         happened = list(_events(name, device.get("events") or [], source))
         events += [event for event, _ in happened]
         presses = [event for event, button in happened if button == TRIGGER and event.name in PRESSES]
@@ -80,9 +80,9 @@ def _devices(source: Path, ledger: Ledger) -> dict[str, dict[str, Any]]:
         raise ImportFileError(f"{source}: {repeated[0]!r} stands twice in one object; rename or remove one of them")
     if isinstance(data, dict) and isinstance(data.get("recording"), dict):
         data = data["recording"]
-    parts = data if isinstance(data, dict) else {}
-    members_of = {name: part for name, part in parts.items() if isinstance(part, dict)}
-    devices = {name: part for name, part in members_of.items() if isinstance(part.get("poses"), list)}
+    entries = data if isinstance(data, dict) else {}
+    members_of = {name: value for name, value in entries.items() if isinstance(value, dict)}
+    devices = {name: value for name, value in members_of.items() if isinstance(value.get("poses"), list)}
     if not devices:
         raise ImportFileError(f"{source}: no device with a list of poses; this is no A-Frame motion capture")
     without = {WITHOUT_POSES: len(members_of) - len(devices)}
@@ -99,8 +99,8 @@ def _row(pose: Any) -> list[float]:
     ]
 
 
-def _number(part: Any, key: str) -> float:
-    return number(part.get(key)) if isinstance(part, dict) else math.nan
+def _number(value: Any, key: str) -> float:
+    return number(value.get(key)) if isinstance(value, dict) else math.nan
 
 
 def _events(name: str, events: object, source: Path) -> Iterator[tuple[Event, object]]:

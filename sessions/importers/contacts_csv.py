@@ -30,11 +30,11 @@ def read_contacts(source: str | Path, ledger: Ledger) -> tuple[LiveContact, ...]
     nothing is in it.
     """
     path = Path(source)
-    found = list(_rows(path, read_text(path, "contact file", ImportFileError)))
-    if not found:
+    contacts = list(_rows(path, read_text(path, "contact file", ImportFileError)))
+    if not contacts:
         raise ImportFileError(f"{path} holds no contact; write rows of: time, a, b, begin or end")
-    ledger.book("contacts", path.name, read=len(found), kept=len(found))
-    return tuple(sorted(found, key=lambda contact: contact.time_ns))
+    ledger.book("contacts", path.name, read=len(contacts), kept=len(contacts))
+    return tuple(sorted(contacts, key=lambda contact: contact.time_ns))
 
 
 def _rows(path: Path, text: str) -> Iterator[LiveContact]:

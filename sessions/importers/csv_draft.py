@@ -45,8 +45,8 @@ class UnknownColumnsError(ImportFileError):
 
     def __init__(self, source: Path, columns: Sequence[str], draft: str, unknown: Sequence[str]) -> None:
         self.draft, self.unknown = draft, tuple(unknown)
-        shown = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
-        super().__init__(f"{source}: its columns are of no known log: {shown}; describe them with --mapping FILE")
+        listed = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
+        super().__init__(f"{source}: its columns are of no known log: {listed}; describe them with --mapping FILE")
 
 
 def draft_of(head: CsvHead, table: CsvTable) -> UnknownColumnsError:
@@ -70,9 +70,9 @@ def _guessed_line(gaps: _Gaps) -> Iterator[str]:
         yield f"guessed = {json.dumps(gaps.guessed)}   # the file does not say these: take out what you have checked"
 
 
-def _named(head: CsvHead, words: frozenset[str]) -> list[str]:
+def _named(head: CsvHead, names: frozenset[str]) -> list[str]:
     """The columns in whose names one of these words is."""
-    return [name for name in head.columns if not words.isdisjoint(word.lower() for word in _words(name)[0])]
+    return [name for name in head.columns if not names.isdisjoint(word.lower() for word in _words(name)[0])]
 
 
 @dataclass
@@ -83,8 +83,8 @@ class _Body:
 
     def held(self, kind: str, axes: str) -> list[str]:
         """The columns of all these axes, or none."""
-        found = [self.columns.get((kind, axis), "") for axis in axes]
-        return found if all(found) else []
+        columns = [self.columns.get((kind, axis), "") for axis in axes]
+        return columns if all(columns) else []
 
     @property
     def place(self) -> list[str]:
@@ -118,15 +118,15 @@ def _keys(layout: CsvLayout) -> dict[str, object]:
 
 def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
     if {*ROW_MAJOR} <= {*columns}:
-        places = {(PLACE, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
-        turns = [name for name in ROW_MAJOR if name[2] != "3"]
-        return {"": _Body({**places, **{(MATRIX, at): name for at, name in zip(NINE, turns, strict=True)}})}
-    found: dict[str, _Body] = {}
+        cells = {(PLACE, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
+        matrix = [name for name in ROW_MAJOR if name[2] != "3"]
+        return {"": _Body({**cells, **{(MATRIX, at): name for at, name in zip(NINE, matrix, strict=True)}})}
+    bodies: dict[str, _Body] = {}
     for column in columns:
-        words, _ = _words(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
-        if not words:
+        tokens, _ = _words(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
+        if not tokens:
             continue
-        *before, last = words
+        *before, last = tokens
         kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), PLACE)
         match = AXIS.fullmatch(last.lower())
         axis = TURNS.get(last.lower(), "")
@@ -137,13 +137,13 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         elif match and (not match[1] or match[1] in KIND_OF):
             kind, axis = KIND_OF.get(match[1], kind), match[2]
         if axis and not {word.lower() for word in before} & OTHER:
-            found.setdefault(_name(column, before), _Body()).columns.setdefault((kind, axis), column)
-    return found
+            bodies.setdefault(_name(column, before), _Body()).columns.setdefault((kind, axis), column)
+    return bodies
 
 
-def _name(column: str, words: Sequence[str]) -> str:
+def _name(column: str, tokens: Sequence[str]) -> str:
     """The body that a column is of, as it is written there: what is left of the words."""
-    own = [word for word in words if word.lower() not in {*KIND_OF, *NOISE}]
+    own = [word for word in tokens if word.lower() not in {*KIND_OF, *NOISE}]
     if not own:
         return ""
     first = column.index(own[0])
@@ -154,11 +154,11 @@ def _name(column: str, words: Sequence[str]) -> str:
 def _words(column: str) -> tuple[list[str], str]:
     """The words of a name, and the unit that it states."""
     stated = re.search(r"[\[(]\s*([A-Za-z]+)\s*[\])]", column)
-    words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
+    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
     unit = UNITS.get(stated[1].lower(), "") if stated else ""
-    if len(words) > 1 and words[-1].lower() in UNITS:
-        unit = unit or UNITS[words.pop().lower()]
-    return words, unit
+    if len(tokens) > 1 and tokens[-1].lower() in UNITS:
+        unit = unit or UNITS[tokens.pop().lower()]
+    return tokens, unit
 
 
 def words_of(column: str) -> list[str]:
@@ -214,47 +214,47 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
 
 
-def _units(head: CsvHead, places: Sequence[str], gaps: _Gaps) -> str:
+def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     """The unit of lengths."""
-    unit = next((unit for column in places if (unit := _words(column)[1] or head.unit(column)) in LENGTHS), "")
+    unit = next((unit for column in columns if (unit := _words(column)[1] or head.unit(column)) in LENGTHS), "")
     if unit:
         return f'units = "{unit}"'
     gaps.unknown.append("the unit of lengths (m unless you say otherwise)")
-    numbers = [number for column in places for number in head.numbers(column)]
+    numbers = [number for column in columns for number in head.numbers(column)]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
     return f'# units = "m"   # m, cm or mm? {limits}'
 
 
 def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
     """The rotation of a body."""
-    kind, turn = body.turn
+    kind, rotation = body.turn
     if kind == UNORDERED:
         gaps.unknown.append(f"the order of the quaternion ({TURN} or {SCALAR_FIRST})")
-        yield f"# In which order? The file does not tell{_likely_order(head, turn)}. Take one of the two:"
-        yield f"# {TURN} = {json.dumps(turn)}   # x, y, z, w"
-        yield f"# {SCALAR_FIRST} = {json.dumps(turn)}   # w, x, y, z"
+        yield f"# In which order? The file does not tell{_likely_order(head, rotation)}. Take one of the two:"
+        yield f"# {TURN} = {json.dumps(rotation)}   # x, y, z, w"
+        yield f"# {SCALAR_FIRST} = {json.dumps(rotation)}   # w, x, y, z"
         return
     if kind != ANGLES:
-        yield f"{kind} = {json.dumps(turn)}"
+        yield f"{kind} = {json.dumps(rotation)}"
         return
     # By their axes or roles, whatever order a person writes below; which axis a role is depends on the convention.
-    roles = [words_of(column)[-1].lower() for column in turn]
+    roles = [words_of(column)[-1].lower() for column in rotation]
     names = roles if {*roles} == {*ROLES} else "xyz"
-    angles = ", ".join(f"{name} = {json.dumps(column)}" for name, column in zip(names, turn, strict=True))
+    angles = ", ".join(f"{name} = {json.dumps(column)}" for name, column in zip(names, rotation, strict=True))
     yield f"{kind} = {{{angles}}}"
     gaps.unknown.append("the order of the angles (order)")
     yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
     yield '# angle_unit = "deg"   # deg or rad'
-    if turn == body.held(TURN, "xyz"):
-        yield f"# rotation_vector = {json.dumps(turn)}   # in place of euler and order, if it is axis times angle"
+    if rotation == body.held(TURN, "xyz"):
+        yield f"# rotation_vector = {json.dumps(rotation)}   # in place of euler and order, if it is axis times angle"
 
 
-def _likely_order(head: CsvHead, turn: Sequence[str]) -> str:
+def _likely_order(head: CsvHead, rotation: Sequence[str]) -> str:
     """A guess of which of four numbers is the scalar, which is near 1 where a body has hardly turned; else nothing."""
-    sizes = [float(np.abs(head.numbers(column)[:1]).sum()) for column in (turn[0], turn[-1])]
+    sizes = [float(np.abs(head.numbers(column)[:1]).sum()) for column in (rotation[0], rotation[-1])]
     if max(sizes) < NEARLY_AT_REST or min(sizes) > 1.0 - NEARLY_AT_REST:
         return ""
-    column, order = (turn[0], "scalar first") if sizes[0] > sizes[1] else (turn[-1], "scalar last")
+    column, order = (rotation[0], "scalar first") if sizes[0] > sizes[1] else (rotation[-1], "scalar last")
     return f"; {column} begins near 1, so that {order} is likely"
 
 
@@ -278,7 +278,7 @@ def _clock_of(head: CsvHead) -> _Clock:
     steps = [step for step in np.diff(values) if step > 0]
     if steps and unit not in CLOCK_NS:
         step = float(np.median(steps))
-        unit = next((name for name, low, high in STEPS if low <= step < high), "")
+        unit = next((name for name, lower, upper in STEPS if lower <= step < upper), "")
         if TICKS[0] <= values[0] < TICKS[1]:
             unit = "ticks"
     return _Clock(column, unit)

@@ -75,10 +75,10 @@ def _in_order_of(plan: CsvMapping, axes: Convention, where: str) -> CsvMapping:
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     """Refuse a mapping that names columns which are not there: all of them at once."""
-    wanted = [plan.time, plan.name]
-    wanted += [column for pose in (plan.body, *plan.bodies.values()) if pose for column in (*pose.numbers, pose.valid)]
-    wanted += [column for column, _ in plan.scalars.values()]
-    missing = [column for column in dict.fromkeys(wanted) if column and column not in table.columns]
+    columns = [plan.time, plan.name]
+    columns += [column for pose in (plan.body, *plan.bodies.values()) if pose for column in (*pose.numbers, pose.valid)]
+    columns += [column for column, _ in plan.scalars.values()]
+    missing = [column for column in dict.fromkeys(columns) if column and column not in table.columns]
     if len(missing) > 1 and len(table.columns) > 1:
         named = ", ".join(map(repr, missing))
         raise ImportFileError(f"{table.source}: no columns {named}; there are: {', '.join(table.columns)}")

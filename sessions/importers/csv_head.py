@@ -62,8 +62,8 @@ class CsvHead:
 
     def cells(self, column: str) -> list[str]:
         """The first cells of a column."""
-        place = self.columns.index(column)
-        return [row[place] for row in self.rows]
+        index = self.columns.index(column)
+        return [row[index] for row in self.rows]
 
     def numbers(self, column: str) -> list[float]:
         """The numbers among the first cells of a column."""

@@ -106,21 +106,21 @@ class PoseColumns:
         order = self.order or fixed
         axes = role_axes(convention) if self.are_roles else self.order.lower() or "xyz"
         by_axis = dict(zip(axes, self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
-        turn = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
+        rotation = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
         signs = tuple(convention.euler_signs["xyz".index(axis)] for axis in order.lower())
         return replace(
-            self, turn=turn, order=order, signs=(signs[0], signs[1], signs[2]), is_order_stated=bool(self.order)
+            self, turn=rotation, order=order, signs=(signs[0], signs[1], signs[2]), is_order_stated=bool(self.order)
         )
 
-    def quaternions(self, turns: Numbers) -> Numbers:
+    def quaternions(self, rotations: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
         if self.kind == "matrix":
-            return _of_matrices(turns.reshape(-1, 3, 3))
+            return _of_matrices(rotations.reshape(-1, 3, 3))
         if self.kind == "quaternion_wxyz":
-            return turns[:, [1, 2, 3, 0]]
+            return rotations[:, [1, 2, 3, 0]]
         if self.kind == "quaternion_xyzw":
-            return turns
-        angles = np.radians(turns) if self.degrees else turns
+            return rotations
+        angles = np.radians(rotations) if self.degrees else rotations
         if self.kind == "rotation_vector":
             return _of_vectors(angles)
         return quaternion_from_euler(angles * np.array(self.signs), self.order)
@@ -279,11 +279,11 @@ def _of_matrices(matrices: Numbers) -> Numbers:
     """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-        turns = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
-    found = np.full((len(matrices), 4), np.nan)
-    for row in np.flatnonzero(turns):
-        found[row] = quaternion_from_matrix(matrices[row])
-    return found
+        is_rotation = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
+    quaternions = np.full((len(matrices), 4), np.nan)
+    for row in np.flatnonzero(is_rotation):
+        quaternions[row] = quaternion_from_matrix(matrices[row])
+    return quaternions
 
 
 def _of_vectors(vectors: Numbers) -> Numbers:
@@ -312,22 +312,22 @@ def pose_columns(table: TomlTable) -> PoseColumns:
             "matrix = [9 columns, row by row]"
         )
     kind = kinds[0] if kinds else ""
-    turn, order, degrees, are_roles = tuple[str, ...](), "", True, False
+    rotation, order, degrees, are_roles = tuple[str, ...](), "", True, False
     is_angle_unit_stated = "angle_unit" in table
     if kind == "euler":
         order = table.text("order", "", ORDERS)
         axes = table.table(kind) or table.within({}, kind)
         are_roles = any(role in axes for role in ROLES)
-        turn = tuple(axes.text(axis, None) for axis in (ROLES if are_roles else order.lower() or "xyz"))
+        rotation = tuple(axes.text(axis, None) for axis in (ROLES if are_roles else order.lower() or "xyz"))
         axes.done()
         degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     elif kind:
-        turn = table.texts(kind, TURNS[kind])
+        rotation = table.texts(kind, TURNS[kind])
     if kind == "rotation_vector":
         degrees = table.text("angle_unit", None, ("deg", "rad")) == "deg"
     columns = PoseColumns(
         position=table.texts("position", 3),
-        turn=turn,
+        turn=rotation,
         kind=kind,
         order=order,
         degrees=degrees,

@@ -147,9 +147,9 @@ class CsvTable:
         return str(WORDS["units"].get(self._units.get(column, ""), ""))
 
     def _name_columns(self, heads: list[list[str]]) -> None:
-        words = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]
-        self.heads = list(map(list, zip(*words, strict=True)))
-        names = [" ".join(filter(None, column)) for column in words]
+        cells = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]
+        self.heads = list(map(list, zip(*cells, strict=True)))
+        names = [" ".join(filter(None, column)) for column in cells]
         repeated = sorted(name for name in {*names} if names.count(name) > 1)
         if repeated and len(heads) < 2:
             raise ImportFileError(f"{self.source}: line {self._above}: column {repeated[0]!r} occurs twice; rename one")
@@ -233,8 +233,8 @@ class CsvTable:
         again = pc.equal(self._table.column(0), header[0])
         if not pc.any(again).as_py():
             return 0
-        for place, word in enumerate(header):
-            again = pc.and_(again, pc.equal(pc.utf8_trim_whitespace(self._table.column(place)), word))
+        for index, word in enumerate(header):
+            again = pc.and_(again, pc.equal(pc.utf8_trim_whitespace(self._table.column(index)), word))
         self._kept_rows = np.flatnonzero(~again.to_numpy(zero_copy_only=False).astype(np.bool_))
         self._table = self._table.filter(pc.invert(again))
         return int(pc.sum(again).as_py() or 0)
@@ -323,19 +323,19 @@ class CsvTable:
         with suppress(pa.ArrowInvalid):
             return np.asarray(cells.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
         values = []
-        for place, cell in enumerate(cells.fill_null("nan").to_pylist()):
+        for row, cell in enumerate(cells.fill_null("nan").to_pylist()):
             try:
                 values.append(float(cell))
             except ValueError:
-                text = self.texts(column, rows)[place]
+                text = self.texts(column, rows)[row]
                 cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
                 cure = cure if text.count(",") == 1 else "repair the cell"
-                raise self._wrong(column, rows, place, f"{text[:40]!r} is no number; {cure}") from None
+                raise self._wrong(column, rows, row, f"{text[:40]!r} is no number; {cure}") from None
         return np.array(values)
 
-    def _wrong(self, column: str, rows: Rows | None, place: int, message: str) -> ImportFileError:
-        """What is wrong with a cell, by its place among some rows."""
-        row = place if rows is None else int(np.flatnonzero(rows)[place])
+    def _wrong(self, column: str, rows: Rows | None, index: int, message: str) -> ImportFileError:
+        """The error of a cell, by its index among some rows."""
+        row = index if rows is None else int(np.flatnonzero(rows)[index])
         row = row if self._kept_rows is None else int(self._kept_rows[row])
         whole = (line for line, cells in self._rows_with_lines() if len(cells) == len(self.columns))
         return ImportFileError(
@@ -359,10 +359,10 @@ class CsvTable:
             stamps = self._rounded_stamps(column, unit, rows)
         stamps = stamps + offset_ns
         if len(stamps) and stamps.min() < 0:
-            place = int(stamps.argmin())
-            cell = self.texts(column, rows)[place][:40]
+            row = int(stamps.argmin())
+            cell = self.texts(column, rows)[row][:40]
             message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
-            raise self._wrong(column, rows, place, message)
+            raise self._wrong(column, rows, row, message)
         return stamps
 
     def _rounded_stamps(self, column: str, unit: str, rows: Rows | None) -> Stamps:
@@ -388,12 +388,12 @@ class CsvTable:
     def _wall_clock(self, column: str, rows: Rows | None, form: str) -> Stamps:
         """Stamps of dates and times in text; without a zone they count as UTC."""
         stamps = []
-        for place, cell in enumerate(self.texts(column, rows)):
+        for row, cell in enumerate(self.texts(column, rows)):
             try:
                 stamps.append(_nanoseconds(cell, form))
             except ValueError:
-                wanted = f"of the format {form!r}" if form else "in ISO 8601; say its format under [time]"
-                raise self._wrong(column, rows, place, f"{cell[:40]!r} is no date and time {wanted}") from None
+                expected = f"of the format {form!r}" if form else "in ISO 8601; say its format under [time]"
+                raise self._wrong(column, rows, row, f"{cell[:40]!r} is no date and time {expected}") from None
         return np.array(stamps, dtype=np.int64)
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
@@ -427,12 +427,12 @@ def has_decimal_commas(row: str, width: int) -> bool:
     cells = [cell.strip() for cell in row.split(",")]
     if any(map(DECIMAL_POINT.fullmatch, cells)):
         return False
-    pairs, place = 0, 0
-    while place < len(cells) - 1:
-        whole, fraction = cells[place], cells[place + 1]
+    pairs, position = 0, 0
+    while position < len(cells) - 1:
+        whole, fraction = cells[position], cells[position + 1]
         is_number = whole.removeprefix("-").isdecimal() and fraction.isdecimal()
         pairs += is_number
-        place += 1 + is_number
+        position += 1 + is_number
     return 0 < len(cells) - width <= pairs
 
 
@@ -447,13 +447,13 @@ def _exact_stamps(cells: Any, unit: str) -> Stamps | None:
         return None
     if decimals.null_count:
         return None
-    parts = [np.zeros((0, 2), dtype=np.int64)]
+    chunks = [np.zeros((0, 2), dtype=np.int64)]
     for chunk in filter(len, decimals.chunks):
-        words = np.frombuffer(chunk.buffers()[1], dtype=np.int64).reshape(-1, 2)
-        parts.append(words[chunk.offset : chunk.offset + len(chunk)])
-    words = np.concatenate(parts)
-    stamps = words[:, 0]
-    if (words[:, 1] != stamps >> 63).any():
+        values = np.frombuffer(chunk.buffers()[1], dtype=np.int64).reshape(-1, 2)
+        chunks.append(values[chunk.offset : chunk.offset + len(chunk)])
+    values = np.concatenate(chunks)
+    stamps = values[:, 0]
+    if (values[:, 1] != stamps >> 63).any():
         return None
     if unit == "ticks":
         stamps = stamps - TICKS_1970

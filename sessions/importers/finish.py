@@ -122,7 +122,7 @@ def _check_poses(session: Session, source: Path) -> None:
         raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
     if np.isin(status, (Status.ABSENT, Status.LOST)).all():
         conversions = session.facts.get("conversions", "").split("; ")
-        why = "; ".join(words for words in conversions if "lost" in words) or "the source flags them"
+        why = "; ".join(conversion for conversion in conversions if "lost" in conversion) or "the source flags them"
         raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
 
 
@@ -133,16 +133,16 @@ def name_words(name: str) -> list[str]:
 
 def proxy_for(name: str) -> str:
     """The instrument that can stand in for a body of this name, or ``""``."""
-    words = name_words(name)
-    if len(words) == 1 and words[0] in SIDES:
+    tokens = name_words(name)
+    if len(tokens) == 1 and tokens[0] in SIDES:
         return "proxy_wand"
-    return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, words))), "")
+    return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, tokens))), "")
 
 
 def side_of(name: str) -> str:
     """``left`` or ``right`` where a word of the name begins with it, else the name itself."""
-    words = name_words(name)
-    return next((side for side in SIDES if any(word.startswith(side) for word in words)), name)
+    tokens = name_words(name)
+    return next((side for side in SIDES if any(word.startswith(side) for word in tokens)), name)
 
 
 def _with_proxies(scene: Scene, names: Iterable[str], given: dict[str, MeshData]) -> Scene:

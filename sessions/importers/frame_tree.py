@@ -118,21 +118,21 @@ class FrameTree:
         chains = {name: chain for name, chain in chains.items() if name not in still}
         moving = [self._tables[name][0] for name in self._links if self._moves(name)]
         everywhen = np.unique(np.concatenate(moving)) if moving else None
-        found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
-        apart = [name for name, table in found.items() if not len(table.times_ns)]
-        words = [f"poses in the root frame {root!r}" for root in roots]
+        tables = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
+        empty = [name for name, table in tables.items() if not len(table.times_ns)]
+        notes = [f"poses in the root frame {root!r}" for root in roots]
         left_out = {}
         if still:
             left_out[f"that stand still and that no transform joins to it: {_named(still)}"] = len(still)
-        if apart:
-            left_out[f"that never have stamps together with those above: {_named(apart)}"] = len(apart)
-            found = {name: table for name, table in found.items() if name not in apart}
-        self._ledger.book("names", read=len(self._links), kept=len(found), dropped=left_out)
+        if empty:
+            left_out[f"that never have stamps together with those above: {_named(empty)}"] = len(empty)
+            tables = {name: table for name, table in tables.items() if name not in empty}
+        self._ledger.book("names", read=len(self._links), kept=len(tables), dropped=left_out)
         if unstamped:
-            words.append(f"{unstamped} poses without a stamp have the time they were logged at")
+            notes.append(f"{unstamped} poses without a stamp have the time they were logged at")
         if self._interpolated:
-            words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
-        return found, words, assumed
+            notes.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
+        return tables, notes, assumed
 
     def _moves(self, name: str) -> bool:
         return not self._links[name].static and len(self._tables[name][0]) > 1
@@ -160,8 +160,8 @@ class FrameTree:
         pose = self._at(chain[0], stamps)
         for name in chain[1:]:
             above = self._at(name, stamps)
-            place = above[:, :3] + rotated(above[:, 3:], pose[:, :3])
-            pose = np.concatenate([place, quaternion_product(above[:, 3:], pose[:, 3:])], axis=1)
+            position = above[:, :3] + rotated(above[:, 3:], pose[:, :3])
+            pose = np.concatenate([position, quaternion_product(above[:, 3:], pose[:, 3:])], axis=1)
         return PoseTable(stamps, pose[:, :3], pose[:, 3:])
 
     def _at(self, name: str, stamps: Stamps) -> Numbers:
@@ -170,22 +170,22 @@ class FrameTree:
         if not self._moves(name):
             return rows[np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)]
         after = np.searchsorted(times, stamps)  # stamps lie between the first and the last of a frame that moves
-        found: Numbers = rows[after]
+        rows_after: Numbers = rows[after]
         between = np.flatnonzero(times[after] != stamps)
-        high = after[between]
+        upper = after[between]
         self._interpolated |= len(between) > 0
-        step = times[high] - times[high - 1]
-        share = (stamps[between] - times[high - 1]) / step
-        start, end = rows[high - 1], rows[high]
-        found[between, :3] = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
+        step = times[upper] - times[upper - 1]
+        fraction = (stamps[between] - times[upper - 1]) / step
+        start, end = rows[upper - 1], rows[upper]
+        rows_after[between, :3] = start[:, :3] + fraction[:, None] * (end[:, :3] - start[:, :3])
         with np.errstate(invalid="ignore", divide="ignore"):
-            found[between, 3:] = slerp(start[:, 3:], end[:, 3:], share)
+            rows_after[between, 3:] = slerp(start[:, 3:], end[:, 3:], fraction)
             lost = (step > LARGEST_GAP_NS) | ~(is_rotation(start[:, 3:]) & is_rotation(end[:, 3:]))
-        found[between[lost]] = np.nan
-        return found
+        rows_after[between[lost]] = np.nan
+        return rows_after
 
-    def _error(self, words: str) -> ImportFileError:
-        return ImportFileError(f"{self._ledger.source}: {words}")
+    def _error(self, message: str) -> ImportFileError:
+        return ImportFileError(f"{self._ledger.source}: {message}")
 
 
 def _named(frames: list[str]) -> str:

@@ -70,20 +70,23 @@ def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: Fr
     """Hang the poses of a message into the tree."""
     are_frames = _kind(channel) in FRAMES
     topic, static = channel.topic.strip("/") or "pose", channel.topic.endswith("tf_static")
-    rows = _part(message, "transforms", "poses")
-    for place, row in enumerate([message] if rows is None else rows if hasattr(rows, "__len__") else ()):
+    rows = _first_field(message, "transforms", "poses")
+    for index, row in enumerate([message] if rows is None else rows if hasattr(rows, "__len__") else ()):
         head = row if are_frames else message
-        head = _part(head, "header") or head  # of ROS
-        pose = _part(row, "transform", "pose") or row
-        pose = _part(pose, "pose") or pose  # with covariance
+        head = _first_field(head, "header") or head  # of ROS
+        pose = _first_field(row, "transform", "pose") or row
+        pose = _first_field(pose, "pose") or pose  # with covariance
         try:
-            stamp = _stamp_of(_part(head, "timestamp", "stamp"))
+            stamp = _stamp_of(_first_field(head, "timestamp", "stamp"))
         except ValueError as error:
             raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
-        parts = (_part(pose, "translation", "position"), "xyz"), (_part(pose, "rotation", "orientation"), "xyzw")
-        numbers = [number(_part(part, axis)) for part, axes in parts for axis in axes]
-        name = _part(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{place}"
-        parent = _part(head, "parent_frame_id", "frame_id")
+        components = (
+            (_first_field(pose, "translation", "position"), "xyz"),
+            (_first_field(pose, "rotation", "orientation"), "xyzw"),
+        )
+        numbers = [number(_first_field(vector, axis)) for vector, axes in components for axis in axes]
+        name = _first_field(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{index}"
+        parent = _first_field(head, "parent_frame_id", "frame_id")
         parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
         if not are_frames and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
@@ -95,9 +98,9 @@ def _kind(channel: ChannelInfo) -> str:
     return channel.schema_name.replace("/", ".").rsplit(".", 1)[-1]
 
 
-def _part(value: Any, *names: str) -> Any:
+def _first_field(value: Any, *names: str) -> Any:
     """The first of these attributes that is there; ``None`` where none is."""
-    return next((part for name in names if (part := getattr(value, name, None)) is not None), None)
+    return next((field for name in names if (field := getattr(value, name, None)) is not None), None)
 
 
 def _stamp_of(time: Any) -> int | None:
@@ -109,7 +112,7 @@ def _stamp_of(time: Any) -> int | None:
         return None
     if isinstance(time, str):
         return iso_nanoseconds(time)
-    seconds, nanoseconds = _part(time, "seconds", "sec"), _part(time, "nanos", "nsec", "nanosec")
+    seconds, nanoseconds = _first_field(time, "seconds", "sec"), _first_field(time, "nanos", "nsec", "nanosec")
     if seconds is None and nanoseconds is None:
         raise ValueError(f"a timestamp is {_brief(time)}; write it as sec and nsec")
     stamp = _integer(seconds) * 1_000_000_000 + _integer(nanoseconds)
@@ -215,12 +218,12 @@ class _PoseMessages:
     def _check_topics(self) -> None:
         """Refuse a file without a message of poses, or without a topic that was named."""
         catalogue = self._file.catalogue
-        seen = {channel.topic: channel.schema_name or "no schema" for channel in catalogue.channels.values()}
-        absent = [topic for topic in self._topics if topic not in seen]
+        schemas = {channel.topic: channel.schema_name or "no schema" for channel in catalogue.channels.values()}
+        absent = [topic for topic in self._topics if topic not in schemas]
         if self._read and not absent:
             return
         what = f"no topic {absent[0]!r}" if absent else f"no message of poses ({', '.join((*FRAMES, *POSES))})"
-        present = ", ".join(f"{topic} ({name})" for topic, name in [*seen.items()][:NAMED_TOPICS])
+        present = ", ".join(f"{topic} ({name})" for topic, name in [*schemas.items()][:NAMED_TOPICS])
         message = f"{self._source}: {what}; there are: {present or 'none'}"
         if self._damaged:
             message = f"{message}; and it is damaged: {brief(self._damaged[0])}; record it again"

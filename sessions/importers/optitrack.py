@@ -49,7 +49,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
         raise ImportFileError(
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
-    time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
+    time = next((column for column in table.columns[:3] if column.endswith(TIMES)), TIMES[0])
     stamps = table.stamps(time, "s")
     bodies, notes = _bodies(table, euler)
     ledger.book("rows", read=len(table), kept=len(table))
@@ -104,19 +104,19 @@ def _bodies(table: CsvTable, euler: str) -> tuple[dict[str, PoseColumns], list[s
 
     Columns are a place X Y Z, then a quaternion X Y Z W or angles in the order of turning.
     """
-    turns, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
+    order, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
     bodies, notes = dict[str, PoseColumns](), list[str]()
     for name, columns in _tracked(table):
         try:
-            place = tuple(columns["Position", axis] for axis in "XYZ")
-            turn = tuple(columns["Rotation", axis] for axis in turns)
+            position = tuple(columns["Position", axis] for axis in "XYZ")
+            rotation = tuple(columns["Rotation", axis] for axis in order)
         except KeyError as missing:
             what = f"{name!r} has no column {' '.join(missing.args[0])!r}"
             raise ImportFileError(f"{table.source}: {what}; export it with Rotation Type Quaternion") from None
         body = numbered(name, bodies)
         if body != name:
             notes.append(f"{body}: another body of the name {name}")
-        bodies[body] = PoseColumns(place, turn, kind, euler)
+        bodies[body] = PoseColumns(position, rotation, kind, euler)
     if not bodies:
         raise ImportFileError(
             f"{table.source}: no rigid body or bone is in it, only markers; export it again with rigid bodies on"
@@ -133,14 +133,14 @@ def _tracked(table: CsvTable) -> list[tuple[str, dict[tuple[str, str], str]]]:
     ids = heads[2] if len(heads) > LINES_WITHOUT_ID else [""] * len(table.columns)
     tracked: list[tuple[str, dict[tuple[str, str], str]]] = []
     latest: dict[tuple[str, str, str], dict[tuple[str, str], str]] = {}
-    for kind, name, number, part, axis, column in zip(
+    for kind, name, number, component, axis, column in zip(
         heads[0], heads[1], ids, heads[-2], heads[-1], table.columns, strict=True
     ):
         if kind not in BODIES:
             continue
         columns = latest.get((kind, name, number))
-        if columns is None or (part, axis) in columns:
+        if columns is None or (component, axis) in columns:
             columns = latest[kind, name, number] = {}
             tracked.append((name, columns))
-        columns[part, axis] = column
+        columns[component, axis] = column
     return tracked

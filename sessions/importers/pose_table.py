@@ -80,15 +80,15 @@ class SourceFrame:
         usual axes are.
         """
         axes = convention_named(convention or usual)
-        words = [] if convention else [f"axes {axes.name} ({axes.description})"]
+        notes = [] if convention else [f"axes {axes.name} ({axes.description})"]
         unit = units or axes.unit or "m"
         if not units:
-            words.append(f"lengths in {unit}")
+            notes.append(f"lengths in {unit}")
         return cls(
             axes=axes,
             units=unit,
             clock=clock,
-            assumed=(*words, *assumed),
+            assumed=(*notes, *assumed),
             axes_origin=Origin.USER if convention else Origin.GUESS,
             axes_confidence=Confidence.SURE if convention else confidence,
             units_origin=Origin.FILE if units else Origin.GUESS,
@@ -117,8 +117,8 @@ def imported(
     done += notes
     tracks: dict[str, Track] = {}
     for name, table in tables.items():
-        tracks[name], words = track_of(name, table, frame, ledger)
-        done += words
+        tracks[name], texts = track_of(name, table, frame, ledger)
+        done += texts
     scalars: dict[str, ScalarTrack] = {}
     for stream in streams:
         name = numbered(stream.name, scalars)
@@ -153,9 +153,9 @@ def _grouped(notes: Iterable[str]) -> list[str]:
     """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
     about: dict[str, list[str]] = {}
     for note in notes:
-        what, colon, words = note.partition(": ")
-        about.setdefault(colon + words or note, []).append(what if colon else "")
-    return [", ".join(filter(None, dict.fromkeys(names))) + words for words, names in about.items()]
+        what, colon, text = note.partition(": ")
+        about.setdefault(colon + text or note, []).append(what if colon else "")
+    return [", ".join(filter(None, dict.fromkeys(names))) + text for text, names in about.items()]
 
 
 def numbered(name: str, taken: Container[str]) -> str:
@@ -172,16 +172,16 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
 
     Rows that hold no rotation are flagged as lost, and keep their numbers.
     """
-    words = []
+    notes = []
     keep = increasing(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
-    places = frame.axes.points(table.positions[keep]) * METRES[frame.units]
-    turns = frame.axes.quaternions(table.quaternions_xyzw[keep])
-    claimed = np.ones(len(places), dtype=np.bool_) if table.valid is None else table.valid[keep]
-    pose = np.isfinite(places).all(axis=1) & is_rotation(turns)
+    positions = frame.axes.points(table.positions[keep]) * METRES[frame.units]
+    quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
+    claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
+    pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)
     flagged = int((claimed & ~pose).sum())
     if flagged:
-        words.append(f"{name}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
-    return Track(table.times_ns[keep], places, turns, claimed & pose), words
+        notes.append(f"{name}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
+    return Track(table.times_ns[keep], positions, quaternions, claimed & pose), notes
 
 
 def is_rotation(quaternions: Numbers) -> Rows:

@@ -40,9 +40,9 @@ def recognised(source: Path) -> tuple[str, str]:
                 raise ImportFileError(f"{source}: {why}; {ANOTHER_BAG}")
             return name, why
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
-    found = [letter for letter in SEPARATORS if letter in line]
-    if found and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
-        return "csv", f"line 1 has {line.count(found[0]) + 1} cells between {found[0]!r}"
+    separators = [letter for letter in SEPARATORS if letter in line]
+    if separators and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
+        return "csv", f"line 1 has {line.count(separators[0]) + 1} cells between {separators[0]!r}"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")
 
 

@@ -97,21 +97,21 @@ def _longest(values: list[int]) -> list[int]:
     """The places of a longest increasing part, by patience sorting."""
     ends: list[int] = []
     """The least value that a part of each length ends with."""
-    places: list[int] = []
+    indices: list[int] = []
     before = [-1] * len(values)
-    for place, value in enumerate(values):
+    for index, value in enumerate(values):
         length = bisect_left(ends, value)
-        before[place] = places[length - 1] if length else -1
+        before[index] = indices[length - 1] if length else -1
         if length == len(ends):
             ends.append(value)
-            places.append(place)
+            indices.append(index)
         elif value < ends[length]:
-            ends[length], places[length] = value, place
+            ends[length], indices[length] = value, index
     chain = []
-    place = places[-1]
-    while place >= 0:
-        chain.append(place)
-        place = before[place]
+    index = indices[-1]
+    while index >= 0:
+        chain.append(index)
+        index = before[index]
     return chain
 
 

@@ -66,10 +66,10 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
                 values = table.numbers((column,))[:, 0]
                 numbers.setdefault(f"{body}/{column}", []).append((stamps, values))
         notes += [f"{path.name}: {note}" for note in table.notes]
-    tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in poses.items()}
+    tables = {body: PoseTable(*map(np.concatenate, zip(*chunks, strict=True))) for body, chunks in poses.items()}
     streams = []
-    for name, parts in numbers.items():
-        times, values = map(np.concatenate, zip(*parts, strict=True))
+    for name, chunks in numbers.items():
+        times, values = map(np.concatenate, zip(*chunks, strict=True))
         streams.append(Stream(name, times, values))
     trials = _trials(folder, ledger)
     assumed = ("clock in s since the start of the program (Unity's Time.time)",)
@@ -93,7 +93,7 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
             f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
             "name the session's folder, for example experiment/participant/S001"
         )
-    for match, path in sorted(trackers, key=lambda one: (int(one[0]["trial"]), str(one[1]))):
+    for match, path in sorted(trackers, key=lambda tracker: (int(tracker[0]["trial"]), str(tracker[1]))):
         yield path, match["body"] if match["what"] == "movement" else f"{match['body']}_{match['what']}"
 
 
@@ -105,7 +105,7 @@ def _begins_with(path: Path, column: str) -> bool:
 
 def _trials(folder: Path, ledger: Ledger) -> list[Interval]:
     """Every trial that began and ended, with the other columns of its row."""
-    found, rows = list[Interval](), 0
+    intervals, rows = list[Interval](), 0
     for path in folder.rglob(TRIALS):
         check_regular(path, "trial file", ImportFileError)
         table = CsvTable(path, ledger, read_head(path, ("start_time", "end_time")).layout, body=path.name)
@@ -116,6 +116,6 @@ def _trials(folder: Path, ledger: Ledger) -> list[Interval]:
             if 0.0 <= start <= end < LARGEST_SECONDS:
                 data = {name: column[row] for name, column in cells.items() if column[row]}
                 name = f"trial {data.get('trial_num', row + 1)}"
-                found.append(Interval(round(start * 1e9), round(end * 1e9), "task", name, data))
-    ledger.book("trials", read=rows, kept=len(found), dropped={"that did not end": rows - len(found)})
-    return found
+                intervals.append(Interval(round(start * 1e9), round(end * 1e9), "task", name, data))
+    ledger.book("trials", read=rows, kept=len(intervals), dropped={"that did not end": rows - len(intervals)})
+    return intervals

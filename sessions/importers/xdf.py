@@ -91,9 +91,10 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     posed = [stream for stream, _, _ in bodies.values()]
     tables = {name: stream.poses(channels, columns) for name, (stream, channels, columns) in bodies.items()}
     if not tables:
-        seen = [f"{stream.name} ({stream.kind})" for stream in streams]
+        present = [f"{stream.name} ({stream.kind})" for stream in streams]
         raise ImportFileError(
-            f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
+            f"{source}: no stream of type MoCap with PositionX and OrientationA; "
+            f"there are: {', '.join(present) or 'none'}"
             "; say which channels are a pose with --mapping FILE"
         )
     if not is_whole:
@@ -195,28 +196,28 @@ class _LslStream:
 
         Two channels of one role are an error in a stream of poses; any other stream then holds none.
         """
-        found: dict[str, dict[int, int]] = {}
+        columns: dict[str, dict[int, int]] = {}
         for number, channel in enumerate(self.channels):
             kind, label = channel["type"].lower(), channel["label"].lower()
             name = channel["object"] or channel["marker"] or self.name
             role = next((ROLES[word] for word in (kind, f"{kind} {label}", label) if word in ROLES), None)
-            if role is None or found.setdefault(name, {}).setdefault(role, number) == number:
+            if role is None or columns.setdefault(name, {}).setdefault(role, number) == number:
                 continue
             if self.kind.lower() != "mocap" and not self.is_unity:
                 return {}
             what = f"{name!r} has two channels {channel['type']}; name an <object> for each channel"
             raise ImportFileError(f"{self.where}: {what}")
-        whole = {name: roles for name, roles in found.items() if roles.keys() >= {*range(7)}}
+        whole = {name: roles for name, roles in columns.items() if roles.keys() >= {*range(7)}}
         return {name: [roles[role] for role in sorted(roles)] for name, roles in whole.items()}
 
     def labelled(self, columns: PoseColumns) -> list[int]:
         """The channels that a mapping names."""
         labels = {channel["label"] or str(number): number - 1 for number, channel in enumerate(self.channels, start=1)}
-        wanted = [label for label in (*columns.numbers, columns.valid) if label]
-        for label in wanted:
+        requested = [label for label in (*columns.numbers, columns.valid) if label]
+        for label in requested:
             if label not in labels:
                 raise ImportFileError(f"{self.where}: no channel {label!r}{nearest(label, labels)}")
-        return [labels[label] for label in wanted]
+        return [labels[label] for label in requested]
 
     def poses(self, channels: list[int], columns: PoseColumns) -> PoseTable:
         """A place, a rotation and perhaps a confidence from channels in this order."""
@@ -242,8 +243,8 @@ class _LslStream:
     def events(self) -> Iterator[Event]:
         """Every sample of a stream of text."""
         if _text(self.data["info"], "channel_format") == "string":
-            for stamp, words in zip(self.stamps.tolist(), self.data["time_series"], strict=True):
-                yield Event(stamp, self.name or "marker", " ".join(filter(None, words)))
+            for stamp, texts in zip(self.stamps.tolist(), self.data["time_series"], strict=True):
+                yield Event(stamp, self.name or "marker", " ".join(filter(None, texts)))
 
 
 def _first(data: Any, key: str) -> Any:
@@ -293,41 +294,41 @@ def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list
     A recorder writes a stream that comes back as another stream of the same name. Streams that overlap in time stay
     apart: they were sent at once.
     """
-    parts: list[list[_LslStream]] = []
+    groups: list[list[_LslStream]] = []
     for stream in streams:
-        alike = next((group for group in parts if group[0].description == stream.description), None)
+        alike = next((group for group in groups if group[0].description == stream.description), None)
         if alike is None:
-            parts.append([stream])
+            groups.append([stream])
         else:
             alike.append(stream)
     joined = []
-    for group in parts:
+    for group in groups:
         lost = sum(stream.unread for stream in group)
         why = "that the stream's footer counts and that could not be read"
         ledger.book("samples", f"stream {group[0].name}", read=lost, kept=0, dropped={why: lost})
         group.sort(key=lambda stream: stream.interval)
-        apart = all(before.interval[1] < after.interval[0] for before, after in pairwise(group))
+        disjoint = all(before.interval[1] < after.interval[0] for before, after in pairwise(group))
         samples = sum(len(stream.data["time_stamps"]) for stream in group)
-        if len(group) == 1 or not apart:
+        if len(group) == 1 or not disjoint:
             joined += group
         else:
             joined.append(_LslStream(source, _concatenated([stream.data for stream in group])))
             notes.append(f"stream {group[0].name!r}: {len(group)} parts of {samples:,} samples joined")
-        merged = {PARTS_JOINED: len(group) - 1} if apart else {}
+        merged = {PARTS_JOINED: len(group) - 1} if disjoint else {}
         ledger.book("streams", read=len(group), kept=len(group) - sum(merged.values()), merged=merged)
     return joined
 
 
-def _concatenated(parts: list[dict[str, Any]]) -> dict[str, Any]:
+def _concatenated(streams: list[dict[str, Any]]) -> dict[str, Any]:
     """The data of streams one after the other, as pyxdf holds them."""
-    series = [part["time_series"] for part in parts if len(part["time_series"])]
+    series = [stream["time_series"] for stream in streams if len(stream["time_series"])]
     is_text = any(isinstance(values, list) for values in series)
     return {
-        **parts[0],
-        "time_stamps": np.concatenate([part["time_stamps"] for part in parts]),
+        **streams[0],
+        "time_stamps": np.concatenate([stream["time_stamps"] for stream in streams]),
         "time_series": [row for values in series for row in values] if is_text else np.concatenate(series),
-        "clock_times": [time for part in parts for time in part["clock_times"]],
-        "clock_values": [value for part in parts for value in part["clock_values"]],
+        "clock_times": [time for stream in streams for time in stream["clock_times"]],
+        "clock_values": [value for stream in streams for value in stream["clock_values"]],
     }
 
 

@@ -73,7 +73,7 @@ def interval_message(interval: Interval, *, closed: bool = True) -> Message:
 
 def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, ...]:
     """Intervals in the order they began; one whose end is missing lasts to ``last_ns`` and says so."""
-    found: dict[tuple[int, str, str, int], Interval] = {}
+    intervals: dict[tuple[int, str, str, int], Interval] = {}
     closed: dict[tuple[int, str, str], int] = {}
     for payload in payloads:
         message = schemas.message_class("Interval").FromString(payload)
@@ -86,8 +86,8 @@ def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, .
             closed[what] = closed.get(what, 0) + 1
         else:
             end, data[UNCLOSED] = max(start, last_ns), "true"
-        found[key] = Interval(start, end, message.kind, message.name, data)
-    return tuple(found.values())
+        intervals[key] = Interval(start, end, message.kind, message.name, data)
+    return tuple(intervals.values())
 
 
 def contact_message(contact: LiveContact) -> Message:
@@ -114,16 +114,16 @@ def _read_hand(payloads: Iterable[bytes]) -> HandTrack:
     """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
     samples = [schemas.message_class("Hand").FromString(payload) for payload in payloads]
     names = dict.fromkeys(button.name for sample in samples for button in sample.buttons)
-    place = {name: column for column, name in enumerate(names)}
-    pressed = np.zeros((len(samples), len(place)), dtype=np.bool_)
+    columns = {name: column for column, name in enumerate(names)}
+    pressed = np.zeros((len(samples), len(columns)), dtype=np.bool_)
     for row, sample in enumerate(samples):
         for button in sample.buttons:
-            pressed[row, place[button.name]] = button.pressed
+            pressed[row, columns[button.name]] = button.pressed
     numbers = np.array([(sample.trigger, sample.grip) for sample in samples], dtype=np.float64).reshape(-1, 2)
     times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
     stamps, rows = np.unique(times, return_index=True)
     trigger, grip = numbers[rows].T
-    return HandTrack(stamps, trigger, grip, tuple(place), pressed[rows])
+    return HandTrack(stamps, trigger, grip, tuple(columns), pressed[rows])
 
 
 Columns = Mapping[str, tuple[str, int]]
@@ -157,10 +157,10 @@ def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
         return
     columns, unit = _STREAMS[prefix][1], {"unit": stream.unit} if isinstance(stream, ScalarTrack) else {}
     for start in range(0, len(stream), BATCH):
-        part, fields = slice(start, start + BATCH), {}
+        rows, fields = slice(start, start + BATCH), {}
         for name, (column, _) in columns.items():
-            fields[name] = np.array(getattr(stream, column)[part], dtype=_KINDS.get(name)).reshape(-1).tolist()
-        message = schemas.channel_spec(prefix).message(sample_ns=stream.times_ns[part].tolist(), **fields, **unit)
+            fields[name] = np.array(getattr(stream, column)[rows], dtype=_KINDS.get(name)).reshape(-1).tolist()
+        message = schemas.channel_spec(prefix).message(sample_ns=stream.times_ns[rows].tolist(), **fields, **unit)
         yield _message(prefix + key, int(stream.times_ns[start]), message)
 
 

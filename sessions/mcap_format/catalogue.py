@@ -155,7 +155,7 @@ class Catalogue:
 
     def metadata_record(self, name: str) -> dict[str, str] | None:
         """The last metadata record of a name."""
-        return next((values for found, values in reversed(self.metadata) if found == name), None)
+        return next((values for key, values in reversed(self.metadata) if key == name), None)
 
     def check_pose_channels(self) -> None:
         """Refuse a file whose poses are not what a reader understands, or that has none."""
@@ -279,18 +279,18 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     SessionFileError where it is empty or no MCAP; where a record is damaged or too long, which only a strict reader
     refuses: else it is left out and among the ``faults``.
     """
-    found = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
+    catalogue = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
-        if not found.size:
+        if not catalogue.size:
             raise refused(path, "not-mcap", "it is empty", "record it or copy it again")
         raise refused(path, "not-mcap", "it is not an MCAP file")
-    place = Place(0, 0, len(MAGIC))
-    for place in places(stream):
-        found.enter(stream, place)
-    stream.seek(place.end)
-    if place.opcode != Opcode.FOOTER:
-        found.tear = place.end
+    record = Place(0, 0, len(MAGIC))
+    for record in places(stream):
+        catalogue.enter(stream, record)
+    stream.seek(record.end)
+    if record.opcode != Opcode.FOOTER:
+        catalogue.tear = record.end
     elif stream.read(len(MAGIC)) != MAGIC:
-        found.tear = place.start
-    return found
+        catalogue.tear = record.start
+    return catalogue

@@ -49,18 +49,19 @@ class FrameLayout:
         """One message a row, of stamps (n, bodies), positions (n, bodies, 3) and quaternions (n, bodies, 4)."""
         table = np.empty((len(seconds), len(self.template)), dtype=np.uint8)
         table[:] = self.template
-        for column, places in enumerate(self.bodies):
-            _put_varint(table, places.seconds, seconds[:, column], self.seconds_width)
-            _put_varint(table, places.nanos, nanos[:, column], NANOS_WIDTH)
-            for place, numbers in zip(places.doubles, (*position[:, column].T, *quaternion[:, column].T), strict=True):
-                column_view(table, place)[:] = numbers
+        for column, offsets in enumerate(self.bodies):
+            _put_varint(table, offsets.seconds, seconds[:, column], self.seconds_width)
+            _put_varint(table, offsets.nanos, nanos[:, column], NANOS_WIDTH)
+            coordinates = (*position[:, column].T, *quaternion[:, column].T)
+            for offset, numbers in zip(offsets.doubles, coordinates, strict=True):
+                column_view(table, offset)[:] = numbers
         return table
 
     @cached_property
     def _fixed(self) -> tuple[Bytes, Bytes]:
         """The bits that belong to no number, and what they are."""
-        zeros, ones = (self._filled(bits) for bits in (0, -1))
-        fixed = ~(zeros ^ ones)
+        zeros, set_bits = (self._filled(bits) for bits in (0, -1))
+        fixed = ~(zeros ^ set_bits)
         return fixed, zeros & fixed
 
     def _filled(self, bits: int) -> Bytes:
@@ -76,13 +77,13 @@ class FrameLayout:
 
     def stamps(self, table: Bytes, body: int) -> tuple[Ints, Ints]:
         """Seconds and nanoseconds (n,) of a body, as the protobuf library reads them: of 64 and of 32 bits."""
-        places = self.bodies[body]
-        nanos = _varints(table, places.nanos, NANOS_WIDTH).astype(np.uint32).view(np.int32)
-        return _varints(table, places.seconds, self.seconds_width).view(np.int64), nanos.astype(np.int64)
+        offsets = self.bodies[body]
+        nanos = _varints(table, offsets.nanos, NANOS_WIDTH).astype(np.uint32).view(np.int32)
+        return _varints(table, offsets.seconds, self.seconds_width).view(np.int64), nanos.astype(np.int64)
 
     def values(self, table: Bytes, body: int) -> Doubles:
         """Position and quaternion of a body, (n, 7)."""
-        return np.stack([column_view(table, place) for place in self.bodies[body].doubles], axis=1)
+        return np.stack([column_view(table, offset) for offset in self.bodies[body].doubles], axis=1)
 
 
 @lru_cache(maxsize=256)
@@ -125,9 +126,9 @@ def _doubles(count: int) -> bytes:
 def _put_varint(table: Bytes, at: int, values: Ints, width: int) -> None:
     """Write varints padded to a width with continuation bits; negative ones as 64-bit two's complement."""
     bits = values.astype(np.int64).view(np.uint64)
-    for place in range(width):
-        more = 0x80 if place < width - 1 else 0
-        table[:, at + place] = ((bits >> np.uint64(7 * place)) & np.uint64(0x7F)).astype(np.uint8) | more
+    for byte in range(width):
+        more = 0x80 if byte < width - 1 else 0
+        table[:, at + byte] = ((bits >> np.uint64(7 * byte)) & np.uint64(0x7F)).astype(np.uint8) | more
 
 
 def _varints(table: Bytes, at: int, width: int) -> NDArray[np.uint64]:

@@ -60,12 +60,12 @@ class McapFile:
         """The regions that may hold messages of these topics, in file order."""
         ids = set[int]().union(*(self.catalogue.ids(topic) for topic in topics))
         # An index that leaves messages out would lose them: only a whole one says where nothing is.
-        wanted = [
+        chunks = [
             region
             for region in self.catalogue.regions
             if region.channels is None or region.channels & ids or not self.catalogue.index_is_whole
         ]
-        return wanted if ids else []
+        return chunks if ids else []
 
     def read(self, regions: Iterable[Region]) -> Iterator[MessageTable]:
         """The messages of each region, which is unpacked when its turn comes."""
@@ -123,13 +123,13 @@ class McapFrames:
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
-        held: list[Frames] = []
+        pending: list[Frames] = []
         decoder = FrameDecoder(self.file.catalogue, self.names)
-        for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
-            held.append(part)
-            while sum(map(len, held)) >= frames:
-                whole = Frames.join(held) if len(held) > 1 else held[0]
+        for block in (block for table in self.file.tables(TF, TRACKING) for block in decoder.decode(table)):
+            pending.append(block)
+            while sum(map(len, pending)) >= frames:
+                whole = Frames.join(pending) if len(pending) > 1 else pending[0]
                 yield whole.part(0, frames)
-                held = [whole.part(frames, len(whole))] if len(whole) > frames else []
-        if held:
-            yield Frames.join(held)
+                pending = [whole.part(frames, len(whole))] if len(whole) > frames else []
+        if pending:
+            yield Frames.join(pending)

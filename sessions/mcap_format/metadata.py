@@ -61,8 +61,8 @@ def mesh_file(name: str) -> str:
 
 def mesh_name(attachment: str) -> str | None:
     """The body whose mesh an attachment holds, ``None`` when it holds none."""
-    found = re.fullmatch(r"meshes/(.*)\.glb", attachment, re.DOTALL)
-    return found and found[1]
+    match = re.fullmatch(r"meshes/(.*)\.glb", attachment, re.DOTALL)
+    return match and match[1]
 
 
 def collider_file(name: str, number: int) -> str:
@@ -72,8 +72,8 @@ def collider_file(name: str, number: int) -> str:
 
 def collider_name(attachment: str) -> tuple[str, int] | None:
     """The body of whose colliders an attachment holds one, and its number; ``None`` when it holds none."""
-    found = re.fullmatch(r"colliders/([0-9]{1,6})/(.*)\.glb", attachment, re.DOTALL)
-    return None if found is None else (found[2], int(found[1]))
+    match = re.fullmatch(r"colliders/([0-9]{1,6})/(.*)\.glb", attachment, re.DOTALL)
+    return None if match is None else (match[2], int(match[1]))
 
 
 def names_of(record: Mapping[str, str] | None, where: Path) -> tuple[str, ...]:

@@ -110,29 +110,32 @@ class FrameDecoder:
         pending = self._notes_of(table, rows, notes)
         at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
         for start in range(0, len(rows), at_once):
-            part = rows[start : start + at_once]
-            mine = {row - start: note for row, note in pending.items() if start <= row < start + len(part)}
-            yield self._frames(table, part, mine)
+            chunk = rows[start : start + at_once]
+            mine = {row - start: note for row, note in pending.items() if start <= row < start + len(chunk)}
+            yield self._frames(table, chunk, mine)
 
     def _frames(self, table: MessageTable, rows: NDArray[np.int64], notes: dict[int, bytes]) -> Frames:
         end = np.where(np.isin(table.channel[rows], list(self._catalogue.ids(TF))), table.end[rows], table.start[rows])
         samples = self._samples(table, rows, end)
-        columns = [self._column(part.parent, part.child) for part in samples]
+        columns = [self._column(body.parent, body.child) for body in samples]
         stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
-        for part in () if self._strict else samples:
-            times = stamp[part.rows]
-            seen = self.met.setdefault((part.parent, part.child), Appearance(int(times[0]), int(times[0])))
-            seen.first_ns, seen.last_ns = min(seen.first_ns, int(times.min())), max(seen.last_ns, int(times.max()))
-            seen.count += len(times)
+        for body in () if self._strict else samples:
+            times = stamp[body.rows]
+            appearance = self.met.setdefault((body.parent, body.child), Appearance(int(times[0]), int(times[0])))
+            appearance.first_ns, appearance.last_ns = (
+                min(appearance.first_ns, int(times.min())),
+                max(appearance.last_ns, int(times.max())),
+            )
+            appearance.count += len(times)
         self._samples_left -= shape[0] * shape[1]
         if self._samples_left < 0:
             raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
         sample, position, quaternion, status = absent_samples(*shape)
-        for part, column in zip(samples, columns, strict=True):
-            sample[part.rows, column] = part.sample_ns if part.stamped else stamp[part.rows]
-            position[part.rows, column] = part.values[:, :3]
-            quaternion[part.rows, column] = part.values[:, 3:]
-            status[part.rows, column] = Status.VALID
+        for body, column in zip(samples, columns, strict=True):
+            sample[body.rows, column] = body.sample_ns if body.stamped else stamp[body.rows]
+            position[body.rows, column] = body.values[:, :3]
+            quaternion[body.rows, column] = body.values[:, 3:]
+            status[body.rows, column] = Status.VALID
         for row, payload in notes.items():
             self._apply(status[row], payload)
         return Frames(self.names, stamp, table.log_ns[rows], sample, position, quaternion, status)
@@ -145,7 +148,7 @@ class FrameDecoder:
         start = table.start[rows]
         size = end - start
         order = np.argsort(size, kind="stable")
-        found: list[BodySamples] = []
+        decoded: list[BodySamples] = []
         others: list[int] = []
         for left in np.split(order, np.flatnonzero(np.diff(size[order])) + 1):
             length = int(size[left[0]]) if len(left) else 0
@@ -155,33 +158,33 @@ class FrameDecoder:
                 samples = self._alike(rows_at(np.frombuffer(table.data, np.uint8), start[left], length), left)
                 if not samples:
                     break
-                found += samples
+                decoded += samples
                 left = np.setdiff1d(left, samples[0].rows, assume_unique=True)
             others += left.tolist() if length else []
-        found += self._parsed([(row, table.data[start[row] : end[row]]) for row in sorted(others)])
-        return sorted(found, key=lambda part: (part.rows[0], part.step))
+        decoded += self._parsed([(row, table.data[start[row] : end[row]]) for row in sorted(others)])
+        return sorted(decoded, key=lambda body: (body.rows[0], body.step))
 
     def _alike(self, messages: NDArray[np.uint8], rows: NDArray[np.int64]) -> list[BodySamples]:
         """The samples of all messages (n, length) that hold the bodies of the first as `pose_encoding` writes them."""
         transforms = self._transforms(messages[0].tobytes())
-        names = tuple(one.child_frame_id for one in transforms)
-        negative = any(one.timestamp.seconds < 0 for one in transforms)
+        names = tuple(transform.child_frame_id for transform in transforms)
+        negative = any(transform.timestamp.seconds < 0 for transform in transforms)
         layout = frame_layout(names, NEGATIVE_WIDTH if negative else SECONDS_WIDTH)
         if len(layout.template) != messages.shape[1] or len(set(names)) < len(names):
             return []
         fits = layout.fits(messages)
         if not fits[0]:
             return []
-        table, found = messages[fits], []
+        table, samples = messages[fits], []
         for step, name in enumerate(names):
             seconds, nanos = layout.stamps(table, step)
             times = self._times(seconds, nanos)
-            found.append(BodySamples(rows[fits], step, WORLD, name, True, times, layout.values(table, step)))
-        return found
+            samples.append(BodySamples(rows[fits], step, WORLD, name, True, times, layout.values(table, step)))
+        return samples
 
     def _parsed(self, messages: Iterable[tuple[int, bytes]]) -> Iterator[BodySamples]:
         """The samples of numbered messages as the protobuf library reads them."""
-        found: dict[tuple[str, str, bool], list[tuple[int, int, Any]]] = {}
+        groups: dict[tuple[str, str, bool], list[tuple[int, int, Any]]] = {}
         left = self._samples_left
         for row, payload in messages:
             transforms = self._transforms(payload)
@@ -189,18 +192,20 @@ class FrameDecoder:
             if left < 0:
                 raise self._refused(TOO_MANY, "too-much")
             taken = set[str]()
-            for step, one in enumerate(transforms):
-                name = one.child_frame_id
+            for step, transform in enumerate(transforms):
+                name = transform.child_frame_id
                 if name in taken:
                     self.doubled[name] += 1
                     self._count(1)
                     continue
                 taken.add(name)
-                found.setdefault((one.parent_frame_id, name, one.HasField("timestamp")), []).append((row, step, one))
-        for (parent, name, stamped), samples in found.items():
+                groups.setdefault((transform.parent_frame_id, name, transform.HasField("timestamp")), []).append(
+                    (row, step, transform)
+                )
+        for (parent, name, stamped), samples in groups.items():
             rows = np.array([row for row, _, _ in samples])
-            stamps = np.array([(one.timestamp.seconds, one.timestamp.nanos) for _, _, one in samples])
-            poses = [(one.translation, one.rotation) for _, _, one in samples]
+            stamps = np.array([(transform.timestamp.seconds, transform.timestamp.nanos) for _, _, transform in samples])
+            poses = [(transform.translation, transform.rotation) for _, _, transform in samples]
             values = np.array([(p.x, p.y, p.z, q.x, q.y, q.z, q.w) for p, q in poses])
             yield BodySamples(rows, samples[0][1], parent, name, stamped, self._times(*stamps.T), values)
 
@@ -260,7 +265,7 @@ class FrameDecoder:
                 raise self._refused("a message on /tracking is no vrlab.Tracking") from None
             if len(self._notes) >= MAX_BODIES:
                 self._notes.clear()
-            self._notes[payload] = [(one.name, one.status) for one in message.bodies]
+            self._notes[payload] = [(body.name, body.status) for body in message.bodies]
         self._count(max(0, len(self._notes[payload]) - len(self._columns)))
         for name, value in self._notes[payload]:
             column = self._columns.get(name)

@@ -81,7 +81,7 @@ def _payloads(frames: Frames) -> list[bytes]:
         order = np.argsort(kinds, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(kinds[order])) + 1)
     seconds, nanos = np.divmod(frames.sample_ns, SECOND_NS)
-    found = [FRAME_WITHOUT_SAMPLES] * len(frames)
+    encodings = [FRAME_WITHOUT_SAMPLES] * len(frames)
     for rows in groups:
         bodies = np.flatnonzero(present[rows[0]])
         if len(bodies):
@@ -91,5 +91,5 @@ def _payloads(frames: Frames) -> list[bytes]:
             poses = frames.position[cells], frames.quaternion_xyzw[cells]
             table = layout.table(seconds[cells], nanos[cells], *poses)
             for row, payload in zip(rows.tolist(), table, strict=True):
-                found[row] = payload.tobytes()
-    return found
+                encodings[row] = payload.tobytes()
+    return encodings

@@ -133,8 +133,8 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     data = file.attachment(metadata.mesh_file(name))
     if data is None:
         raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
-    if (found := hashlib.sha256(data).hexdigest()) != expected:
-        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
+    if (digest := hashlib.sha256(data).hexdigest()) != expected:
+        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {digest[:12]!r}, not {expected[:12]!r})"
         raise refused(file.path, "mesh-hash", what)
     return _mesh(file, data)
 
@@ -150,12 +150,12 @@ def _mesh(file: McapFile, data: bytes) -> MeshData:
 
 def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
     """Body -> its colliders, in the order of their numbers."""
-    found: dict[str, dict[int, MeshData]] = {}
+    colliders: dict[str, dict[int, MeshData]] = {}
     for attachment in file.catalogue.attachments:
-        place = metadata.collider_name(attachment)
-        if place is not None:
-            found.setdefault(place[0], {})[place[1]] = _mesh(file, file.attachment(attachment) or b"")
-    return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
+        key = metadata.collider_name(attachment)
+        if key is not None:
+            colliders.setdefault(key[0], {})[key[1]] = _mesh(file, file.attachment(attachment) or b"")
+    return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in colliders.items()}
 
 
 def attached_scene(file: McapFile) -> Scene:
@@ -173,17 +173,17 @@ def attached_scene(file: McapFile) -> Scene:
 
 def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
     """What is wrong with a part of a file as a refusal of the file."""
-    found = SessionFileError(f"{file.path}: {error}")
-    found.code = code
-    return found
+    failure = SessionFileError(f"{file.path}: {error}")
+    failure.code = code
+    return failure
 
 
 Messages = list[tuple[int, bytes]]
 """(publish_ns, payload) of a topic, in file order."""
 
 
-def _samples(prefix: str, found: Messages, _last_ns: int) -> Any:
-    return annotations.read_stream(prefix, (payload for _, payload in found))
+def _samples(prefix: str, messages: Messages, _last_ns: int) -> Any:
+    return annotations.read_stream(prefix, (payload for _, payload in messages))
 
 
 _PARTS: dict[str, Callable[[Messages, int], Any]] = {

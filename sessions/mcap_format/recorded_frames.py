@@ -53,9 +53,9 @@ def pose_values(poses: Poses) -> NDArray[np.float64]:
 def nanoseconds(value: int) -> int:
     """A stamp as a plain integer; a `SessionError` when it is no integer, negative, or beyond int64."""
     try:
-        found = index(value)
+        position = index(value)
     except TypeError:
-        found = -1
-    if not 0 <= found < 1 << 63:
+        position = -1
+    if not 0 <= position < 1 << 63:
         raise SessionError(f"stamp {value!r} is no time; give integer nanoseconds from 0, such as time.time_ns()")
-    return found
+    return position

@@ -212,8 +212,8 @@ class Recorder:
         body: str = "",
     ) -> None:
         """Record where a participant looks, in the world; ``body``: the first one hit, where the program knows it."""
-        looked = GazeTrack([nanoseconds(stamp_ns)], np.array([origin]), np.array([direction]), [valid], [body])
-        self._put_stream(GAZE_PREFIX, participant, looked)
+        gaze = GazeTrack([nanoseconds(stamp_ns)], np.array([origin]), np.array([direction]), [valid], [body])
+        self._put_stream(GAZE_PREFIX, participant, gaze)
 
     def scalar(self, stamp_ns: int, name: str, value: float, unit: str = "") -> None:
         """Record a number, such as a heart rate."""
@@ -301,8 +301,8 @@ class Recorder:
                 self._writer.bodies(names)
                 self._listed = names
             self._writer.logged(messages)
-            for part in frames_of(frames):
-                self._writer.frames(part)
+            for block in frames_of(frames):
+                self._writer.frames(block)
             self._stream.flush()
 
     def _finish(self) -> None:

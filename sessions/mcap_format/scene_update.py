@@ -37,14 +37,14 @@ def scene_update(meshes: Mapping[str, MeshData], scene: Scene, time_ns: int) -> 
         entity.frame_locked = True
         drawn = entity.triangles.add()
         drawn.MergeFrom(_triangle_list(mesh))
-        place = body.offset if fixed is None else fixed
-        for part, axes, numbers in (
-            (drawn.pose.position, "xyz", place.position),
-            (drawn.pose.orientation, "xyzw", place.quaternion_xyzw),
+        position = body.offset if fixed is None else fixed
+        for vector, axes, numbers in (
+            (drawn.pose.position, "xyz", position.position),
+            (drawn.pose.orientation, "xyzw", position.quaternion_xyzw),
             (drawn.color, "rgba", _PROXY if body.proxy else _GLASS if "glass" in body.tags else _SOLID),
         ):
             for axis, number in zip(axes, numbers, strict=True):
-                setattr(part, axis, number)
+                setattr(vector, axis, number)
     return bytes(update.SerializeToString(deterministic=True))
 
 

@@ -65,14 +65,14 @@ JOINED_BYTES = 1 << 20
 
 def together(tables: Iterable[MessageTable]) -> Iterator[MessageTable]:
     """The same messages in the same order, in tables of about ``JOINED_BYTES``."""
-    held: list[MessageTable] = []
+    pending: list[MessageTable] = []
     for table in tables:
-        held.append(table)
-        if sum(len(one.data) for one in held) >= JOINED_BYTES:
-            yield _joined(held)
-            held = []
-    if held:
-        yield _joined(held)
+        pending.append(table)
+        if sum(len(item.data) for item in pending) >= JOINED_BYTES:
+            yield _joined(pending)
+            pending = []
+    if pending:
+        yield _joined(pending)
 
 
 def _joined(tables: list[MessageTable]) -> MessageTable:

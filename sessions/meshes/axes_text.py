@@ -86,9 +86,9 @@ def _first_free_axis(matrix: Array) -> int:
 
 def axes_as_text(matrix: Array) -> str:
     """Returns the text that `matrix_of_axes_text` reads as this matrix."""
-    words = []
+    phrases = []
     for row, toward, direction in ((RIGHT, 1, "right"), (UP, 1, "up"), (BACK, -1, "forward")):
         axis = int(np.flatnonzero(matrix[row])[0])
-        words.append(f"{'+' if matrix[row, axis] * toward > 0 else '-'}{'xyz'[axis]} {direction}")
+        phrases.append(f"{'+' if matrix[row, axis] * toward > 0 else '-'}{'xyz'[axis]} {direction}")
     handedness = "right" if np.linalg.det(matrix) > 0 else "left"
-    return f"{', '.join(words)}, {handedness}-handed"
+    return f"{', '.join(phrases)}, {handedness}-handed"

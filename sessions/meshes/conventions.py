@@ -156,8 +156,8 @@ def quaternion_from_euler(angles: ArrayLike, order: str) -> Array:
             f"no Euler order {order!r}; give three of XYZ (own axes) or of xyz (fixed axes), no axis twice in a row"
         )
     given = np.asarray(angles, dtype=np.float64)
-    turns = [quaternion_about(np.eye(3)["xyz".index(axis)], given[..., k]) for k, axis in enumerate(order.lower())]
-    first, second, third = turns if own else turns[::-1]
+    rotations = [quaternion_about(np.eye(3)["xyz".index(axis)], given[..., k]) for k, axis in enumerate(order.lower())]
+    first, second, third = rotations if own else rotations[::-1]
     return quaternion_product(quaternion_product(first, second), third)
 
 

@@ -63,9 +63,9 @@ def mesh_axes_matrix(name: str, poses: Convention) -> Array:
     if name == BODY:
         return poses.matrix
     if name in MESH_TURNS:
-        turn = MESH_TURNS[name]
-        engine = poses if _is_alike(turn.engine, poses) else turn.engine
-        return engine.matrix @ turn.matrix + NO_NEGATIVE_ZERO
+        row = MESH_TURNS[name]
+        engine = poses if _is_alike(row.engine, poses) else row.engine
+        return engine.matrix @ row.matrix + NO_NEGATIVE_ZERO
     try:
         return convention(name).matrix
     except SessionError as error:
@@ -90,17 +90,17 @@ def default_mesh_axes(file_type: str, poses: Convention) -> str:
     """
     if file_type != "glb":
         return BODY
-    for turn in MESH_TURNS.values():
-        if file_type in turn.formats and _is_alike(turn.engine, poses):
-            return turn.name
+    for row in MESH_TURNS.values():
+        if file_type in row.formats and _is_alike(row.engine, poses):
+            return row.name
     return GLTF
 
 
 def mesh_axes_alternatives(default: str, poses: Convention) -> tuple[str, ...]:
     """Returns the axes that a mesh file may have, the default first; names that turn it alike are given once."""
-    turns = [turn.name for turn in MESH_TURNS.values() if _is_alike(turn.engine, poses)]
+    names = [row.name for row in MESH_TURNS.values() if _is_alike(row.engine, poses)]
     different: dict[bytes, str] = {}
-    for name in (default, BODY, *turns, GLTF):
+    for name in (default, BODY, *names, GLTF):
         different.setdefault(mesh_axes_matrix(name, poses).tobytes(), name)
     return tuple(different.values())
 

@@ -55,17 +55,17 @@ def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
 
     Raises ``MeshFileError``: when the file is missing, empty, damaged, of an unknown type, or holds no triangle.
     """
-    place = Path(path)
-    file_type = place.suffix.lower().removeprefix(".")
+    file = Path(path)
+    file_type = file.suffix.lower().removeprefix(".")
     if file_type not in FILE_TYPES:
         raise MeshFileError(
-            f"mesh file {place} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
+            f"mesh file {file} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
         )
-    data = read_bytes(place, "mesh file", MeshFileError)
+    data = read_bytes(file, "mesh file", MeshFileError)
     try:
         return mesh_from_bytes(data, file_type, scale, node)
     except MeshFileError as error:
-        raise type(error)(f"mesh file {place}: {error}") from None
+        raise type(error)(f"mesh file {file}: {error}") from None
 
 
 def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str = "") -> MeshData:
@@ -175,10 +175,12 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     import trimesh
 
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
-    parts = [MeshData(one.vertices, one.faces) for one in scene.geometry.values() if len(getattr(one, "faces", ()))]
-    if not parts:
+    meshes = [
+        MeshData(item.vertices, item.faces) for item in scene.geometry.values() if len(getattr(item, "faces", ()))
+    ]
+    if not meshes:
         raise EmptyMeshError(NO_TRIANGLE)
-    whole = concatenated(parts)
+    whole = concatenated(meshes)
     return whole.vertices, whole.faces
 
 

@@ -50,7 +50,7 @@ def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     if SMALLEST_M <= size <= LARGEST_M or size == 0.0:
         return 1.0, ""
-    unit = min(UNITS, key=lambda one: _unlikeliness(size * UNITS[one]))
+    unit = min(UNITS, key=lambda name: _unlikeliness(size * UNITS[name]))
     if unit == "m":
         return 1.0, f"{what} is {size:.3g} m long, taken as it is; if it is drawn in another unit, say so"
     return UNITS[unit], f"{what} is {size:.4g} units long, taken for {unit}: {size * UNITS[unit]:.3g} m"
@@ -66,9 +66,7 @@ def likely_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
         return (unit,)
     most = MUCH_UNLIKELIER * _unlikeliness(size * UNITS[unit])
     sizes = {other: size * metres for other, metres in UNITS.items() if other != unit}
-    others = (
-        other for other, there in sizes.items() if SMALLEST_M <= there <= LARGEST_M and _unlikeliness(there) <= most
-    )
+    others = (other for other, span in sizes.items() if SMALLEST_M <= span <= LARGEST_M and _unlikeliness(span) <= most)
     return (unit, *others)
 
 
@@ -77,7 +75,7 @@ def _unlikeliness(size: float) -> float:
     return max(size / USUAL_M, USUAL_M / size)
 
 
-def matched(place: Path, names: Sequence[str], scale: float | None = None) -> tuple[dict[str, Match], list[str]]:
+def matched(path: Path, names: Sequence[str], scale: float | None = None) -> tuple[dict[str, Match], list[str]]:
     """Body -> its mesh among the files of a folder, or the nodes of one GLB; and which bodies have none.
 
     A file or node is a body's when its name is the same, capitals, signs and ``(Clone)`` left out; else a file is when
@@ -85,58 +83,63 @@ def matched(place: Path, names: Sequence[str], scale: float | None = None) -> tu
 
     ``scale``: metres per unit; ``None``: guessed. Raises MeshFileError: no folder and no GLB, or no mesh file in it.
     """
-    offered = [*_offered(place)]
+    offered = [*_offered(path)]
     if not offered:
-        raise MeshFileError(f"{place} holds no mesh; name a folder of {', '.join(FILE_TYPES)} files, or a GLB")
-    found, said = {}, []
+        raise MeshFileError(f"{path} holds no mesh; name a folder of {', '.join(FILE_TYPES)} files, or a GLB")
+    matches, notes = {}, []
     for name in names:
         choice = _choice(name, offered)
         if choice is None:
             continue
         if isinstance(choice, str):
-            said.append(choice)
+            notes.append(choice)
             continue
         label, file, node = choice
         mesh = load_mesh(file, 1.0, node)
         what = f"{file.name}, node {node}" if node else file.name
         factor, assumed = (scale, "") if scale is not None else guessed(mesh, what)
-        parts = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
-        words = "; ".join(part for part in parts if part)
-        found[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, words)
-    bare = [name for name in names if name not in found]
-    return found, said + [f"no mesh is named like: {', '.join(bare)}"] * bool(bare)
+        phrases = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
+        text = "; ".join(phrase for phrase in phrases if phrase)
+        matches[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, text)
+    bare = [name for name in names if name not in matches]
+    return matches, notes + [f"no mesh is named like: {', '.join(bare)}"] * bool(bare)
 
 
 Offer = tuple[str, Path, str]
 """Name, file, node."""
 
 
-def _offered(place: Path) -> Iterator[Offer]:
-    if not place.is_dir():
-        check_regular(place, "mesh file", MeshFileError)
-    files = sorted(place.rglob("*"))[:MOST_FILES] if place.is_dir() else [place]
+def _offered(path: Path) -> Iterator[Offer]:
+    if not path.is_dir():
+        check_regular(path, "mesh file", MeshFileError)
+    files = sorted(path.rglob("*"))[:MOST_FILES] if path.is_dir() else [path]
     for file in files:
         kind = file.suffix.lower().removeprefix(".")
         if kind not in FILE_TYPES or not file.is_file():
             continue
-        if place.is_dir():
+        if path.is_dir():
             yield file.stem, file, ""
         if kind != "glb":
             continue
         try:
             owners = read_glb(file.read_bytes()).owners
         except Exception as error:  # of a damaged file; those who load it say what is wrong
-            if place.is_dir():
+            if path.is_dir():
                 continue
             raise MeshFileError(f"mesh file {file}: this is no readable GLB ({error}); export it again") from error
-        yield from ((node, file, node) for node in owners if len(owners) > 1 or not place.is_dir())
+        yield from ((node, file, node) for node in owners if len(owners) > 1 or not path.is_dir())
 
 
 def _choice(name: str, offered: Iterable[Offer]) -> Offer | str | None:
     """The offer for a body, nothing, or a sentence where several are as good."""
     plain = _plain(name)
-    same = [one for one in offered if _plain(one[0]) == plain]
-    like = [one for one in offered if not one[2] and (_words(one[0]) <= _words(name) or _words(name) <= _words(one[0]))]
+    same = [offer for offer in offered if _plain(offer[0]) == plain]
+    tokens = _name_tokens(name)
+    like = [
+        offer
+        for offer in offered
+        if not offer[2] and (_name_tokens(offer[0]) <= tokens or tokens <= _name_tokens(offer[0]))
+    ]
     for some in (same, like):
         if len(some) == 1:
             return some[0]
@@ -146,7 +149,7 @@ def _choice(name: str, offered: Iterable[Offer]) -> Offer | str | None:
     return None
 
 
-def _words(name: str) -> set[str]:
+def _name_tokens(name: str) -> set[str]:
     return {word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+", name)} - {"clone"}
 
 
@@ -197,7 +200,7 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
     except Exception as error:  # as in mesh files: any error means damaged
         raise MeshFileError(f"collider file {path}: this is no readable GLB ({error}); export it again") from error
     prefixed = {named[2] for named in map(NAMED.fullmatch, tree.names) if named}
-    found: dict[str, list[MeshData]] = {}
+    colliders: dict[str, list[MeshData]] = {}
     left = []
     drawn: list[str] = []
     for surface in sorted(tree.surfaces, key=lambda surface: (surface.node, surface.order)):
@@ -211,16 +214,16 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
         mesh = tree.in_frame(frame, surface)
-        found.setdefault(body, []).append(hull(mesh) if convex else mesh)
-    if not found:
-        wanted = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"
-        raise MeshFileError(f"collider file {path}: no collider of {', '.join((names or ['any body'])[:8])}; {wanted}")
-    words = f"colliders of {path.name}: " + ", ".join(f"{name} {len(solids)}" for name, solids in found.items())
+        colliders.setdefault(body, []).append(hull(mesh) if convex else mesh)
+    if not colliders:
+        advice = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"
+        raise MeshFileError(f"collider file {path}: no collider of {', '.join((names or ['any body'])[:8])}; {advice}")
+    text = f"colliders of {path.name}: " + ", ".join(f"{name} {len(solids)}" for name, solids in colliders.items())
     if drawn:
-        words += f" (drawn beside them: {', '.join(drawn[:8])})"
+        text += f" (drawn beside them: {', '.join(drawn[:8])})"
     if left:
-        words += f" (of no body: {', '.join(left[:8])})"
-    return ColliderFile({name: tuple(solids) for name, solids in found.items()}, tuple(left), words)
+        text += f" (of no body: {', '.join(left[:8])})"
+    return ColliderFile({name: tuple(solids) for name, solids in colliders.items()}, tuple(left), text)
 
 
 def _body_above(tree: GlbTree, node: int, names: Sequence[str]) -> str:

@@ -71,10 +71,10 @@ class Frames:
             yield self.part(start, start + frames)
 
     @classmethod
-    def join(cls, parts: "list[Frames]") -> "Frames":
+    def join(cls, blocks: "list[Frames]") -> "Frames":
         """Blocks after each other; all have the same bodies."""
-        arrays = [np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)[1:]]
-        return cls(parts[0].names, *arrays)
+        arrays = [np.concatenate([getattr(block, item.name) for block in blocks]) for item in fields(cls)[1:]]
+        return cls(blocks[0].names, *arrays)
 
     @classmethod
     def empty(cls, names: tuple[str, ...]) -> "Frames":

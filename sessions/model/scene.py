@@ -105,8 +105,8 @@ def wanted_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]:
     group = {body.id: body.group for body in scene.bodies}
     return [
         (a, b)
-        for place, a in enumerate(names)
-        for b in names[place + 1 :]
+        for index, a in enumerate(names)
+        for b in names[index + 1 :]
         if frozenset((a, b)) not in ignored and not (group.get(a) and group.get(a) == group.get(b))
     ]
 

@@ -118,8 +118,8 @@ class Session:
     @cached_property
     def frames(self) -> Frames:
         """All frames at once; for a session larger than memory take ``blocks``."""
-        parts = list(self.source.blocks(BLOCK_FRAMES))
-        return Frames.join(parts) if parts else Frames.empty(self.names)
+        blocks = list(self.source.blocks(BLOCK_FRAMES))
+        return Frames.join(blocks) if blocks else Frames.empty(self.names)
 
     def blocks(self, frames: int = 4096) -> Iterator[Frames]:
         """The frames in order, in blocks of at most this many, each loaded when its turn comes."""

@@ -124,8 +124,8 @@ class GazeTrack(Samples):
         self, times_ns: ArrayLike, origins: ArrayLike, directions: ArrayLike, valid: ArrayLike | None = None,
         bodies: Sequence[str] | None = None,
     ) -> None:  # fmt: skip
-        seen = Column(valid, (), np.bool_, True)
-        self._fill("a gaze", times_ns, origins=Column(origins, (3,)), directions=Column(directions, (3,)), valid=seen)
+        flags = Column(valid, (), np.bool_, True)
+        self._fill("a gaze", times_ns, origins=Column(origins, (3,)), directions=Column(directions, (3,)), valid=flags)
         count = len(self)
         names = ("",) * count if bodies is None else tuple(bodies)
         if len(names) != count:

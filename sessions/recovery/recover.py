@@ -274,8 +274,8 @@ def _takes(path: Path, topic: str, publish_ns: int, payload: bytes) -> bool:
 def _attachments(declared: Catalogue, stream: BinaryIO, hashes: dict[str, str]) -> dict[str, Attachment]:
     """Attachments to keep: none that is not what its checksum, or the hash of its name, says, or that is unreadable."""
     keep = {}
-    for name, place in declared.attachments.items():
-        content = bytes_at(stream, place)
+    for name, record in declared.attachments.items():
+        content = bytes_at(stream, record)
         made = parsed(content)
         assert isinstance(made, Attachment)
         right = any(content[-4:]) or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())

@@ -181,19 +181,19 @@ def _turn_between(session: Session, before: str, after: str) -> NDArray[np.float
 
 def _turned_colliders(session: Session, before: Assumption, axes: str) -> dict[str, tuple[MeshData, ...]]:
     matrix = _turn_between(session, before.value, axes)
-    turned = {
+    rotated = {
         name: tuple(solid.transformed(matrix) for solid in session.colliders[name])
         for name in before.bodies
         if name in session.colliders
     }
-    return {**session.colliders, **turned}
+    return {**session.colliders, **rotated}
 
 
 def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
     """All meshes, those of the assumption turned from the axes they were taken to have."""
     matrix = _turn_between(session, before.value, axes)
-    turned = {name: session.meshes[name].transformed(matrix) for name in before.bodies if name in session.meshes}
-    return {**session.meshes, **turned}
+    rotated = {name: session.meshes[name].transformed(matrix) for name in before.bodies if name in session.meshes}
+    return {**session.meshes, **rotated}
 
 
 def _scaled(mesh: MeshData, scale: float) -> MeshData:

@@ -81,20 +81,20 @@ def scene_meshes_in_body_axes(
     dropped.
     """
     poses = pose_convention(facts)
-    turned, rows, units = dict(meshes), list[Assumption](), list[Assumption]()
+    rotated, rows, units = dict(meshes), list[Assumption](), list[Assumption]()
     for body in scene.bodies:
-        if body.mesh and body.id in turned:
-            units.append(replace(scene_mesh_unit(body, turned[body.id]), bodies=(body.id,)))
+        if body.mesh and body.id in rotated:
+            units.append(replace(scene_mesh_unit(body, rotated[body.id]), bodies=(body.id,)))
             row = axes_assumption(body.id, body.mesh, body.mesh_axes, poses)
-            turned[body.id] = in_body_axes(turned[body.id], row.value, poses)
+            rotated[body.id] = in_body_axes(rotated[body.id], row.value, poses)
             rows.append(row)
     kept = assumptions_of(facts)
     if kept is None:
         # Of a recording that was never imported, or by an earlier release: there all meshes are canonical.
-        return turned, dict(facts)
+        return rotated, dict(facts)
     before = [row for row in map(partial(_without_bodies, names={*meshes}), kept) if row is not None]
     now = [*before, *grouped_assumptions(units), *grouped_assumptions(rows)]
-    return turned, {**facts, ASSUMPTIONS_FACT: assumptions_fact(now)}
+    return rotated, {**facts, ASSUMPTIONS_FACT: assumptions_fact(now)}
 
 
 def _without_bodies(row: Assumption, names: Container[str]) -> Assumption | None:

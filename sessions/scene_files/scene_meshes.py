@@ -55,10 +55,10 @@ def session_colliders(session: Session, folder: str | Path, file: str | Path = "
 def with_collider_file(session: Session, colliders: ColliderFile, axes: str = COLLIDER_AXES) -> Session:
     """Returns the session with these colliders, turned from the axes of their file."""
     poses = pose_convention(session.facts)
-    turned = {
+    rotated = {
         name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in colliders.solids.items()
     }
-    return replace(session, colliders=turned, facts=_converted(session, [colliders.words]))
+    return replace(session, colliders=rotated, facts=_converted(session, [colliders.words]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
@@ -95,16 +95,16 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
     return None
 
 
-def with_meshes(session: Session, meshes: Mapping[str, MeshData], said: Sequence[str]) -> Session:
-    """The session with these meshes; a body that has one is no stand-in any more. ``said`` joins its conversions."""
+def with_meshes(session: Session, meshes: Mapping[str, MeshData], notes: Sequence[str]) -> Session:
+    """The session with these meshes; a body that has one is no stand-in any more. ``notes`` joins its conversions."""
     bodies = tuple(_bare(body) if body.id in meshes else body for body in session.scene.bodies)
     scene = session.scene if bodies == session.scene.bodies else replace(session.scene, bodies=bodies, text="")
-    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=_converted(session, said))
+    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=_converted(session, notes))
 
 
-def _converted(session: Session, said: Sequence[str]) -> dict[str, str]:
+def _converted(session: Session, notes: Sequence[str]) -> dict[str, str]:
     before = session.facts.get("conversions", "none")
-    return {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *said]) or "none"}
+    return {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *notes]) or "none"}
 
 
 def _bare(body: SceneBody) -> SceneBody:

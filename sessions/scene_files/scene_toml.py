@@ -74,13 +74,13 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
 
 def bodies_by_selector(bodies: tuple[SceneBody, ...]) -> Selected:
     """What stands for which of these bodies."""
-    found: dict[str, list[str]] = {}
+    selected: dict[str, list[str]] = {}
     for body in bodies:
         if not body.id.startswith(TAG):
-            found[body.id] = [body.id]
+            selected[body.id] = [body.id]
         for tag in dict.fromkeys(body.tags):
-            found.setdefault(TAG + tag, []).append(body.id)
-    return found
+            selected.setdefault(TAG + tag, []).append(body.id)
+    return selected
 
 
 def _body(table: TomlTable) -> SceneBody:
@@ -143,8 +143,8 @@ def _size(table: TomlTable, shape: str) -> dict[str, float]:
         size = {name: table.number(name, 0.0) for name in SIZES[shape]}
     bad = [name for name, value in size.items() if value <= 0.0]
     if bad:
-        wanted = "size = [x, y, z]" if shape == "box" else " and ".join(SIZES[shape])
-        table.refuse(f"a {shape} needs {wanted} in metres, each above 0")
+        expected = "size = [x, y, z]" if shape == "box" else " and ".join(SIZES[shape])
+        table.refuse(f"a {shape} needs {expected} in metres, each above 0")
     return size
 
 
@@ -170,14 +170,14 @@ def _pose(table: TomlTable | None) -> Pose | None:
             table.refuse("it has quaternion_xyzw and euler_deg; give one of them")
             table.vector("quaternion_xyzw", IDENTITY)
         angles = [math.radians(angle) for angle in table.vector("euler_deg", (0.0, 0.0, 0.0))]
-        turn = tuple(quaternion_from_euler(angles, "xyz").tolist())
+        quaternion = tuple(quaternion_from_euler(angles, "xyz").tolist())
     else:
-        turn = table.vector("quaternion_xyzw", IDENTITY)
-    norm = math.hypot(*turn)
+        quaternion = table.vector("quaternion_xyzw", IDENTITY)
+    norm = math.hypot(*quaternion)
     if not abs(norm - 1.0) <= 1e-3:
-        table.refuse(f"quaternion_xyzw {list(turn)} has norm {norm:.6g}, not 1")
+        table.refuse(f"quaternion_xyzw {list(quaternion)} has norm {norm:.6g}, not 1")
     table.done()
-    return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
+    return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], quaternion))
 
 
 def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
@@ -185,11 +185,11 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
     first: dict[str, int] = {}
     ends = {""}  # and what is known to lead there: a long chain of parents is walked once
     for row, body in enumerate(bodies, start=1):
-        place = f"[[body]] {row} ({body.id!r})"
+        label = f"[[body]] {row} ({body.id!r})"
         if first.setdefault(body.id, row) != row:
-            whole.refuse(f"{place}: the id is taken by [[body]] {first[body.id]}; ids must differ")
+            whole.refuse(f"{label}: the id is taken by [[body]] {first[body.id]}; ids must differ")
         if body.parent and body.parent not in parents:
-            whole.refuse(f"{place}: no parent {body.parent!r}{nearest(body.parent, parents)}")
+            whole.refuse(f"{label}: no parent {body.parent!r}{nearest(body.parent, parents)}")
         chain, above = set[str](), body.parent
         while above not in ends and above not in chain:
             chain.add(above)
@@ -197,15 +197,15 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
         if above in ends:
             ends |= chain
         else:
-            whole.refuse(f"{place}: its parents lead back to itself; a joint needs a first body")
+            whole.refuse(f"{label}: its parents lead back to itself; a joint needs a first body")
 
 
 def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
-    asked = 0
+    pairs = 0
     for table in tables:
         first, second = _ends(table, bodies)
-        if (asked := asked + len(first) * len(second)) > MOST_PAIRS:
+        if (pairs := pairs + len(first) * len(second)) > MOST_PAIRS:
             table.refuse(f"there are more than {MOST_PAIRS:,} pairs by now; name fewer")
         else:
             for pair in ((a, b) for a in first for b in second if a != b):
@@ -244,7 +244,7 @@ def _effect(table: TomlTable, bodies: Selected) -> SceneEffect:
 def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
     lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
-    head = [f"{key} = {value_text(said)}" for key in ("name", "colliders") if (said := getattr(scene, key))]
+    head = [f"{key} = {value_text(text)}" for key in ("name", "colliders") if (text := getattr(scene, key))]
     lines += ["[scene]", *head] if head else []
     lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
     tables = [("body", body_keys(body)) for body in scene.bodies]
@@ -283,7 +283,7 @@ def value_text(value: Any) -> str:
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML escapes DEL too
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{value_text(key)} = {value_text(one)}" for key, one in value.items()) + "}"
+        return "{" + ", ".join(f"{value_text(key)} = {value_text(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(value_text(one) for one in value) + "]"
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
     return repr(value) if is_number(value) else str(value)

@@ -49,12 +49,12 @@ class TomlTable:
     """
 
     def __init__(
-        self, data: Mapping[str, Any], file: str, place: str, error: type[SessionError],
+        self, data: Mapping[str, Any], file: str, label: str, error: type[SessionError],
         faults: list[str] | None = None,
     ) -> None:  # fmt: skip
         self._data = dict(data)
         self._known: list[str] = []
-        self.file, self.place, self.error, self.faults = file, place, error, faults
+        self.file, self.place, self.error, self.faults = file, label, error, faults
 
     def fail(self, message: str) -> SessionError:
         """The error to raise: file, table, message."""
@@ -68,9 +68,9 @@ class TomlTable:
         if len(self.faults) == MOST_FAULTS:
             raise SceneError(*self.faults)
 
-    def within(self, data: Mapping[str, Any], place: str) -> "TomlTable":
+    def within(self, data: Mapping[str, Any], label: str) -> "TomlTable":
         """Another table of this file, its faults kept beside those of this one."""
-        return TomlTable(data, self.file, place, self.error, self.faults)
+        return TomlTable(data, self.file, label, self.error, self.faults)
 
     def __contains__(self, key: str) -> bool:
         self._known.append(key)
@@ -93,7 +93,7 @@ class TomlTable:
         """Text; required where ``default`` is None."""
         value = self._take(key, default)
         if value is None:
-            near = [f"; did you mean it by {one!r}?" for one in get_close_matches(key, self._data, n=1)]
+            near = [f"; did you mean it by {match!r}?" for match in get_close_matches(key, self._data, n=1)]
             self.refuse(f"{key} is missing; every such table needs it{''.join(near)}")
         elif not isinstance(value, str) or (default is None and not value):
             self.refuse(f"{key} is {_shown(value)}; give text")
@@ -103,22 +103,22 @@ class TomlTable:
             return value
         return default or ""
 
-    def _checked(self, key: str, default: Any, wanted: str, fits: Callable[[Any], bool]) -> Any:
+    def _checked(self, key: str, default: Any, expected: str, fits: Callable[[Any], bool]) -> Any:
         value = self._take(key, default)
         if fits(value):
             return value
-        self.refuse(f"{key} is {_shown(value)}; {wanted}")
+        self.refuse(f"{key} is {_shown(value)}; {expected}")
         return default
 
     def count(self, key: str, default: int, least: int, most: int) -> int:
         """A whole number between bounds, both allowed."""
-        wanted = f"give a whole number from {least} to {most}"
-        return int(self._checked(key, default, wanted, lambda value: type(value) is int and least <= value <= most))
+        expected = f"give a whole number from {least} to {most}"
+        return int(self._checked(key, default, expected, lambda value: type(value) is int and least <= value <= most))
 
     def number(self, key: str, default: float, *, above: float = -math.inf) -> float:
         """A finite number above a bound."""
-        wanted = "give a finite number" if above == -math.inf else f"give a finite number above {above:g}"
-        return float(self._checked(key, default, wanted, lambda value: is_number(value) and value > above))
+        expected = "give a finite number" if above == -math.inf else f"give a finite number above {above:g}"
+        return float(self._checked(key, default, expected, lambda value: is_number(value) and value > above))
 
     def flag(self, key: str, default: bool = False) -> bool:
         """true or false."""
@@ -140,24 +140,24 @@ class TomlTable:
     def table(self, key: str) -> "TomlTable | None":
         """A table within, or ``None``."""
         value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
-        place = f"{self.place} {key}" if self.place else f"[{key}]"
-        return None if value is None else self.within(value, place)
+        label = f"{self.place} {key}" if self.place else f"[{key}]"
+        return None if value is None else self.within(value, label)
 
     def tables(self, key: str) -> "list[TomlTable] | None":
         """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
-        wanted = f"write it as [[{key}]]"
-        value = self._checked(key, None, wanted, lambda value: value is None or _is_list(value, dict))
+        expected = f"write it as [[{key}]]"
+        value = self._checked(key, None, expected, lambda value: value is None or _is_list(value, dict))
         if value is None:
             return None
-        return [self.within(one, f"[[{key}]] {row}") for row, one in enumerate(value, start=1)]
+        return [self.within(table, f"[[{key}]] {row}") for row, table in enumerate(value, start=1)]
 
     def named_tables(self, key: str) -> "dict[str, TomlTable]":
         """``[key.NAME]`` tables by name."""
-        wanted = f"write it as [{key}.NAME]"
+        expected = f"write it as [{key}.NAME]"
         value = self._checked(
-            key, {}, wanted, lambda value: isinstance(value, dict) and _is_list([*value.values()], dict)
+            key, {}, expected, lambda value: isinstance(value, dict) and _is_list([*value.values()], dict)
         )
-        return {name: self.within(one, f"[{key}.{name}]") for name, one in value.items()}
+        return {name: self.within(table, f"[{key}.{name}]") for name, table in value.items()}
 
     def rest(self) -> dict[str, Any]:
         """All keys not yet read, as written. Numbers must be finite. After this call no key counts as unknown."""
@@ -169,7 +169,7 @@ class TomlTable:
 
 
 def _is_list(value: object, kind: type) -> bool:
-    return isinstance(value, list) and all(isinstance(one, kind) for one in value)
+    return isinstance(value, list) and all(isinstance(item, kind) for item in value)
 
 
 def is_number(value: object) -> bool:
@@ -193,7 +193,7 @@ def _shown(value: object) -> str:
 
 def _all_finite(value: object) -> bool:
     if isinstance(value, dict):
-        return all(_all_finite(one) for one in value.values())
+        return all(_all_finite(item) for item in value.values())
     if isinstance(value, list):
-        return all(_all_finite(one) for one in value)
+        return all(_all_finite(item) for item in value)
     return is_number(value) or not isinstance(value, int | float) or isinstance(value, bool)

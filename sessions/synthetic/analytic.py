@@ -101,15 +101,15 @@ def make_analytic(
         raise SessionError(f"no analytic session {name!r}; there are: {', '.join(cases)}")
     case = cases[name](random_stream(seed, "analytic", name), seconds)
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter)
-    seen = recorded(case.paths, how)
+    observed = recorded(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, **MADE_UP}
-    session = Session.from_tracks(seen.tracks(), meshes=case.meshes, facts=facts)
-    blur = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
+    session = Session.from_tracks(observed.tracks(), meshes=case.meshes, facts=facts)
+    pose_error = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
     episodes: list[PlantedEpisode] = []
     for kind, table in (("contact", case.contact), ("contained", case.contained)):
         for pair, level in table.items():
-            episodes += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, seconds))
-    truth = Truth(name, seed, START_NS, seconds, noise, episodes, seen.facts)
+            episodes += levelled(pair, kind, level, pose_error, case.tessellation, (how.latency_s, seconds))
+    truth = Truth(name, seed, START_NS, seconds, noise, episodes, observed.facts)
     return session, truth
 
 

@@ -134,12 +134,12 @@ def stamps(seconds: float, rate_hz: float, clock: Jitter, rng: np.random.Generat
             f"{rate_hz} Hz needs steps below {clock.shortest_step_s} s; lower the rate or use clock 'even'"
         )
     most = int(np.floor(seconds * rate_hz)) + 1
-    places = np.concatenate([[0], np.cumsum(_periods(most - 1, period, clock, rng))])
-    places = places[places < most]
+    indices = np.concatenate([[0], np.cumsum(_periods(most - 1, period, clock, rng))])
+    indices = indices[indices < most]
     reach = max(0.0, (period - clock.shortest_step_s) / 2.0)
-    stray = np.clip(rng.normal(0.0, 1.0, len(places)) * clock.jitter_s, -reach, reach)
+    stray = np.clip(rng.normal(0.0, 1.0, len(indices)) * clock.jitter_s, -reach, reach)
     stray[0] = 0.0
-    times = np.rint((places * period + stray) * 1e9).astype(np.int64)
+    times = np.rint((indices * period + stray) * 1e9).astype(np.int64)
     return times[times <= round(seconds * 1e9)]
 
 

@@ -80,10 +80,10 @@ class Script:
     ) -> None:
         """Reach for a pose; without ``seconds`` in the time an unhurried person would take straight there."""
         if seconds is None:
-            way = float(np.linalg.norm(np.asarray(position) - self.position))
-            seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
-        turn = self.quaternion if quaternion is None else quaternion
-        self._keys.append(Key(self.now + seconds, position, turn, ease, arc))
+            distance = float(np.linalg.norm(np.asarray(position) - self.position))
+            seconds = self.pace * max(SHORTEST_REACH_S, distance / REACH_SPEED)
+        rotation = self.quaternion if quaternion is None else quaternion
+        self._keys.append(Key(self.now + seconds, position, rotation, ease, arc))
 
     def over(self, position: ArrayLike, height: float, *, quaternion: ArrayLike | None = None) -> None:
         """Go up to a height, across, and down, so that nothing lower than ``height`` is in the way."""

@@ -52,23 +52,23 @@ def make_crowded_lab(
     layout = Instruments({"bench": Placed("bench", faces=500, moves=False)} | glasses, faces)
     meshes = dict(layout.meshes)
     palm, finger = make_shape("box", PALM), make_shape("capsule", FINGER, 2_000)
-    seen = recorded({f"{side}-palm": _sweeping(side, random_stream(seed, NAME, side)) for side in SIDES}, how)
-    times = seen.stamps.astype(np.float64) * 1e-9
+    observed = recorded({f"{side}-palm": _sweeping(side, random_stream(seed, NAME, side)) for side in SIDES}, how)
+    times = observed.stamps.astype(np.float64) * 1e-9
     things = {
-        name: _trembling(place, times, random_stream(seed, NAME, name))
-        for name, place in zip(glasses, _packed(layout, list(glasses)), strict=True)
+        name: _trembling(position, times, random_stream(seed, NAME, name))
+        for name, position in zip(glasses, _packed(layout, list(glasses)), strict=True)
     }
     hands = []
     for side in SIDES:
         meshes[f"{side}-palm"] = palm
-        for part, offset in FINGERS.items():
-            things[f"{side}-{part}"] = carried(seen.poses[f"{side}-palm"], offset)
-            meshes[f"{side}-{part}"] = finger
-        hands += [SceneBody(f"{side}-{part}", group=side, tags=("hand",)) for part in ("palm", *FINGERS)]
+        for finger_name, offset in FINGERS.items():
+            things[f"{side}-{finger_name}"] = carried(observed.poses[f"{side}-palm"], offset)
+            meshes[f"{side}-{finger_name}"] = finger
+        hands += [SceneBody(f"{side}-{finger_name}", group=side, tags=("hand",)) for finger_name in ("palm", *FINGERS)]
     scene = with_text(Scene(NAME, (*layout.bodies(), *hands)), ("A shaker full of glasses, and two hands of fingers.",))
     facts = {"synthetic": NAME, "seed": str(seed), "noise": noise, **MADE_UP, "vr_type": "immersive"}
-    session = Session.from_tracks(seen.tracks(things), meshes=meshes, scene=scene, facts=facts)
-    return session, Truth(NAME, seed, START_NS, seconds, noise, (), seen.facts)
+    session = Session.from_tracks(observed.tracks(things), meshes=meshes, scene=scene, facts=facts)
+    return session, Truth(NAME, seed, START_NS, seconds, noise, (), observed.facts)
 
 
 def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
@@ -82,13 +82,13 @@ def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
         depth += deep / 2 + GAP_M
 
 
-def _trembling(place: Point, times: Array, rng: np.random.Generator) -> Poses:
+def _trembling(center: Point, times: Array, rng: np.random.Generator) -> Poses:
     """A glass on the shaker: upright, in circles of its own phase."""
     rate, phase = rng.uniform(2.0, 4.0), rng.uniform(0.0, 2 * np.pi)
-    position, turn = Standing(place)(times)
+    position, rotation = Standing(center)(times)
     position[:, 0] += TREMBLE_M * np.sin(2 * np.pi * rate * times + phase)
     position[:, 2] += TREMBLE_M * np.cos(2 * np.pi * rate * times + phase)
-    return position, turn
+    return position, rotation
 
 
 def _sweeping(side: str, rng: np.random.Generator) -> Path:

@@ -24,13 +24,13 @@ class Swing:
         """Value at each time."""
         return self.middle + self.amplitude * np.cos(2.0 * np.pi * (times - self.start) / self.period)
 
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+    def between(self, lower: float, upper: float, seconds: float) -> list[Interval]:
         """Intervals by the arc cosine, period by period."""
-        upper, lower = (high - self.middle) / self.amplitude, (low - self.middle) / self.amplitude
-        if upper < -1.0 or lower > 1.0 or low > high:
+        upper_cosine, lower_cosine = (upper - self.middle) / self.amplitude, (lower - self.middle) / self.amplitude
+        if upper_cosine < -1.0 or lower_cosine > 1.0 or lower > upper:
             return []
-        first = math.acos(min(1.0, upper)) / (2.0 * math.pi)
-        last = math.acos(max(-1.0, lower)) / (2.0 * math.pi)
+        first = math.acos(min(1.0, upper_cosine)) / (2.0 * math.pi)
+        last = math.acos(max(-1.0, lower_cosine)) / (2.0 * math.pi)
         periods = range(math.floor(-self.start / self.period) - 1, math.ceil((seconds - self.start) / self.period) + 1)
         spans = [span for k in periods for span in ((k + first, k + last), (k + 1 - last, k + 1 - first))]
         return joined([(self.start + a * self.period, self.start + b * self.period) for a, b in spans], seconds)
@@ -47,18 +47,18 @@ class Polyline:
         """Value at each time."""
         return np.interp(times, self.times, self.values)
 
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
+    def between(self, lower: float, upper: float, seconds: float) -> list[Interval]:
         """Intervals segment by segment."""
         ends = ((0.0, self.values[0]), *zip(self.times, self.values, strict=True), (seconds, self.values[-1]))
         spans = []
         for (t0, v0), (t1, v1) in itertools.pairwise(ends):
             if v0 == v1:
-                if low <= v0 <= high and t0 < t1:
+                if lower <= v0 <= upper and t0 < t1:
                     spans.append((t0, t1))
                 continue
-            shares = sorted(((low - v0) / (v1 - v0), (high - v0) / (v1 - v0)))
-            start, end = max(0.0, shares[0]), min(1.0, shares[1])
-            if start <= end and low <= high:
+            fractions = sorted(((lower - v0) / (v1 - v0), (upper - v0) / (v1 - v0)))
+            start, end = max(0.0, fractions[0]), min(1.0, fractions[1])
+            if start <= end and lower <= upper:
                 spans.append((t0 + start * (t1 - t0), t0 + end * (t1 - t0)))
         return joined(spans, seconds)
 

@@ -29,29 +29,29 @@ OPENING_S = 0.8
 GRAVITY = 9.80665
 
 
-def minimum_jerk(share_of_time: ArrayLike) -> Array:
+def minimum_jerk(time_fraction: ArrayLike) -> Array:
     """Share of the way of a reach between rests: 10 u^3 - 15 u^4 + 6 u^5, held outside [0, 1].
 
     Source: Flash and Hogan, "The coordination of arm movements", J. Neuroscience 5 (1985) 1688, eq. 4: people move
     a hand from point to point so that the integral of the squared jerk is least.
     """
-    u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
+    u = np.clip(np.asarray(time_fraction, dtype=np.float64), 0.0, 1.0)
     return u * u * u * (10.0 + u * (6.0 * u - 15.0))
 
 
-def minimum_jerk_inverse(share_of_way: float) -> float:
+def minimum_jerk_inverse(path_fraction: float) -> float:
     """Share of the time at which a minimum-jerk reach has come this share of its way."""
-    if share_of_way in (0.0, 1.0):
-        return share_of_way  # flat there: many times come within rounding of the end
-    return solved(lambda time: float(minimum_jerk(time)) - share_of_way, 0.0, 1.0)
+    if path_fraction in (0.0, 1.0):
+        return path_fraction  # flat there: many times come within rounding of the end
+    return solved(lambda time: float(minimum_jerk(time)) - path_fraction, 0.0, 1.0)
 
 
-def knock(share_of_time: ArrayLike) -> Array:
+def knock(time_fraction: ArrayLike) -> Array:
     """There and back without a rest at the far end: sin^2(pi u) on [0, 1], 0 outside.
 
     Unlike two reaches put together, which rest at the turning point, this turns as a tapping finger does.
     """
-    u = np.clip(np.asarray(share_of_time, dtype=np.float64), 0.0, 1.0)
+    u = np.clip(np.asarray(time_fraction, dtype=np.float64), 0.0, 1.0)
     return np.sin(np.pi * u) ** 2
 
 
@@ -88,8 +88,8 @@ class KeyPath:
         """Poses at these times."""
         after = np.clip(np.searchsorted(self._time, times, side="right"), 1, len(self.keys) - 1)
         before = after - 1
-        share = np.clip((times - self._time[before]) / (self._time[after] - self._time[before]), 0.0, 1.0)
-        eased = np.where(self._linear[after], share, minimum_jerk(share))
+        fraction = np.clip((times - self._time[before]) / (self._time[after] - self._time[before]), 0.0, 1.0)
+        eased = np.where(self._linear[after], fraction, minimum_jerk(fraction))
         step = self._position[after] - self._position[before]
         position = self._position[before] + eased[..., None] * step
         position[..., 1] += 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
@@ -109,8 +109,8 @@ class Tap:
 
     def __call__(self, times: Array) -> Array:
         """Displacements (n, 3)."""
-        share = knock((times - self.start) / self.period)
-        return self.amplitude * share[..., None] * np.asarray(self.direction)
+        fraction = knock((times - self.start) / self.period)
+        return self.amplitude * fraction[..., None] * np.asarray(self.direction)
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,8 @@ class Dent:
     @property
     def period(self) -> float:
         """Duration of the whole knock: sin^2 is beyond 1 - depth / amplitude for this share of it."""
-        share = 2.0 / math.pi * math.asin(math.sqrt(self.depth / self.amplitude))
-        return self.seconds / share
+        fraction = 2.0 / math.pi * math.asin(math.sqrt(self.depth / self.amplitude))
+        return self.seconds / fraction
 
     @property
     def apart(self) -> float:
@@ -140,8 +140,8 @@ class Dent:
         out = (self.apart - level) / self.amplitude
         if out > 1.0:
             return []
-        share = math.asin(math.sqrt(max(0.0, out))) / math.pi
-        return [(tap.start + share * tap.period, tap.start + (1.0 - share) * tap.period)]
+        fraction = math.asin(math.sqrt(max(0.0, out))) / math.pi
+        return [(tap.start + fraction * tap.period, tap.start + (1.0 - fraction) * tap.period)]
 
     def tap(self, deepest: float, direction: ArrayLike = (0.0, 0.0, 0.0)) -> Tap:
         """The tap along a direction, or of a radius, farthest out at the time ``deepest``."""
@@ -250,9 +250,9 @@ class Falling:
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
-        place, turn = Standing(self.position, self.quaternion)(times)
-        place[:, 1] = np.maximum(self.floor, place[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
-        return place, turn
+        position, quaternion = Standing(self.position, self.quaternion)(times)
+        position[:, 1] = np.maximum(self.floor, position[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
+        return position, quaternion
 
 
 def placed_by(phases: Sequence[tuple[float, PosesAt]], times: Array, hands: Mapping[str, Poses]) -> Poses:

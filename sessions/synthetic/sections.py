@@ -53,11 +53,11 @@ class Approach:
         """How far either bound is from the nominal distance."""
         return 0.5 * (self.possible - self.sure)
 
-    def place(self, target: ArrayLike, apart: float) -> Array:
-        """Where the mover's origin is when it is ``apart`` metres short of first contact (negative: deeper)."""
+    def place(self, target: ArrayLike, gap: float) -> Array:
+        """Where the mover's origin is when it is ``gap`` metres short of first contact (negative: deeper)."""
         right = np.cross(self.direction, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
-        return np.asarray(target) - (self.distance + apart) * self.direction + self.aside * right + up
+        return np.asarray(target) - (self.distance + gap) * self.direction + self.aside * right + up
 
 
 def inscribed_radius(points: Array) -> float:
@@ -84,10 +84,10 @@ def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: Arra
     right = np.cross(forward, (0.0, 1.0, 0.0))
     placed = _Posed(rotated(turn, mover.vertices) + np.array([0.0, height, 0.0]), mover.faces)
     other = _Posed(target.vertices, target.faces)
-    low, high = max(placed.low, other.low), min(placed.high, other.high)
-    if not low < high:
+    lower, upper = max(placed.low, other.low), min(placed.high, other.high)
+    if not lower < upper:
         raise ValueError(f"mover and target share no height (mover's origin {height} m up); change the height")
-    planes = _planes(low, high)
+    planes = _planes(lower, upper)
     sections = [(placed.section(y), other.section(y)) for y in planes]
     aside, sure = _foremost(sections, forward, right)
     possible = max(
@@ -107,8 +107,8 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
     """
     shift = np.array([0.0, height, 0.0])
     inner, outer = _Posed(inside.vertices + shift, inside.faces), _Posed(outside.vertices, outside.faces)
-    low, high = inner.low, min(inner.high, outer.high)
-    planes = _planes(low, high, END_INSET_M)
+    lower, upper = inner.low, min(inner.high, outer.high)
+    planes = _planes(lower, upper, END_INSET_M)
     possible = min(_clear_radius(outer.cuts(y)) - float(_radii(inner.section(y)).max(initial=0.0)) for y in planes)
     sections = [(inner.section(y), outer.section(y)) for y in planes]
     sections = [(rod, wall) for rod, wall in sections if len(rod) > 2 and len(wall) > 2]
@@ -118,8 +118,8 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
     return float(max(sure, possible)), float(possible)
 
 
-def _planes(low: float, high: float, inset: float = 0.0) -> Array:
-    return np.linspace(low + inset, high - inset, max(2, int(np.ceil((high - low) / SECTION_STEP_M)) + 1))
+def _planes(lower: float, upper: float, inset: float = 0.0) -> Array:
+    return np.linspace(lower + inset, upper - inset, max(2, int(np.ceil((upper - lower) / SECTION_STEP_M)) + 1))
 
 
 def _radii(points: Array) -> Array:
@@ -130,8 +130,8 @@ def _clear_radius(wall: Array) -> float:
     """Distance of the axis from the nearest of the segments (k, 2, 3) in which faces cross a level plane."""
     start, step = wall[:, 0][:, [0, 2]], (wall[:, 1] - wall[:, 0])[:, [0, 2]]
     length = np.einsum("ij,ij->i", step, step)
-    share = np.clip(-np.einsum("ij,ij->i", start, step) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    nearest = start + share[:, None] * step
+    fraction = np.clip(-np.einsum("ij,ij->i", start, step) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    nearest = start + fraction[:, None] * step
     return float(np.hypot(nearest[:, 0], nearest[:, 1]).min(initial=np.inf))
 
 
@@ -187,11 +187,11 @@ class _Posed:
         return self._crossed(height, (self._lowest < height) & (self._highest >= height)).reshape(-1, 2, 3)
 
     def _crossed(self, height: float, edges: NDArray[np.bool_]) -> Array:
-        start, way = self._starts[edges], self._ways[edges]
-        return start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
+        start, direction = self._starts[edges], self._ways[edges]
+        return start + ((height - start[:, 1]) / direction[:, 1])[:, None] * direction
 
     def reach(self, direction: Array, sections: tuple[Array, Array], heights: tuple[float, float]) -> float:
         """Farthest the surface between two level planes extends along a direction (-inf where there is none)."""
         points = self._vertices
         between = points[(points[:, 1] >= heights[0]) & (points[:, 1] <= heights[1])]
-        return max((float((part @ direction).max()) for part in (*sections, between) if len(part)), default=-np.inf)
+        return max((float((block @ direction).max()) for block in (*sections, between) if len(block)), default=-np.inf)

@@ -38,8 +38,8 @@ class TrackerNoise:
     def margin(self, lever_m: float, bodies: int = 2) -> float:
         """Distance in metres by which noise may move one of ``bodies`` surfaces against the other: five sigma."""
         along = self.position_rms_m / np.sqrt(3.0)
-        turned = np.radians(self.rotation_rms_deg) / np.sqrt(3.0) * lever_m
-        return float(5.0 * np.sqrt(bodies) * np.hypot(along, turned))
+        displacement = np.radians(self.rotation_rms_deg) / np.sqrt(3.0) * lever_m
+        return float(5.0 * np.sqrt(bodies) * np.hypot(along, displacement))
 
 
 VIVE = TrackerNoise()
@@ -67,7 +67,7 @@ def planned_losses(
     for _ in range(count):
         for _ in range(40):
             loss = _loss(rng, seconds, noise)
-            if loss.settled < seconds and all(loss.settled < low or loss.start > high for low, high in taken):
+            if loss.settled < seconds and all(loss.settled < start or loss.start > end for start, end in taken):
                 losses.append(loss)
                 taken.append((loss.start, loss.settled))
                 break
@@ -88,9 +88,9 @@ def disturbed(poses: Poses, times: Array, noise: TrackerNoise, rng: np.random.Ge
     """Poses with correlated noise added (latency is a matter of when the path is sampled)."""
     wander = _correlated(times, noise.correlation_s, rng)
     sigma = noise.position_rms_m / np.sqrt(3.0)
-    turn = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0)
+    angle = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0)
     position = poses[0] + sigma * wander[:, :3]
-    return position, quaternion_product(poses[1], quaternion_from_vector(turn * wander[:, 3:]))
+    return position, quaternion_product(poses[1], quaternion_from_vector(angle * wander[:, 3:]))
 
 
 def _correlated(times: Array, correlation_s: float, rng: np.random.Generator) -> Array:
@@ -115,8 +115,8 @@ def with_losses(
         after = times >= loss.end
         position[after] += np.exp(-(times[after] - loss.end) / noise.settle_s)[:, None] * loss.step
         last = max(0, int(np.searchsorted(times, loss.start)) - 1)
-        share = (times[lost] - loss.start) / (loss.end - loss.start)
-        position[lost] = position[last] + share[:, None] * loss.step
+        fraction = (times[lost] - loss.start) / (loss.end - loss.start)
+        position[lost] = position[last] + fraction[:, None] * loss.step
         quaternion[lost] = quaternion[last]
         valid[lost] = False
     return (position, quaternion), valid

@@ -134,8 +134,8 @@ def inside(times: NDArray[np.float64], span: Interval) -> NDArray[np.bool_]:
 
 def truth_path(session_path: str | Path) -> Path:
     """Where the truth of a session file lies: ``x.mcap`` -> ``x.truth.json``."""
-    place = Path(session_path)
-    return place.with_name(f"{place.stem}.truth.json")
+    path = Path(session_path)
+    return path.with_name(f"{path.stem}.truth.json")
 
 
 def write_truth(truth: Truth, path: str | Path) -> None:
@@ -146,16 +146,16 @@ def write_truth(truth: Truth, path: str | Path) -> None:
 
 
 def levelled(
-    pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
+    pair: Pair, kind: str, level: Level, noise: float, tessellation: float, clock: tuple[float, float]
 ) -> list[PlantedEpisode]:
     """Episodes of a pair from its intervals at three levels.
 
-    By ``blur`` metres rounding and noise may move the surfaces either way, by ``tessellation`` the meshes may be
+    By ``noise`` metres rounding and noise may move the surfaces either way, by ``tessellation`` the meshes may be
     farther apart than the smooth shapes; ``clock``: how much later than it happened a pose is recorded, and the length
     of the session, in seconds.
     """
-    near = blur + (tessellation if kind == "contained" else 0.0)
-    deep = blur + (tessellation if kind == "contact" else 0.0)
+    near = noise + (tessellation if kind == "contained" else 0.0)
+    deep = noise + (tessellation if kind == "contact" else 0.0)
     possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
     episodes: list[PlantedEpisode] = []
     for outer in possibly:

@@ -46,7 +46,7 @@ def stir_and_touch(lab: Lab) -> None:
     sure, possible = round_in_round(lab.layout.meshes["rod"], lab.layout.meshes["beaker"], height)
     script.go(tip + rod + (0.0, 0.125, 0.0), 1.9, arc=0.03)
     script.go(tip + rod, 1.1)
-    start, radius, turns = script.now, 0.012, float(lab.rng.uniform(1.0, 1.25))
+    start, radius, revolutions = script.now, 0.012, float(lab.rng.uniform(1.0, 1.25))
     reach, slack = 0.5 * (sure + possible), 0.5 * (sure - possible)
     now, taps = start + 1.1, []
     for brief in (True, False, True, False, False, True, False, True):
@@ -56,7 +56,7 @@ def stir_and_touch(lab: Lab) -> None:
         lab.tapped("beaker", "rod", dent, tap, slack, _note(brief, "the rod touches the wall inside"))
         now = tap.start + tap.period + float(lab.rng.uniform(0.9, 1.3))
     end = now + 0.9
-    script.overlays.append(Stir(start, end, radius, turns, taps=tuple(taps)))
+    script.overlays.append(Stir(start, end, radius, revolutions, taps=tuple(taps)))
     script.quiet.append((start, end))
     script.wait_until(end)
     _secure(lab, "right", start - 2.0, end + 1.5)
@@ -104,7 +104,7 @@ def carry_cylinder(lab: Lab) -> None:
     grip, bodies = -CYLINDER_IN_HAND, ("cylinder", "hand-left")
     script.over(at + np.array([0.0, GRIP_HEIGHT, 0.0]), lab.travel)
     script.wait(0.3)
-    held_from, grasped = script.now, script.now + lab.late
+    grasped_from, grasped = script.now, script.now + lab.late
     script.wait(0.3)
     script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
     bump(
@@ -119,13 +119,13 @@ def carry_cylinder(lab: Lab) -> None:
 
     def pressed(level: float) -> list[Interval]:
         """When the base is at most ``level`` above the bench on its way from `LIFT` down to `PRESSED_IN` below."""
-        share = (LIFT - level) / (LIFT + PRESSED_IN)
-        return [(down + taken * minimum_jerk_inverse(max(0.0, share)), let_go)] if share <= 1.0 else []
+        fraction = (LIFT - level) / (LIFT + PRESSED_IN)
+        return [(down + taken * minimum_jerk_inverse(max(0.0, fraction)), let_go)] if fraction <= 1.0 else []
 
     lab.contact("bench", "cylinder", pressed, blur=lab.noise_m, late=lab.late)
     script.quiet.append((down, let_go + 0.3))
     script.wait(0.4)
-    _secure(lab, "left", held_from - 1.0, script.now)
+    _secure(lab, "left", grasped_from - 1.0, script.now)
     riding = Held("hand-left", CYLINDER_IN_HAND)
     lab.things["cylinder"] += [(grasped, riding), (released, Standing(CYLINDER_GOAL))]
     lab.presses["left"].append((grasped, released))
@@ -156,10 +156,10 @@ def watch(lab: Lab, at: Sequence[tuple[float, str]]) -> None:
     lab.gaze = KeyPath(keys)
 
 
-def _dent(lab: Lab, brief: bool, apart: float) -> Dent:
-    """A tap of random depth and duration from a rest ``apart`` metres short of first contact."""
+def _dent(lab: Lab, brief: bool, gap: float) -> Dent:
+    """A tap of random depth and duration from a rest ``gap`` metres short of first contact."""
     depth = float(lab.rng.uniform(*DEPTHS_M))
-    return Dent(depth, float(lab.rng.uniform(*(BRIEF_S if brief else LONG_S))), apart + depth)
+    return Dent(depth, float(lab.rng.uniform(*(BRIEF_S if brief else LONG_S))), gap + depth)
 
 
 def _centre(lab: Lab, earliest: float, dent: Dent) -> float:
@@ -172,5 +172,5 @@ def _secure(lab: Lab, side: str, start: float, end: float) -> None:
     lab.keep[f"hand-{side}"].append((start + lab.late - 0.1, end + lab.late + 0.1))
 
 
-def _note(brief: bool, words: str) -> str:
-    return f"{words}, {'briefly' if brief else 'and stays'}"
+def _note(brief: bool, text: str) -> str:
+    return f"{text}, {'briefly' if brief else 'and stays'}"

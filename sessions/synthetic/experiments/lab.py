@@ -77,8 +77,8 @@ class Lab:
         """The contacts of a session that lasts so long, in the order they were written down."""
         return [
             replace(episode, note=note)
-            for pair, level, blur, late, note in self._contacts
-            for episode in levelled(pair, "contact", level, blur, 0.0, (late, seconds))
+            for pair, level, noise_m, late, note in self._contacts
+            for episode in levelled(pair, "contact", level, noise_m, 0.0, (late, seconds))
         ]
 
     def tapped(self, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
@@ -128,8 +128,8 @@ class Lab:
         The hand closes at the point ``at`` of the thing's frame, or ``below`` metres under its site of that name.
         """
         script, (position, quaternion) = self.hands[side], self.where[thing]
-        place = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
-        grip = position + rotated(quaternion, place)
+        grip_point = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
+        grip = position + rotated(quaternion, grip_point)
         self.look(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
@@ -154,15 +154,15 @@ class Lab:
     ) -> None:
         """Move the held thing so that its origin is at ``position``; with ``high`` up to that height and over first."""
         thing = self.held[side]
-        turn = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
+        rotation = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
         self.look(position)
-        hand, hand_turn = self._hand_for(side, position, turn)
+        hand, hand_rotation = self._hand_for(side, position, rotation)
         if high is None:
-            self.hands[side].go(hand, seconds, quaternion=hand_turn)
+            self.hands[side].go(hand, seconds, quaternion=hand_rotation)
         else:
             above = high + float(hand[1]) - float(np.asarray(position)[1])
-            self.hands[side].over(hand, above, quaternion=hand_turn)
-        self.where[thing] = (np.asarray(position), turn)
+            self.hands[side].over(hand, above, quaternion=hand_rotation)
+        self.where[thing] = (np.asarray(position), rotation)
 
     def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
         """Put the held thing down at ``position`` and open the hand: it settles by `SNAP` to where it stands."""
@@ -224,9 +224,9 @@ class Lab:
         """Let the held thing follow poses given at close times (seconds of the motion, after now)."""
         thing = self.held[side]
         script = self.hands[side]
-        hands, turns = self._hand_for(side, positions, quaternions)
-        for time, hand, turn in zip(times.tolist(), hands, turns, strict=True):
-            script.go(hand, time - script.now, quaternion=turn, ease="linear")
+        hands, rotations = self._hand_for(side, positions, quaternions)
+        for time, hand, rotation in zip(times.tolist(), hands, rotations, strict=True):
+            script.go(hand, time - script.now, quaternion=rotation, ease="linear")
         self.where[thing] = (positions[-1], quaternions[-1])
 
     def secure(self, start: float, end: float) -> None:
@@ -264,7 +264,7 @@ class Lab:
 
     def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
         """Poses (..., 3) and (..., 4) of the hand that puts what it holds there."""
-        held = self.things[self.held[side]][-1][1]
-        assert isinstance(held, Held)
-        turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
-        return np.asarray(position, dtype=np.float64) - rotated(turn, held.offset), turn
+        placing = self.things[self.held[side]][-1][1]
+        assert isinstance(placing, Held)
+        rotation = quaternion_product(quaternion, quaternion_inverse(placing.turn))
+        return np.asarray(position, dtype=np.float64) - rotated(rotation, placing.offset), rotation

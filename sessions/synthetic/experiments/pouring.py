@@ -47,8 +47,8 @@ class Turn:
 
     def angle(self, time: float) -> float:
         """Angle at a time."""
-        share = float(minimum_jerk((time - self.start) / (self.end - self.start)))
-        return self.start_angle + (self.end_angle - self.start_angle) * share
+        fraction = float(minimum_jerk((time - self.start) / (self.end - self.start)))
+        return self.start_angle + (self.end_angle - self.start_angle) * fraction
 
     def swept(self, time: float) -> float:
         """Integral of the angle over time from ``start`` to ``time`` (held inside the turn), radian seconds."""
@@ -80,11 +80,11 @@ class Outlet:
     def opened(self, time: float) -> float:
         """Integral of the open area from 0 to ``time``, m2 s."""
         total, rest_from, angle = 0.0, 0.0, 0.0
-        for turn in self.turns:
-            if time <= turn.start:
+        for rotation in self.turns:
+            if time <= rotation.start:
                 break
-            total += angle * (turn.start - rest_from) + turn.swept(time)
-            rest_from, angle = turn.end, turn.end_angle
+            total += angle * (rotation.start - rest_from) + rotation.swept(time)
+            rest_from, angle = rotation.end, rotation.end_angle
         total += angle * max(0.0, time - rest_from)
         return total * self.full_area / (math.pi / 2.0)
 

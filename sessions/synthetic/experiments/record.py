@@ -57,12 +57,12 @@ class Experiment(Declaration):
             )
             for side in SIDES
         }
-        seen = recorded({**paths, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
-        times = seen.stamps.astype(np.float64) * 1e-9
-        things = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
-        facts = [*lab.facts, *(_with_held(lab, fact) for fact in seen.facts)]
+        observed = recorded({**paths, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
+        times = observed.stamps.astype(np.float64) * 1e-9
+        things = {name: placed_by(phases, times, observed.poses) for name, phases in lab.things.items()}
+        facts = [*lab.facts, *(_with_held(lab, fact) for fact in observed.facts)]
         truth = Truth(self.name, seed, START_NS, seconds, noise, lab.episodes(seconds), facts)
-        tracks = seen.tracks(things)
+        tracks = observed.tracks(things)
         session = Session.from_tracks(
             {name: tracks[name] for name in lab.layout.placed if name in tracks},
             meshes=lab.layout.meshes,
@@ -74,7 +74,7 @@ class Experiment(Declaration):
                 "choreography": str(self.version), "vr_type": "immersive",
             },
         )  # fmt: skip
-        return replace(session, hands=controllers(lab.presses, seen.stamps + START_NS)), truth
+        return replace(session, hands=controllers(lab.presses, observed.stamps + START_NS)), truth
 
     def scene(self, faces: int = FACES) -> Scene:
         """What the experiment declares, with its text."""
@@ -114,8 +114,8 @@ def _with_held(lab: Lab, loss: Fact) -> Fact:
     """While a hand is lost, so is what it holds from first to last."""
     (hand,) = loss.bodies
     first = {thing: phases[0][1] for thing, phases in lab.things.items()}
-    held = [thing for thing, placing in first.items() if isinstance(placing, Held) and placing.hand == hand]
-    return replace(loss, bodies=(hand, *held))
+    grasped = [thing for thing, placing in first.items() if isinstance(placing, Held) and placing.hand == hand]
+    return replace(loss, bodies=(hand, *grasped))
 
 
 def _watching(lab: Lab) -> KeyPath:
@@ -124,16 +124,16 @@ def _watching(lab: Lab) -> KeyPath:
         return lab.gaze
     rng = random_stream(lab.how.seed, "eyes", lab.name)
     keys, last = [], -1.0
-    for time, place in lab.attention:
+    for time, position in lab.attention:
         moment = time + 0.4 if time > 0.0 else 0.0
         if moment - last < 0.8:
             continue
-        keys.append(steps.looking(moment, EYES + rng.uniform(-0.03, 0.03, 3), place))
+        keys.append(steps.looking(moment, EYES + rng.uniform(-0.03, 0.03, 3), position))
         last = moment
     return KeyPath(keys)
 
 
-def _event(fact: Fact, words: str) -> Event:
+def _event(fact: Fact, text: str) -> Event:
     """What a program would log: it knows what was taken, let go and broken, not what was poured."""
     thing = next((body for body in fact.bodies if not body.startswith("hand-")), "")
-    return Event(START_NS + round(fact.start * 1e9), fact.kind, words.format(thing), thing)
+    return Event(START_NS + round(fact.start * 1e9), fact.kind, text.format(thing), thing)

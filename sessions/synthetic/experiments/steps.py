@@ -44,25 +44,25 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     cavity = lab.layout.cavity(source)
     before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
-    turn = lab.where[source][1]
-    forward = rotated(turn, (1.0, 0.0, 0.0))
+    quaternion = lab.where[source][1]
+    forward = rotated(quaternion, (1.0, 0.0, 0.0))
     axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)
     middle = _mouth(lab, target) + beside * forward
-    high = lip[1] + CLEAR_OF_RIM
-    lab.carry(side, middle + high * UP - rotated(turn, lip), high=lab.travel - 0.1)
+    rim_height = lip[1] + CLEAR_OF_RIM
+    lab.carry(side, middle + rim_height * UP - rotated(quaternion, lip), high=lab.travel - 0.1)
     script.wait(0.3)
-    share = np.linspace(0.0, 1.0, round(seconds / STEP_S) + 1)[1:]
+    fraction = np.linspace(0.0, 1.0, round(seconds / STEP_S) + 1)[1:]
 
     def tilt(eased: Array, times: Array) -> None:
-        """Tilt by a share of the way; the lip sinks by the same share from ``high`` to `POUR_FROM` over the target."""
-        turns = quaternion_product(quaternion_about(axis, greatest * eased), turn)
-        lips = middle + (high + (POUR_FROM - high) * eased)[:, None] * UP
-        lab.follow(side, times, lips - rotated(turns, lip), turns)
+        """Tilt by a fraction of the angle; the lip sinks by the same fraction from ``rim_height`` to `POUR_FROM`."""
+        quaternions = quaternion_product(quaternion_about(axis, greatest * eased), quaternion)
+        lips = middle + (rim_height + (POUR_FROM - rim_height) * eased)[:, None] * UP
+        lab.follow(side, times, lips - rotated(quaternions, lip), quaternions)
 
     start = script.now
-    tilt(minimum_jerk(share), start + share * seconds)
+    tilt(minimum_jerk(fraction), start + fraction * seconds)
     script.wait(HOLD_S)
-    tilt(1.0 - minimum_jerk(share), script.now + share * (0.6 * seconds))
+    tilt(1.0 - minimum_jerk(fraction), script.now + fraction * (0.6 * seconds))
     begins = start + seconds * minimum_jerk_inverse(onset / greatest) + lab.late
     missed = abs(beside) > lab.layout.cavity(target).opening.radius
     lab.volumes[source] -= millilitres
@@ -86,30 +86,30 @@ def stir(
     """Stir in a vessel with the held rod, ``touches`` times (lasting so many seconds each) against its wall."""
     rod, script = lab.held[side], lab.hands[side]
     tip_height = lab.layout.cavity(vessel).floor_height + 0.018
-    place = lab.where[vessel][0] + tip_height * UP
+    position = lab.where[vessel][0] + tip_height * UP
     top = float(_mouth(lab, vessel)[1]) + 0.04
-    above = np.array([place[0], top, place[2]])
+    above = np.array([position[0], top, position[2]])
     lab.carry(side, above, high=max(top, lab.travel - 0.15))
-    lab.carry(side, place)
-    start, turns = script.now, float(lab.rng.uniform(1.0, 1.3))
+    lab.carry(side, position)
+    start, revolutions = script.now, float(lab.rng.uniform(1.0, 1.3))
     taps = []
     if touches:
         sure, possible = round_in_round(lab.layout.meshes[rod], lab.layout.meshes[vessel], tip_height)
-        apart, slack = 0.5 * (sure + possible) - radius, 0.5 * (sure - possible)
+        gap, slack = 0.5 * (sure + possible) - radius, 0.5 * (sure - possible)
         for number, length in enumerate(touches):
-            dent = Dent(0.0026, length, apart + 0.0026)
+            dent = Dent(0.0026, length, gap + 0.0026)
             tap = dent.tap(start + 1.2 + (seconds - 2.4) * (number + 0.5) / len(touches))
             taps.append(tap)
             _plant(lab, vessel, rod, dent, tap, slack, "the rod touches the wall")
     script.quiet.append((start, start + seconds))
-    _circle(lab, side, "stir", Stir(start, start + seconds, radius, turns, taps=tuple(taps)), (rod, vessel))
+    _circle(lab, side, "stir", Stir(start, start + seconds, radius, revolutions, taps=tuple(taps)), (rod, vessel))
     lab.carry(side, above)
 
 
 def swirl(lab: Lab, side: str, seconds: float, *, radius: float = 0.006) -> None:
     """Swirl the held vessel in small circles."""
-    start, turns = lab.hands[side].now, float(lab.rng.uniform(1.2, 1.6))
-    _circle(lab, side, "swirl", Stir(start, start + seconds, radius, turns), (lab.held[side],))
+    start, revolutions = lab.hands[side].now, float(lab.rng.uniform(1.2, 1.6))
+    _circle(lab, side, "swirl", Stir(start, start + seconds, radius, revolutions), (lab.held[side],))
 
 
 def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ...]) -> None:
@@ -167,9 +167,9 @@ LATEST_S = 600.0
 
 def run_in(lab: Lab, end_points: int) -> None:
     """Run in quickly, throttle, close just past the last of ``end_points``, each as far from the one before it."""
-    flask, held = (lab.held_by(body)["liquid"] for body in ("flask", "burette"))
+    flask, capacity = (lab.held_by(body)["liquid"] for body in ("flask", "burette"))
     # What of the burette's solution brings as much as the flask holds.
-    first_ml = float(flask["volume_ml"] * flask["molar"] / held["molar"])
+    first_ml = float(flask["volume_ml"] * flask["molar"] / capacity["molar"])
     last = end_points * first_ml * 1e-6
     left = lab.hands["left"]
     knob = lab.layout.at("burette") + lab.layout.site("burette", "stopcock")
@@ -177,28 +177,28 @@ def run_in(lab: Lab, end_points: int) -> None:
     left.go(knob + np.array([-0.012, -0.01, 0.09]), 0.6)
     lab.together()
     left.wait(0.4)
-    turns = [_turn(left, lab.late, 0.0, FAST, 0.9)]
+    rotations = [_turn(left, lab.late, 0.0, FAST, 0.9)]
     cavity, declared = lab.layout.cavity("burette"), lab.declared("burette")
     section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
-    outlet = Outlet(declared["full_area_m2"], declared["discharge"], section, float(cavity.mark_height), turns)
+    outlet = Outlet(declared["full_area_m2"], declared["discharge"], section, float(cavity.mark_height), rotations)
     nearly = outlet.time_of(0.88 * last, LATEST_S)
     swirl(lab, "right", nearly - lab.hands["right"].now)
     left.wait_until(nearly)
-    turns.append(_turn(left, lab.late, FAST, SLOW, 0.9))
+    rotations.append(_turn(left, lab.late, FAST, SLOW, 0.9))
     end_point = outlet.time_of(last, LATEST_S)
     swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
     left.wait_until(end_point + 0.8)
-    turns.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
+    rotations.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
     lab.together()
     left.go((-0.2, 1.1, 0.28))
-    for turn in turns:
-        angles = {"from_deg": float(np.degrees(turn.start_angle)), "to_deg": float(np.degrees(turn.end_angle))}
-        lab.fact("stopcock", turn.start, turn.end, ("stopcock",), **angles)
+    for rotation in rotations:
+        angles = {"from_deg": float(np.degrees(rotation.start_angle)), "to_deg": float(np.degrees(rotation.end_angle))}
+        lab.fact("stopcock", rotation.start, rotation.end, ("stopcock",), **angles)
     for number in range(1, end_points + 1):
         end_point = outlet.time_of(number * first_ml * 1e-6, LATEST_S)
         lab.fact("end_point", end_point, end_point, ("burette", "flask"), volume_ml=number * first_ml)
-    delivered = outlet.volume(turns[-1].end) * 1e6
-    lab.fact("delivered", turns[0].start, turns[-1].end, ("burette", "flask"), volume_ml=delivered)
+    delivered = outlet.volume(rotations[-1].end) * 1e6
+    lab.fact("delivered", rotations[0].start, rotations[-1].end, ("burette", "flask"), volume_ml=delivered)
     lab.things["stopcock"] = [(0.0, _stopcock(lab, outlet))]
 
 
@@ -211,14 +211,14 @@ def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -
 
 def _stopcock(lab: Lab, outlet: Outlet) -> PosesAt:
     """Pose of the key relative to the burette."""
-    place = lab.layout.site("burette", "stopcock")
+    position = lab.layout.site("burette", "stopcock")
 
     def path(times: Array, _hands: Mapping[str, Poses]) -> Poses:
         angle = np.zeros_like(times)
-        for turn in outlet.turns:
-            after = times >= turn.start
-            angle[after] = [turn.angle(time) for time in times[after]]
-        return np.tile(place, (len(times), 1)), quaternion_about(AXIS, angle)
+        for rotation in outlet.turns:
+            after = times >= rotation.start
+            angle[after] = [rotation.angle(time) for time in times[after]]
+        return np.tile(position, (len(times), 1)), quaternion_about(AXIS, angle)
 
     return path
 
@@ -230,13 +230,13 @@ SIDEWAYS = turned_about((0.0, 0.0, 1.0), -0.5 * np.pi)
 
 def dip(lab: Lab, vessel: str) -> None:
     """Lower the wire's tip into a beaker and lift it out."""
-    place = lab.where[vessel][0]
-    lab.carry("right", place + 0.11 * UP, high=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
-    lab.carry("right", place + 0.014 * UP)
+    position = lab.where[vessel][0]
+    lab.carry("right", position + 0.11 * UP, high=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
+    lab.carry("right", position + 0.014 * UP)
     start = lab.hands["right"].now
     lab.hands["right"].wait(float(lab.rng.uniform(0.8, 1.4)))
     lab.fact("dip", start + lab.late, lab.hands["right"].now + lab.late, ("wire", vessel))
-    lab.carry("right", place + 0.11 * UP)
+    lab.carry("right", position + 0.11 * UP)
 
 
 def hold_in_flame(lab: Lab, salt: str, rest: float) -> None:
@@ -249,8 +249,8 @@ def hold_in_flame(lab: Lab, salt: str, rest: float) -> None:
     lab.carry("right", before)
     lab.hands["right"].wait(0.2)
     flame = lab.declared("flame-test")
-    share = 1.0 - flame["flame_radius"] * (1.0 - TIP_IN_FLAME / flame["flame_height"]) / ENTER_FROM
-    entered, left = _visit(lab, "right", (before, middle), ENTER_S, rest, share)
+    fraction = 1.0 - flame["flame_radius"] * (1.0 - TIP_IN_FLAME / flame["flame_height"]) / ENTER_FROM
+    entered, left = _visit(lab, "right", (before, middle), ENTER_S, rest, fraction)
     lab.fact(
         "flame", entered, left, ("lamp", "wire"),
         salt=salt, seen=flame["colours"][salt] if left - entered >= flame["seconds"] else "",
@@ -259,7 +259,7 @@ def hold_in_flame(lab: Lab, salt: str, rest: float) -> None:
 
 
 def _visit(
-    lab: Lab, side: str, between: tuple[Array, Array], seconds: float, rest: float, share: float
+    lab: Lab, side: str, between: tuple[Array, Array], seconds: float, rest: float, fraction: float
 ) -> tuple[float, float]:
     """Carry the held thing to the second place, rest there, and back, each way in so many seconds.
 
@@ -273,8 +273,8 @@ def _visit(
     out = script.now
     script.quiet.append((start, out + seconds))
     lab.carry(side, outside, seconds)
-    entered = start + seconds * minimum_jerk_inverse(share)
-    return entered + lab.late, out + seconds * minimum_jerk_inverse(1.0 - share) + lab.late
+    entered = start + seconds * minimum_jerk_inverse(fraction)
+    return entered + lab.late, out + seconds * minimum_jerk_inverse(1.0 - fraction) + lab.late
 
 
 ZINC_MOLAR_MASS = 65.38  # IUPAC abridged atomic weights 2021
