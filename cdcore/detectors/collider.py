@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from reprlib import repr as short
+from textwrap import shorten
 from time import perf_counter
 from typing import Final
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -63,6 +66,23 @@ class ColliderSettings(RateSettings):
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 
 
+def bodies_to_cut(settings: ColliderSettings, bodies: Sequence[Body]) -> set[str]:
+    """Names of the bodies that the setting ``cut`` names; all where it is ``""``.
+
+    A sign that means something in a setting stands as ``%2C``. Raises ``InvalidSettingError``: no body has such a name.
+    """
+    known = {body.name for body in bodies}
+    if not settings.cut:
+        return known
+    names = {unquote(name) for name in settings.cut.split("+")}
+    if not names <= known:
+        there_are = shorten(", ".join(sorted(known)), width=120, placeholder=" ...")
+        raise InvalidSettingError(
+            f"cut={short(settings.cut)} is not allowed; give names of bodies, joined by +; there are: {there_are}"
+        )
+    return names
+
+
 class ColliderDetector(PairDetector[ColliderSettings]):
     """Decides exactly about solids that stand in place of the meshes, and holds each answer until its next look.
 
@@ -88,6 +108,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
+        bodies_to_cut(settings, bodies)
         solids = {body.name: _solids_of(body, settings.shape) for body in bodies}
         self.parts = {name: those.parts for name, those in solids.items()}
         """Name of a body -> the solids that stand in its place, in its frame: what a picture draws."""

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote, unquote
+from urllib.parse import quote
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.protocol import Body, Solids
 from replay.cutting.convex_solids import solids_of
 from replay.cutting.piece_store import Cut, Watch, convex_pieces
-from replay.errors import DetectorSpecError
 
 if TYPE_CHECKING:
     from cdcore.detectors.collider import ColliderSettings
@@ -20,13 +19,12 @@ def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Wat
     """The bodies with at most ``settings.pieces`` convex pieces each as colliders; equal meshes are cut once.
 
     Where ``settings.cut`` names some, only these are cut: others keep the colliders that they have, else their hull.
-    Raises ``DetectorSpecError``: there is no body of such a name; and as ``convex_pieces``.
+    Raises ``InvalidSettingError``: there is no body of such a name; and as ``convex_pieces``.
     """
-    names = {unquote(name) for name in settings.cut.split("+")} if settings.cut else {b.name for b in bodies}
-    unknown = ", ".join(sorted(names - {body.name for body in bodies}))
-    if unknown:
-        known = ", ".join(body.name for body in bodies)
-        raise DetectorSpecError(f"no body {unknown} to cut into convex pieces; there are: {known}")
+    # The module of a detector imports numba, which a run without contacts does without.
+    from cdcore.detectors.collider import bodies_to_cut
+
+    names = bodies_to_cut(settings, bodies)
     made = []
     for body in bodies:
         if body.name in names:

@@ -55,8 +55,8 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
     told = next(one for one in result.document.flagged if one.kind == kind)
     assert (told.body, told.action, result.document.policy[kind]) == ("hand-left", words, words)
     done = {"drop": "dropped", "hold": "held", "interpolate": "interpolated"}.get(action)
-    counts = {key: told[key] for key in ("dropped", "held", "interpolated")}
-    assert counts == {key: told["samples"] if key == done else 0 for key in counts}
+    counts = {key: getattr(told, key) for key in ("dropped", "held", "interpolated")}
+    assert counts == {key: told.samples if key == done else 0 for key in counts}
     stated = sum(result.document.flagged_verdicts["hybrid"].values())
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 

@@ -50,7 +50,8 @@ def assert_one_sentence(said, setting):
 
 def test_invalid_setting_is_refused_in_a_sentence(name):
     for setting in settings_of(name):
-        for value in NEVER:
+        default = getattr(load_detector(name).Settings(), setting)
+        for value in (value for value in NEVER if value != default):
             assert_one_sentence(answer(name, **{setting: value}), setting)
         for value in SOMETIMES:
             output = answer(name, **{setting: value})

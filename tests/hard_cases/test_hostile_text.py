@@ -205,6 +205,7 @@ CALLS = {
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "engine": lambda f, d: ("tradeoff", f["mcap"], "--engine", "mujoco", "--no-picture"),
+    "fix": lambda f, d: ("fix", f["mcap"], "--engine", "godot", "-o", d / "f\x1b[2J"),
     "runs": lambda f, d: ("run", f["mcap"], d / "less\x1b[2J.mcap", "-o", d / "class\x1b[2J", "--no-picture"),
     "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
     "demo": lambda f, d: ("demo", "--scene", COMMANDS),
@@ -217,7 +218,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "engine",
-    "runs", "study page", "scene new", "scene check", "share", "minimise",
+    "fix", "runs", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 
 

@@ -94,6 +94,6 @@ def test_misses_at_a_low_rate_are_exactly_those_the_closed_form_predicts(name, s
 
 def _is(miss, episode):
     low, high = episode.possibly
-    same_pair = tuple(sorted((miss.body_a, miss.body_b))) == episode.pair
+    same_pair = tuple(sorted(miss.bodies)) == episode.pair
     # A contact lasts until the frame after its last.
     return same_pair and low <= miss.start < high and miss.end <= high + 1.001 / 90.0

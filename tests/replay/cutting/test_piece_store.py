@@ -10,6 +10,7 @@ from trimesh.creation import icosphere
 from cdcore import Body, TriangleMesh
 from cdcore.bounding.hull import hull_of
 from cdcore.detectors.collider import CUT_METHODS, ColliderSettings
+from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from replay.cutting import piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
@@ -17,7 +18,7 @@ from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, v
 from replay.cutting.methods import AUTO, METHODS
 from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.detector_spec import parse_detector
-from replay.errors import CutError, DetectorSpecError
+from replay.errors import CutError
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
@@ -149,5 +150,5 @@ def test_any_name_of_a_body_survives_a_setting(name):
 
 
 def test_a_body_that_is_not_there_cannot_be_cut():
-    with pytest.raises(DetectorSpecError, match="no body cup to cut into convex pieces; there are: beaker"):
+    with pytest.raises(InvalidSettingError, match=r"cut='cup' is not allowed; .* there are: beaker"):
         with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))
