@@ -101,7 +101,7 @@ def shared_of(word):
 
 
 def list_of(word):
-    runs = [RunFolder(Path(word), {"session": {"facts": {"pseudonym": word}}})] * 2
+    runs = [RunFolder(Path(word), compute(hostile(word), detectors="slow=discrete[rate_hz=20]").document)] * 2
     return folder._list(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
 
 
@@ -218,7 +218,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "engine",
-    "fix", "runs", "study page", "scene new", "scene check", "share", "minimise",
+    "runs", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 
 
