@@ -1,1 +1,1 @@
-"""What terminal, page and picture share: colours, words, lanes and tables. Nothing here knows who draws them."""
+"""Shared by terminal, page and picture: colours, texts, lanes and tables. Nothing here knows who draws them."""

@@ -1,4 +1,4 @@
-"""Where to look from: across the gap between two bodies, from the user's side."""
+"""Camera positions: across the gap between two bodies, from the user's side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

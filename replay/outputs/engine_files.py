@@ -16,7 +16,7 @@ Pieces = Mapping[str, Sequence[MeshData]]
 
 @dataclass(frozen=True)
 class EngineFiles:
-    """What an engine is given.
+    """Files and steps for an engine.
 
     Parameters
     ----------

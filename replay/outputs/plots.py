@@ -45,7 +45,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Plot:
-    """What is drawn; ``said`` is for those who cannot see it."""
+    """Shapes and texts of a plot; ``said`` is its text alternative."""
 
     said: str
     size: Size
@@ -74,7 +74,7 @@ class Axis:
         return Axis(words, ticks, lambda value: log10(max(value, ticks[0])))
 
     def share(self, value: float) -> float:
-        """Where a value stands, 0 to 1."""
+        """Position of a value on the axis, 0 to 1."""
         first, last = self.scale(self.ticks[0]), self.scale(self.ticks[-1])
         return (self.scale(value) - first) / (last - first)
 
@@ -113,7 +113,7 @@ def _frame(size: Size) -> Box:
 
 
 def _place(plot: Plot, x: float, y: float) -> Point:
-    """Where shares of both axes stand."""
+    """Pixel at these fractions of both axes."""
     left, top, right, bottom = _frame(plot.size)
     return left + x * (right - left), bottom - y * (bottom - top)
 

@@ -52,7 +52,7 @@ def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -
 
 
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
-    """What a terminal shows: the settings by loss, the front marked, long lists cut short."""
+    """Table for a terminal: settings by loss, the front marked, long lists cut short."""
     about, rows = done.about, list(done.rows)
     shown = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
     title = f"{plural(about['contacts'], 'contact')} in {words.duration(about['seconds'])}, beside {about['oracle']}"
@@ -76,7 +76,7 @@ def _more(done: Tradeoff, hidden: int) -> list[str]:
 
 
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
-    """Which times these are, how often they were taken, and how far they hold."""
+    """Sentences on the measured times, their repetitions and their accuracy."""
     about, made, check = done.about, done.about["machine"], done.about["clock"]
     ends = "" if check["low"] is None else f" [{words.number(check['low'])}, {words.number(check['high'])}]"
     tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {words.number(check['widened'])}"

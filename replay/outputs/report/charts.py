@@ -1,4 +1,4 @@
-"""What the charts of a page are drawn of: corners of plots, and when what happened."""
+"""Data of the charts of a page: corners of plots, and events with their times."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

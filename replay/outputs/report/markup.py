@@ -51,13 +51,13 @@ def _readable(value: object) -> object:
 
 
 def parts_of(sentence: str) -> tuple[str, str, str]:
-    """What stands before the first figure of a sentence, the figure, and what follows."""
+    """Splits a sentence at its first figure: text before, figure, text after."""
     before, figure, after = [*FIGURE_IN_WORDS.split(sentence, 1), "", ""][:3]
     return before, figure, after
 
 
 def moment_address(kind: str, number: int, by: str = "") -> str:
-    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    """Address on the page of a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
     return f"{kind}={number}" + (f"&by={by}" if by else "")
 
 

@@ -126,7 +126,7 @@ def drawn(
 
 
 def _facing(local: FloatArray, way: FloatArray) -> FloatArray:
-    """How much triangles face a direction, or one each, from 0 to 1."""
+    """Cosines between normals of triangles and a direction, or one direction each, from 0 to 1."""
     normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
     length = np.linalg.norm(normal, axis=1) * np.linalg.norm(way, axis=-1)
     facing: FloatArray = np.abs((normal * way).sum(axis=1)) / np.maximum(length, 1e-30)

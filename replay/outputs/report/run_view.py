@@ -1,4 +1,4 @@
-"""What the page of a run reads: its summary and the rows of its tables, whether in memory or from a run folder."""
+"""Data of the page of a run: its summary and the rows of its tables, whether in memory or from a run folder."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -82,12 +82,12 @@ class RunView:
 
     @property
     def answers(self) -> tuple[Answer, ...]:
-        """What is said first of each audited detector, in the order of the ranking."""
+        """Answer about each audited detector, in the order of the ranking."""
         return self.run.answers
 
     @cached_property
     def contacts(self) -> Mapping[str, Rows]:
-        """Of every detector, in order of time; of the reference those that no hand holds: only they are counted."""
+        """Contacts of every detector in order of time; of the reference without those of held bodies, not counted."""
         found: dict[str, list[Row]] = {label: [] for label in self.document.detectors}
         for row in self.rows("episodes"):
             if not (row["held"] and row["detector"] == self.oracle):
@@ -96,19 +96,19 @@ class RunView:
 
     @cached_property
     def events(self) -> Rows:
-        """What effects found, in order of time; ``source`` is the kind of effect."""
+        """Events of effects, in order of time; ``source`` is the kind of effect."""
         found = (row for row in self.rows("events") if row["source"].startswith(EFFECT))
         events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in found]
         return sorted(events, key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
 
     @cached_property
     def hero(self) -> Hero | None:
-        """What stands first in place of an answer."""
+        """Headline in place of an answer; ``None`` if there is an answer."""
         return self.asked or (None if self.answers else _without_audit(self.document, self.events))
 
     @property
     def title(self) -> str:
-        """What the page says first, and whose session it is."""
+        """Title of the page: its first sentence and the name of the session."""
         sentence = self.answers[0].sentence if self.hero is None else self.hero.sentence
         return f"{sentence.rstrip('.')}. Replay of {self.name}"
 
@@ -118,12 +118,12 @@ class RunView:
 
     @property
     def doubts(self) -> list[str]:
-        """What a reader must know before the answer."""
+        """Caveats that come before the answer."""
         return [*open_questions(self.document), *doubts_of(findings_of(self.document))]
 
 
 def session_names(document: RunDocument) -> list[str]:
-    """What a page may call a session: its scene, its pseudonym, its id; never its file, which may name a person."""
+    """Names of a session for a page: scene, pseudonym, id; never its file, which may name a person."""
     session = document.session
     pseudonym = session.facts.get("pseudonym", NOT_STATED)
     names = [session.scene, "" if pseudonym == NOT_STATED else pseudonym, f"session {session.id}"]
@@ -150,7 +150,7 @@ def _without_audit(document: RunDocument, events: Rows) -> Hero:
 
 
 def findings_of(document: RunDocument) -> list[Finding]:
-    """What the doctor said of the recording, the worst first; a code of another version is left out."""
+    """Findings of the doctor, the worst first; codes of another version are left out."""
     return [
         Finding(
             code=row.code, own_severity=Severity[row.severity.upper()], message=row.message,
@@ -187,7 +187,7 @@ def _stretches(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[
 
 
 def _shared(reference: Sequence[Span], found: Sequence[Span]) -> Iterator[Span]:
-    """Where stretches of two lists in order of time overlap."""
+    """Yields the overlaps of intervals of two lists in order of time."""
     first = 0
     for start, end in reference:
         while first < len(found) and found[first][1] <= start:

@@ -1,4 +1,4 @@
-"""What stands below the first screen: faults as cards, what the effects found, and folded all that few read."""
+"""Sections below the first screen: faults as cards, events of effects, and folded details."""
 
 import json
 from collections import Counter
@@ -42,7 +42,7 @@ GLOSSARY: Final = {
 
 
 def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
-    """What the effects found, and what nobody asked for; nothing where the scene calls for none."""
+    """Section of events of effects and of effects not run; ``None`` if the run has no effects."""
     planned, effects, events = view.document.plan, view.document.effects, view.events
     if not effects:
         return None
@@ -84,7 +84,7 @@ def folds(view: RunView) -> Iterator[Fold]:
 
 
 def _fact_table(session: SessionRecord) -> Table:
-    """What was recorded, and what was left out of the replay."""
+    """Table of facts about the recording and of frames and bodies left out."""
     dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
     proxies = [name for name, body in session.bodies.items() if body.proxy]
     rows: list[tuple[str, object]] = [
@@ -106,7 +106,7 @@ def _fact_table(session: SessionRecord) -> Table:
 
 
 def trust(document: RunDocument) -> str:
-    """How much was found, and what it means for verdicts; that nothing was proves nothing."""
+    """Sentence with the numbers of errors and warnings, and their meaning for verdicts."""
     count = Counter(finding.severity for finding in document.findings)
     bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
     flagged = ": verdicts on these spans carry a flag" if document.detectors else ""
@@ -114,7 +114,7 @@ def trust(document: RunDocument) -> str:
 
 
 def finding_parts(document: RunDocument) -> list[Part]:
-    """What the doctor found, worst first, and what the policy made of it."""
+    """Tables of findings, worst first, and of their repair by the policy."""
     parts: list[Part] = []
     if findings := findings_of(document):
         parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))

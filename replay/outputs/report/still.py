@@ -87,7 +87,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Sight:
-    """What a picture shows: the body that is drawn white, the one that is glass, and where they are nearest or meet."""
+    """Contents of a picture: the white body, the glass body, and their nearest or common points."""
 
     white: Placed
     glass: Placed
@@ -166,7 +166,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
 
 
 def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
-    """What a detector asks in place of each mesh: where that differs to the eye, or else at all."""
+    """Colliders of a detector that differ visibly from their mesh; if none does, those that differ at all."""
     colliders: Sequence[Any] = getattr(result.detectors.get(label), "colliders", ())
     if not colliders:
         return [None for _ in bodies]

@@ -12,7 +12,7 @@ CHART: Final = (960.0, 420.0)
 
 
 def tradeoff_values(done: Tradeoff) -> dict[str, Any]:
-    """What ``tradeoff.html`` shows."""
+    """Values of the template ``tradeoff.html``."""
     chart = accuracy_plot(tradeoff_dots(done), CHART, "; green: the front") if done.rows else None
     return {
         "advice": done.advice,
@@ -24,7 +24,7 @@ def tradeoff_values(done: Tradeoff) -> dict[str, Any]:
 
 
 def _replayed(done: Tradeoff) -> str:
-    """What was replayed, and beside which detector."""
+    """Sentence about the replayed session and its reference."""
     about = done.about
     things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
     numbers = ", ".join(plural(about[key], *words) for key, *words in things)

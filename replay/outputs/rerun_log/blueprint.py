@@ -54,7 +54,7 @@ STAGES: Final = "Time per frame by stage, ms, added up"
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What is laid out and sent."""
+    """Inputs of the layout."""
 
     result: RunResult
     answer_eye: Eye  # of the room
@@ -113,7 +113,7 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
 
 
 def _answer(picture: Picture) -> Any:
-    """What is wrong, the worst moment, where it is; when, and all other moments."""
+    """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
     room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
     moments = _list([f"{LISTS}/**"] if picture.moments else [], "Moments: click a time")
@@ -176,7 +176,7 @@ def _accuracy(picture: Picture) -> Any:
 
 
 def _effects(picture: Picture) -> Any:
-    """What happened in the room, what people did there, when, and in numbers: no matter of detectors."""
+    """Tab of effects: room, events, lanes and plots, independent of detectors."""
     result, effects = picture.result, picture.result.effects
     bodies = [f"/{body_path(name)}/{part}" for name in result.assembly.names for part in ("mesh", "liquid")]
     room = _spatial(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
@@ -200,7 +200,7 @@ def _session(picture: Picture) -> Any:
 
 
 def _details(picture: Picture, label: str) -> Any:
-    """What is wrong with one detector, its moments, its lanes pair by pair, its times by stage and its counters."""
+    """Tab of one detector: errors, moments, lanes pair by pair, times by stage and counters."""
     result = picture.result
     title = f"What {label} said of each pair"
     if label in result.comparisons:

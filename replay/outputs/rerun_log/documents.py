@@ -39,7 +39,7 @@ def details_path(label: str) -> str:
 
 
 def answer_text(result: RunResult) -> str:
-    """What is wrong, why, what mends it, what being right costs, and the ranking, the worst first."""
+    """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
     return filled(
         f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result), price=price(result),
         ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
@@ -58,7 +58,7 @@ def ranking_text(result: RunResult) -> str:
 
 
 def accuracy_text(result: RunResult) -> str:
-    """What missing nothing costs, and what each detector does for its price."""
+    """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
     cost, *notes = price(result)
     return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
 
@@ -83,7 +83,7 @@ def series_names(result: RunResult) -> dict[str, str]:
 
 
 def replayed(result: RunResult) -> str:
-    """How much was replayed, in a sentence."""
+    """Sentence with the duration, frames, bodies and pairs replayed."""
     times, assembly = result.assembly.motion.times, result.assembly
     span = float(times[-1] - times[0]) if len(times) else 0.0
     pairs = plural(len(assembly.pairs), "pair")
@@ -91,7 +91,7 @@ def replayed(result: RunResult) -> str:
 
 
 def detector_text(result: RunResult, label: str) -> str:
-    """What is wrong with a detector, its settings, its pair-frames, and milliseconds by stage."""
+    """Text on a detector: errors, settings, pair-frames, and milliseconds by stage."""
     counts = None
     if label in result.comparisons:
         head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
@@ -106,7 +106,7 @@ def detector_text(result: RunResult, label: str) -> str:
 
 
 def session_text(result: RunResult) -> str:
-    """What was replayed, and what happened, of a run that compares nothing."""
+    """Text on the session and its events, for a run that compares nothing."""
     return filled(
         f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result), caveat=CAVEAT,
         happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,

@@ -112,7 +112,7 @@ class SearchRun:
         return min(self.searches, key=lambda search: (search.kind != LOST, -self.look(search).evaluations))
 
     def look(self, search: Search) -> SearchResult:
-        """What its look gave."""
+        """Result of the search at its sample."""
         return self.watched.search.noted[search.looked, search.pair].result
 
     def trace(self, search: Search) -> LookTrace:
@@ -207,7 +207,7 @@ def _markdowns(texts: list[str]) -> rr.ComponentColumnList:
 
 
 def _log_counts(writer: RecordingWriter, run: SearchRun) -> None:
-    """What was searched is wider, so that it shows where all of it is confirmed."""
+    """Logs the pairs of each stage; the searched curve is wider, so that it shows behind an equal confirmed one."""
     for rank, (stage, count) in enumerate(run.counts.items()):
         if stage != ALL:
             path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8

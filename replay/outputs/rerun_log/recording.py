@@ -99,7 +99,7 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
 
 
 def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
-    """What each tab shows beside the room."""
+    """Logs the contents of each tab beside the room."""
     result, moments = picture.result, picture.moments
     log_timing(writer, result.detections, documents.series_names(result))
     if picture.order:

@@ -110,7 +110,7 @@ class RecordingWriter:
         self.clock = clock
 
     def name(self, text: str) -> None:
-        """What the viewer calls the recording."""
+        """Sets the name of the recording in the viewer."""
         self.stream.send_recording_name(drawable(shown(text)))
 
     def static(self, path: str, archetype: rr.AsComponents) -> None:
@@ -245,7 +245,7 @@ def require_complete_file(recording: Path) -> None:
 
 
 def read_all(encoded: rr.BinaryStream) -> bytes:
-    """What Rerun has encoded; ``OSError`` where that takes too long."""
+    """Bytes that Rerun has encoded; raises ``OSError`` if encoding takes too long."""
     try:
         return encoded.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
     except (RuntimeError, ValueError) as error:
@@ -253,7 +253,7 @@ def read_all(encoded: rr.BinaryStream) -> bytes:
 
 
 def name_layer(application: str, recording: str, name: str) -> bytes:
-    """What a viewer opens over a recording, given by its ids, to list it under another name."""
+    """Bytes that a viewer opens over a recording, given by its ids, to list it under another name."""
     stream = rr.RecordingStream(application, recording_id=recording)
     try:
         encoded = rr.binary_stream(recording=stream)

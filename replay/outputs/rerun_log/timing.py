@@ -1,4 +1,4 @@
-"""What each detector cost: milliseconds of every frame by stage, its counters, and accuracy against cost."""
+"""Cost of each detector: milliseconds of every frame by stage, its counters, and accuracy against cost."""
 
 from __future__ import annotations
 
