@@ -1,1 +1,1 @@
-"""What users call: run, audit, batch."""
+"""Functions for users: run, audit, batch."""

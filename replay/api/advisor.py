@@ -19,7 +19,7 @@ from sessions import Session
 
 @dataclass(frozen=True, eq=False)
 class Advice:
-    """What the rows of an engine came to.
+    """Measured rows of one engine.
 
     Parameters
     ----------
@@ -85,6 +85,6 @@ def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[st
 
 
 def wrong_in(result: RunResult, label: str) -> dict[str, Any]:
-    """What a detector of a run gets wrong, as a row of ``replay.tradeoff`` has it."""
+    """Returns the errors of a detector of a run, as a row of ``replay.tradeoff`` has it."""
     false_contact, false = result.document.audit[label].false_contact, len(result.false[label])
     return wrong_counts(result.counts[label], false, false_contact, result.phases.get(label))

@@ -223,7 +223,7 @@ def _other_cuts(ladder: Ladder) -> dict[str, Cut]:
 
 
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
-    """What a detector of the run gets wrong and takes, and of how many pieces."""
+    """Returns the errors, milliseconds and number of pieces of a detector of the run."""
     seconds = result.document.detectors[label].seconds
     return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "pieces": pieces}
 
@@ -279,7 +279,7 @@ def _read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
 
 
 def _read_me(fixed: FixedColliders, target: EngineFiles) -> str:
-    """What is in the folder, what to do with it, and how to count it again."""
+    """Returns the read-me: contents of the folder, steps in the engine, command to measure again."""
     lines = [f"Colliders for {target.name}, from the motion of a recorded session.", ""]
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
     lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]

@@ -33,7 +33,7 @@ def is_remote(given: Any) -> bool:
 
 @contextmanager
 def reaching(where: Any) -> Iterator[None]:
-    """What goes wrong at a URL in the block as ``PlaceError``: each kind of store has errors of its own."""
+    """Turns errors at a URL into ``PlaceError``: each kind of store has errors of its own."""
     try:
         yield
     except Exception as error:
@@ -45,7 +45,7 @@ def reaching(where: Any) -> Iterator[None]:
 
 @contextmanager
 def fetched(given: Any) -> Iterator[Any]:
-    """What is given; of what lies at a URL a copy on this machine, until the block ends."""
+    """Yields the argument; for a URL, a local copy that lasts until the block ends."""
     remote: Any = located(given) if isinstance(given, str) else given
     if not is_remote(remote):
         yield given

@@ -1,4 +1,4 @@
-"""What ``replay.run`` gives back: the result of the pipeline, with what a notebook asks of it."""
+"""Result of ``replay.run``: the result of the pipeline with methods for notebooks."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RunResult(run_result.RunResult):
         return run_html(self)
 
     def plot(self) -> Plot:
-        """What all detectors miss beside what they take, and when: as in the report, for a notebook.
+        """Plot of misses over time and against milliseconds, as in the report.
 
         Raises ``AuditError``: no detector was compared with another.
         """

@@ -50,7 +50,7 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
 
 
 def write_share(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bool) -> str:
-    """As ``share``; returns why there is no picture in the folder, ``""`` where there is one."""
+    """Writes the folder of ``share``; returns why it holds no picture, ``""`` if it holds one."""
     from replay.outputs.results.run_folder import check_target, read_run_folder
     from replay.outputs.share.folder import SHARED, require_consent, write_shared_folder
 
