@@ -41,7 +41,7 @@ def machine() -> dict[str, str | int]:
 
 
 def processor() -> str:
-    """What the processor calls itself, ``AMD EPYC`` or ``Apple M2``; where it does not say, its architecture."""
+    """Name of the processor, ``AMD EPYC`` or ``Apple M2``; its architecture if it has no name."""
     asked = {"Linux": _of_linux, "Darwin": _of_macos}.get(platform.system(), platform.processor)
     return " ".join(asked().split()) or platform.machine()
 

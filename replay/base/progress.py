@@ -9,7 +9,7 @@ Advance = Callable[[int], None]
 
 
 def ignored(_: int) -> None:
-    """What is done without a report."""
+    """Discards progress."""
 
 
 class Progress(Protocol):

@@ -61,7 +61,7 @@ class Column:
         return self.dtype not in (int, float)
 
     def value(self, row: Any) -> Any:
-        """What a row has there; ``None`` where a part on the way is none, or not a number."""
+        """Value of a row in this column; ``None`` if a step of the path is ``None`` or the value is NaN."""
         if callable(self.of):
             return self.of(row)
         found = row
@@ -181,7 +181,7 @@ class Table:
 
 
 def data_of(file: str) -> dict[str, Any]:
-    """What a TOML file of this package holds."""
+    """Contents of a TOML file of this package."""
     return tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8"))
 
 
