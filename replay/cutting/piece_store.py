@@ -157,12 +157,12 @@ def why_not_cut(mesh: TriangleMesh) -> str:
 
 
 def cache_folder() -> Path:
-    """Where this user's programs keep what they can compute again."""
+    """Cache folder of this user."""
     return user_cache_path("vrlab-replay", appauthor=False, opinion=False)
 
 
 def ladder_file(cut: Cut) -> Path:
-    """Where the pieces of a cut are kept before the limits of engines are applied."""
+    """File of the pieces of a cut before the limits of engines are applied."""
     return _kept_file(f"cut-{cut.key}.npz")
 
 
