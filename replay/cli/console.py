@@ -89,7 +89,7 @@ class TerminalProgress:
 
 
 def pace(share: float, seconds: float) -> str:
-    """What of a stage is done after so many seconds: ``43 %  12 s left``, ``100 %  14 s``."""
+    """Progress of a stage with its time: ``43 %  12 s left``, ``100 %  14 s``."""
     if share >= 1.0:
         return f"100 %  {seconds:.0f} s"
     if share <= 0.0:
@@ -174,7 +174,7 @@ def print_json(plain: Any) -> None:
 
 
 def stdout_console() -> "Console":
-    """Where answers go: as wide as the terminal, or as ``COLUMNS`` says."""
+    """Console on stdout, as wide as the terminal or ``COLUMNS``."""
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPED, highlight=False)

@@ -87,7 +87,7 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
-    """What was reached, what could not be cut, what to do in the engine, and how to count it again."""
+    """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
     from replay.advice.collider_search import CONVEX
     from replay.base.constants import RECORDING
     from replay.pipeline.headline import open_questions

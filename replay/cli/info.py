@@ -60,7 +60,7 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
 
 
 def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:
-    """What the import read and kept of each kind, and a line for everything that it dropped or merged."""
+    """Yields the counts that the import read and kept, and a line for everything dropped or merged."""
     ledger = Ledger("", [Entry(**account) for account in accounts])
     kinds = dict.fromkeys(entry.kind for entry in ledger if entry.read)
     totals = []

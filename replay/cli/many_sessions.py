@@ -114,7 +114,7 @@ class Count:
 
     @property
     def cell(self) -> int | str:
-        """What a table shows: the number, or ``0-1``."""
+        """Text or number of a cell: the number, or ``0-1``."""
         return self.smallest if self.smallest == self.largest else count_range((self.smallest, self.largest))
 
 
@@ -122,7 +122,7 @@ NOTHING_COUNTED: Final = Count.once(0)
 
 
 def _counts(run: "SessionOfBatch", missed: Mapping[str, str]) -> dict[str, Count]:
-    """What a row of the table says of a run; the contacts are the oracle's, the same beside every detector."""
+    """Counts of a run for its row; the contacts are the oracle's, the same beside every detector."""
     audit = run.audit
     counts = {"frames": Count.once(run.frames)}
     if missed:

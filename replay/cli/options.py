@@ -41,7 +41,7 @@ class FilePath(click.Path):
         self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, for names in UTF-8."""
+        """Converts like ``click.Path``; refuses names that are not UTF-8."""
         path = Path(value)
         kind = special_kind(path)
         try:
@@ -190,7 +190,7 @@ replaying = together(
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:
-    """Where a detector is named ``module:Class``, look for modules in the current folder too, after all others.
+    """Appends the current folder to the module path if a detector is named ``module:Class``.
 
     So are folders of ``PYTHONPATH`` that an isolated Python (``python -I``) left out.
     """

@@ -1,4 +1,4 @@
-"""What ``run`` and ``demo`` say when they are done: the answer or JSON on stdout, notes on stderr."""
+"""Output of ``run`` and ``demo``: the answer or JSON on stdout, notes on stderr."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence

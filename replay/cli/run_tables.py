@@ -1,4 +1,4 @@
-"""What a terminal shows of a run: a screen that ends with what to do, or every table."""
+"""Terminal output of a run: a screen that ends with the next step, or every table."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ PAIR_ROWS: Final = 20
 
 
 def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION) -> Group:
-    """What a terminal shows of a run unless it is asked for more; what to do next comes last.
+    """Default terminal output of a run; the next step comes last.
 
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
@@ -52,7 +52,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
 
 def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
-    """What is wrong with the worst detector, why, what mends it and what that costs."""
+    """Yields the error of the worst detector, its reasons, remedy and cost."""
     first = result.answers[0]
     yield Text()
     yield Paragraph("", first.sentence, STYLES[_mark(result)])
@@ -66,7 +66,7 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
 
 
 def effect_parts(result: RunResult) -> list[Table | RenderableType]:
-    """What effects found: a table where no detector was asked, else a line of those that are not contacts alone."""
+    """Events of effects: a table in a run without detectors, else a line of the kinds other than contact."""
     if not result.detections and result.effects:
         table = built.effect_table(result).narrow()
         return [table, Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
@@ -120,7 +120,7 @@ def no_detection(result: RunResult) -> str:
 
 
 def fault_tables(result: RunResult) -> list[Table]:
-    """Of each detector what it missed, never found ones first; then what is false, longest first."""
+    """Tables of missed and false contacts of each detector: never detected ones first, longest false ones first."""
     more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
     tables, misses, false = [], result.tables["misses"], result.tables["false"]
     for label in (rank.label for rank in result.ranking[:-1]):

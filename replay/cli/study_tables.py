@@ -54,7 +54,7 @@ def _results(study: Study) -> Iterator[tuple[str, str, str]]:
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:
-    """What contradicts itself first, then what is weak, then what agrees."""
+    """Table of checks: contradictions first, then weak figures, then figures that agree."""
     ordered = sorted(remarks, key=lambda remark: list(MARKS).index(remark.kind))
     rows = [(Marked(one.kind, MARKS[one.kind]), one.table, one.row, one.message) for one in ordered]
     wrong = sum(one.kind == INCONSISTENT for one in remarks)

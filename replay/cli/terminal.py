@@ -67,7 +67,7 @@ class Paragraph:
     style: str = ""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """As wide as there is room, up to ``WIDEST``."""
+        """Wraps the text to the terminal, at most ``WIDEST`` wide."""
         del console
         indent = " " * len(self.label)
         room = max(min(options.max_width, WIDEST), len(indent) + 20)
