@@ -1,4 +1,4 @@
-"""Which detectors to run, written on a command line or in Python.
+"""Specifications of detectors, written on a command line or in Python.
 
 ``hybrid`` | ``discrete[rate_hz=22.5]`` | ``slow=discrete[rate_hz=22.5]``, several separated by commas. The names that
 the tool prints in its rankings, ``hull50``, ``mesh50``, ``shipped50``, ``paper``, are accepted as well.

@@ -52,7 +52,7 @@ Span = tuple[int | None, int | None]
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedSettings:
-    """What is known about the engine; none of it changes a verdict, all of it explains misses.
+    """Known settings of the engine; none changes a verdict, all explain misses.
 
     ``shape``: what the engine put in place of the meshes: hull, box, sphere, capsule; ``None``: not known.
     ``rate_hz``: its fixed step; ``None``: the one on which all its stamps lie, if there is one.

@@ -136,7 +136,7 @@ def run_detector(
 
 
 def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignored) -> Detection:
-    """What a detector says of every frame, asked about many frames at once; long motions go in blocks."""
+    """Detection of every frame, many frames a call; long motions are split into blocks."""
     motion = assembly.motion
     if len(motion) <= WHOLE_FRAMES:
         detection = detector.detect(motion, faces=faces)
@@ -147,7 +147,7 @@ def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, a
 
 
 def watched_again(detector: object, motion: Motion) -> Watched | None:
-    """What each stage of a search did, in a second search; ``None`` for other detectors, and for hours."""
+    """Trace of each stage of a search, from a second search; ``None`` for other detectors and long motions."""
     # Here, since a run without a search loads no compiler.
     from cdcore.search.tracing import Watchable
 
