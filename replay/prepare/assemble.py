@@ -172,7 +172,7 @@ def body_of(session: Session, name: str) -> Body:
 
 @once_a_mesh
 def _solid(mesh: MeshData) -> TriangleMesh:
-    """What detectors ask, with its trees, for every run of a session."""
+    """Collision mesh with its trees, shared by all runs of a session."""
     return TriangleMesh(mesh.vertices, mesh.faces)
 
 

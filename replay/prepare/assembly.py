@@ -10,7 +10,7 @@ from sessions.model.event import LiveContact
 
 
 class PoseOrigin(IntEnum):
-    """Where the pose of a body in a frame came from (stored as uint8)."""
+    """Origin of the pose of a body in a frame (stored as uint8)."""
 
     NONE = 0
     """There is none: lost, or no sample near enough."""

@@ -1,4 +1,4 @@
-"""Which verdicts use a doubtful pose: a mark per frame and body, and per pair through its bodies."""
+"""Flags of verdicts with a doubtful pose: a mark per frame and body, and per pair through its bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How much of a recording a run holds in memory: all of it up to two hours of twelve bodies, of a longer one a part.
+"""Poses in memory: all of a recording up to two hours of twelve bodies, blocks of a longer one.
 
 A recording is decoded once, where its frames fit beside the poses made of them, and in every pass where they do not.
 """

@@ -103,7 +103,7 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
 
 
 def neighbours(there: BoolArray) -> tuple[IntArray, IntArray]:
-    """Of every row (T, ...) the last one up to it that is there, -1: none, and the first from it on, T: none."""
+    """Indices of the last present row up to each row (T, ...), -1: none, and of the first from it on, T: none."""
     count = len(there)
     numbers = np.arange(count).reshape(-1, *[1] * (there.ndim - 1))
     before = np.maximum.accumulate(np.where(there, numbers, -1), axis=0)

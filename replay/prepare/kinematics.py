@@ -59,7 +59,7 @@ class _World:
 
 
 class Kinematics:
-    """Where the meshes of the chosen bodies are, frame block by frame block.
+    """Poses of the meshes of the chosen bodies, frame block by frame block.
 
     ``tracked`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises
     ``AssemblyError``: a parent that is neither tracked nor fixed, or a circle of parents.

@@ -46,7 +46,7 @@ def chosen_pairs(
 
 
 def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs are a body and its parent, or a hand and a thing of its group, (P,) bool.
+    """Mask of pairs of a body and its parent, or of a hand and a thing of its group, (P,) bool.
 
     A group with a hand in it says that the hand holds the rest throughout: contact there is the rule, not news.
     """

@@ -1,4 +1,4 @@
-"""What a run does with each kind of finding: a table of defaults, and words that change them for one run.
+"""Actions of a run for each kind of finding: a table of defaults, and overrides for one run.
 
 The summary lists every action, and the verdicts concerned carry a flag.
 """
@@ -66,7 +66,7 @@ class Policy:
     rules: Mapping[str, PolicyRule]
 
     def rule(self, kind: str) -> PolicyRule:
-        """What is done with this kind."""
+        """Rule for this kind of finding."""
         return self.rules.get(kind) or PolicyRule(KEEP)
 
     def as_json(self) -> dict[str, str]:

@@ -82,7 +82,7 @@ class RepairedFrames:
 
 
 def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
-    """What the policy makes of the samples of one body in its spans; ``None``: nothing changes."""
+    """Replacement of the samples of one body in its spans under the policy; ``None``: nothing changes."""
     column, stamps = spans[0].column, looked.stamp_ns
     present = np.flatnonzero(looked.has(Mark.PRESENT, column))
     rank, limit = np.zeros(len(present), dtype=np.uint8), np.zeros(len(present), dtype=np.int64)
@@ -137,7 +137,7 @@ class Repair:
     scan: SessionScan
 
     def as_json(self) -> dict[str, Any]:
-        """What the summary of a run says of it."""
+        """Plain data for the summary of a run."""
         return {
             "policy": self.policy.as_json(),
             "findings": [finding.as_json() for finding in self.findings],

@@ -32,7 +32,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """What a recording tells about its scene.
+    """Scene facts derived from a recording.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What may be given for a session, and for a run folder."""
+"""Accepted arguments for a session, and for a run folder."""
 
 from os import PathLike
 from pathlib import Path

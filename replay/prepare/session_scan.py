@@ -103,7 +103,7 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
 
 
 def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
-    """What is wrong with the sample of a body in the first frame of this stamp."""
+    """Text on the defect of a body's sample in the first frame of this stamp."""
     stamps = session.stamps()
     number = int(np.flatnonzero(stamps == stamp_ns)[0])
     first_ns = int(stamps[0]) if session.part is None else session.part.first_ns
