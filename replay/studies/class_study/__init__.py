@@ -1,1 +1,1 @@
-"""What behaviour in the laboratory says about learning: statistics that refuse what the data cannot carry."""
+"""Associations of behaviour in the laboratory with learning: statistics that refuse what the data cannot support."""

@@ -158,7 +158,7 @@ def analyse(
 
 
 class _Analysis:
-    """What the codebook asks of the answers and of the behaviour that one detector saw."""
+    """Analysis, after the codebook, of answers and of behaviour measured by one detector."""
 
     def __init__(self, codebook: Codebook, answers: "DataFrame", metrics: "DataFrame", seed: int) -> None:
         self.codebook, self.answers, self.seed = codebook, answers, seed

@@ -59,7 +59,7 @@ class ClassRuns:
         return sorted({self.of(run, "student") for run in self.metrics} - {""})
 
     def of(self, run: str, name: str) -> str:
-        """What all rows of a run say (``ABOUT``), such as its ``oracle``, the trusted detector; or ``""``."""
+        """Value that all rows of a run share (``ABOUT``), such as its ``oracle``, the trusted detector; or ``""``."""
         return str(next(iter(self.metrics[run].values()))[name] or "")
 
     @property

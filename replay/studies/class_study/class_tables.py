@@ -92,7 +92,7 @@ class ClassTables:
         self._student = np.searchsorted(students, self._owners)
 
     def headlines(self) -> list[str]:
-        """What each audited detector never finds."""
+        """Sentences on the contacts that each audited detector misses."""
         lines = []
         contacts = self.counts("episodes", "missed_by")
         for label in self.runs.audited:
@@ -110,7 +110,7 @@ class ClassTables:
         return f"{counted} of {len(self.runs.students)}; {few(others)} others had no contact in a session it replayed"
 
     def sample(self) -> dict[str, str]:
-        """What the sessions say of the sample, by the words of Table II."""
+        """Content and device of the sessions, under the names of Table II."""
 
         def stated(name: str) -> str:
             return ", ".join(dict.fromkeys(self.runs.of(run, name) or NOT_STATED for run in self.runs.metrics))
@@ -184,7 +184,7 @@ class ClassTables:
         return dict(sorted(found.items(), key=lambda item: (-item[1].sum(), item[0])))
 
     def _left_out(self) -> Iterator[str]:
-        """What is not in the figures, and what makes them hard to compare."""
+        """Yields sentences on sessions left out and on settings that differ."""
         runs = self.runs
         if nobody := self._owners.count(""):
             where = "they are in the list of sessions and in no figure"
@@ -246,7 +246,7 @@ def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], n
 
 
 def _hidden(rows: Sequence[_Row]) -> set[int]:
-    """Which rows show no figure.
+    """Complementary suppression: indices of rows that show no figure.
 
     Rows of one whole add up to a figure that stands elsewhere: all but one of them would tell that one, 30 misses less
     26. So those that say nothing have to be of five students at least together, else the row of fewest says nothing

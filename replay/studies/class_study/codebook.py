@@ -26,7 +26,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Codebook:
-    """What a questionnaire means and what is asked of it.
+    """Meaning of a questionnaire and the questions of its analysis.
 
     ``student`` is the column with the student's pseudonym; ``questions`` are regressions, an outcome and its predictors
     each; ``group_column`` holds one of the declared ``groups``, of which there are none where none are compared.

@@ -1,4 +1,4 @@
-"""What a published table of regressions and reliabilities must satisfy, recomputed from its own figures.
+"""Checks of a published table of regressions and reliabilities, recomputed from its own figures.
 
 Given n, the standardised coefficient, the adjusted fit and p, each follows from the others when the regression had one
 predictor; and all rows of one multiple regression share one fit. What disagrees by more than rounding is reported.

@@ -1,4 +1,4 @@
-"""What a study does not say: each rule has a name, a reason, and what would lift it.
+"""Refusals of a study: each rule has a name, a reason, and a remedy.
 
 A refusal is a result, not a failure: the analysis goes on and the page lists it. ``StudyRefusedError`` carries it to
 where the list is kept.

@@ -69,7 +69,7 @@ class Finding:
 
     @property
     def conclusion(self) -> str:
-        """What it says, in the words of every table."""
+        """Conclusion in the words of every table."""
         if self.associated:
             return "associated"
         if self.p is None:

@@ -36,7 +36,7 @@ class Reliability:
 
     @property
     def least_item_total(self) -> float:
-        """Of the item that agrees least with the others."""
+        """Smallest item-total correlation."""
         return min(self.item_total)
 
 
@@ -85,7 +85,7 @@ def item_total(answers: FloatArray) -> tuple[float, ...]:
 
 
 def kaiser_word(kmo: float) -> str:
-    """What Kaiser called a KMO of this size."""
+    """Kaiser's word for a KMO of this size."""
     return next((word for least, word in KAISER if kmo >= least), "unacceptable")
 
 

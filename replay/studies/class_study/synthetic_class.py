@@ -37,7 +37,7 @@ are shares in motivation, ``ease_touches`` that of ease in the number of acciden
 
 @dataclass(frozen=True)
 class Student:
-    """What one student does and answers."""
+    """Behaviour and answers of one student."""
 
     pseudonym: str
     group: str

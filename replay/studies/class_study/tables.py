@@ -38,7 +38,7 @@ def p_words(p: float | None) -> str:
 
 
 def headlines(study: Study) -> list[str]:
-    """What a reader should know first: the associations found, most pronounced first, or that there are none."""
+    """Headlines: the associations, most pronounced first, or a sentence that there are none."""
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
         held = "" if c.kind == "simple" else ", the other predictors held equal"
@@ -74,7 +74,7 @@ def _capital(name: str) -> str:
 
 
 def behind(study: Study) -> str:
-    """Whose behaviour was looked at, by which detector, and what that finds."""
+    """Sentence on the students, sessions, detector and its recall behind the study."""
     finds = "recall not measured"
     if study.recall is not None:
         finds = f"which finds {words.share(study.recall)} of contact frames"
@@ -122,7 +122,7 @@ def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] =
 
 
 def on_page(table: Table) -> Table:
-    """What a page shows of a table."""
+    """Columns of a table that a page shows."""
     return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
 
 

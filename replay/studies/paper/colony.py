@@ -1,4 +1,4 @@
-"""What the colony is worth: near contacts found at equal evaluations, with each equation switched off in turn."""
+"""Ablation of the colony: near contacts detected at equal evaluations, each equation switched off in turn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

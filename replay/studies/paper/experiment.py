@@ -25,7 +25,7 @@ from replay.studies.paper.table_one import (
 
 @dataclass(frozen=True)
 class Size:
-    """How much is run.
+    """Size of an experiment.
 
     ``targets``: columns of Table I; ``poses``: poses of each; ``near``: random poses about first touch of each family;
     ``search_seeds``: seeds with which a search is run over these.
@@ -45,7 +45,7 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
     """All tables in order. Raises FixtureError."""
 
     def each(name: str, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """What ``work`` returns for each task, as a stage of this name."""
+        """Results of ``work`` for each task, as a stage of this name."""
         done = []
         with (progress or Silent()).stage(name, len(tasks), "parts") as advance:
             for task in tasks:

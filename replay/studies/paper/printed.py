@@ -1,4 +1,4 @@
-"""What the paper printed, from ``printed.toml``."""
+"""Figures printed in the paper, from ``printed.toml``."""
 
 import tomllib
 from importlib.resources import files
@@ -17,6 +17,6 @@ PAPER: Final[dict[str, dict[str, Any]]] = tomllib.loads(
 
 
 def printed(row: str, what: str) -> float | None:
-    """What the paper prints of a row; ``None``: nothing."""
+    """Printed figure of a row; ``None``: the paper prints none."""
     value: float | None = PAPER.get(row, {}).get(what)
     return value

@@ -74,7 +74,7 @@ def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
 
 
 def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]:
-    """What ``detector``, made for row ``name``, finds in some poses, held to the truth."""
+    """Answers of ``detector``, made for row ``name``, in some poses, compared with the truth."""
     answers = []
     for pose in poses:
         start = perf_counter()

@@ -31,7 +31,7 @@ WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 
 @dataclass(frozen=True, eq=False)
 class Fault:
-    """What a detector says wrongly of the last frame of a motion."""
+    """Wrong answer of a detector in the last frame of a motion."""
 
     # detector, settings: as ``create_detector`` takes them
     detector: str

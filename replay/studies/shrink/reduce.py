@@ -26,7 +26,7 @@ NEAREST: Final = (*range(1, 13), *(round(16 * 2 ** (k / 4)) for k in range(25)))
 
 @dataclass(frozen=True)
 class Size:
-    """How much a fault needs: frames, bodies, and faces of the two bodies in question."""
+    """Size of a fault: frames, bodies, and faces of the two bodies in question."""
 
     frames: int
     bodies: int
@@ -162,7 +162,7 @@ class Shrinking:
             self._rounded(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
 
     def _rounded(self, values: FloatArray, make: Callable[..., Fault], *given: Any) -> None:
-        """As few decimals as leave the detector wrong."""
+        """Rounds to the fewest decimals that leave the detector wrong."""
         for decimals in DECIMALS:
             rounded = np.round(values, decimals) + 0.0
             if np.array_equal(rounded, values) or self._takes(make, *given, rounded):

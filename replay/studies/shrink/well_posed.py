@@ -31,7 +31,7 @@ class Doubt(StrEnum):
 
 
 def doubts_of(fault: Fault) -> frozenset[Doubt]:
-    """What is not well posed in the last frame of a fault; nothing of a contact that only the way between frames shows.
+    """Doubts about the last frame of a fault; none about a contact that only the path between frames shows.
 
     A body inside another counts as apart: their surfaces must not come near.
     """

@@ -89,7 +89,7 @@ def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: boo
 
 
 def sentence(fault: Fault) -> str:
-    """What is wrong, in a sentence: which detector misses or invents a contact of how much."""
+    """Sentence on a fault: its detector, the missed or false contact, and its size."""
     verb = "misses a contact" if fault.contact else "invents a contact"
     size = Size.of(fault)
     first, second = (plural(count, "face") for count in size.faces)

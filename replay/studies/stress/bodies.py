@@ -97,7 +97,7 @@ def _detections(spec: DetectorSpec, scene: StressScene) -> list[Detection]:
 
 
 def _over_crossings(verdict: ByteArray) -> ByteArray:
-    """What (crossings, frames) verdicts come to: a contact anywhere, else undecided anywhere, else clear.
+    """Combines (crossings, frames) verdicts: a contact anywhere, else undecided anywhere, else clear.
 
     The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
     """
@@ -111,7 +111,7 @@ def _over_crossings(verdict: ByteArray) -> ByteArray:
 
 
 def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
-    """Which wrong answers about instants are about at most tau."""
+    """Mask of wrong answers about instants that lie within tau."""
     within = np.zeros(len(wrong), dtype=np.bool_)
     if scene.covers == "intervals" or tau <= 0 or not wrong.any():
         return within

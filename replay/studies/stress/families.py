@@ -68,7 +68,7 @@ def lattice(rng: Generator, n: int) -> FloatArray:
 
 
 def thick_grid(rng: Generator, n: int) -> FloatArray:
-    """As ``grid``; the first triangle has an area."""
+    """Pairs of ``grid`` whose first triangle has an area."""
     t = nothing(rng, 0)
     while len(t) < n:
         more = grid(rng, n)

@@ -1,4 +1,4 @@
-"""What detectors made of hard questions: one row a detector and family or case."""
+"""Tally of detectors on hard questions: one row a detector and family or case."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -46,7 +46,7 @@ class Tally:
 
     @property
     def words(self) -> str:
-        """What was counted, or ``passed``."""
+        """Counts in text, or ``passed``."""
         names = {"within": "within tolerance"}
         counts = ((getattr(self, word), names.get(word, word)) for word in (*WRONG, "unconfirmed"))
         return ", ".join(f"{count:,} {word}" for count, word in counts if count) or "passed"
