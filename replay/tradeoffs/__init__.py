@@ -1,1 +1,1 @@
-"""What accuracy costs in time: every detector and its settings over one session, the front, and advice."""
+"""Cost of accuracy in time: every detector and its settings over one session, the front, and advice."""

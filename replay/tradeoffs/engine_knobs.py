@@ -1,4 +1,4 @@
-"""What a developer can set in an engine, in the engine's own words: the rows of ``engines.toml``."""
+"""Settings of engines, in their own terms: the rows of ``engines.toml``."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ class Choice:
     consequence: str = ""
 
     def asked(self, frames_hz: float) -> str:
-        """What ``replay run --detectors`` takes; a step as fast as the recording sees every frame and has no rate."""
+        """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
         fast = self.settings["rate_hz"] >= FASTEST * frames_hz
         kept = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
         return spec_text(self.detector, kept)
@@ -77,7 +77,7 @@ def knob_words(knobs: Mapping[str, str]) -> str:
 
 
 def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
-    """What the first row gets wrong, and the row with the smallest loss; ``rows`` are of one session.
+    """Sentences on the errors of the first row and the row with the smallest loss; ``rows`` are of one session.
 
     Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
     ``WORTH_CHANGING`` off the loss of the first one: what changes nothing is no advice.

@@ -47,7 +47,7 @@ def quicker(a: Row, b: Row) -> bool:
 
 
 def winner_of(rows: Sequence[Row]) -> Row:
-    """Of the quickest row and all that tie with it, the one to name; of equals the earlier in the table."""
+    """Best row among the fastest and those that tie with it; the earlier of equals."""
     quickest = min(rows, key=lambda row: float(row["mean_ms"]))
     ties = [row for row in rows if tied(row, quickest)]
     return min(ties, key=lambda row: (row["loss"], not row["complete"]))
@@ -79,7 +79,7 @@ def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
 
 
 def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]:
-    """What getting every contact right costs and what less costs; or one sentence that says why there is no advice.
+    """Sentences on the cost of full and of lower accuracy; or one sentence why there is no advice.
 
     On a busy machine times are upper bounds: then the sentences say what is right and advise nothing about cost.
     ``processor_share``: of the seconds on the clock those in which this process was at work.
@@ -107,7 +107,7 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
 
 
 def _most_accurate(rows: Sequence[Row]) -> str:
-    """Which settings have the smallest loss, whatever they cost."""
+    """Sentence on the settings with the smallest loss, at any cost."""
     least = min(row["loss"] for row in rows)
     best = [row for row in rows if row["loss"] == least]
     names = ", ".join(row["label"] for row in best[:MOST_NAMES])
@@ -118,7 +118,7 @@ def _most_accurate(rows: Sequence[Row]) -> str:
 
 
 def _usual(rows: Sequence[Row], best: Row) -> Row | None:
-    """What an engine does in a new project, as far as it was tried: the meshes at its step, else another rate."""
+    """Row closest to an engine's new project: the rate nearest to ``USUAL_HZ``, then the smallest loss."""
     rates = [row for row in rows if row["rate_hz"] and row["loss"] > best["loss"]]
     return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["loss"]), default=None)
 

@@ -22,7 +22,7 @@ from sessions import Session
 def wrong_counts(
     once: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
 ) -> dict[str, Any]:
-    """What a detector gets wrong, as columns.
+    """Errors of a detector, as columns.
 
     ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
     beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted ``once``.
@@ -51,7 +51,7 @@ def wrong_counts(
 
 
 class Scoring:
-    """What an oracle found in a session, and figures of any other detection of it.
+    """Contacts of an oracle in a session, and scores of any other detection of it.
 
     Contacts of a hand with what it holds, as the ``session`` tells, are left out. A disagreement about less than
     ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no contact, so none can be missed.
@@ -89,7 +89,7 @@ class Scoring:
         }  # fmt: skip
 
     def false_frames(self, detection: Detection) -> IntArray:
-        """Of each pair the frames in which a detection reports contact and there is none, (P,)."""
+        """Numbers of frames of false contact of each pair, (P,)."""
         return self.reference.compare(detection).by_pair[:, Outcome.INVENTED]
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:

@@ -1,4 +1,4 @@
-"""What is tried: one setting of each family first, then the others of a family, nearest to the front first.
+"""Settings to try: one of each family first, then the others of a family, nearest to the front first.
 
 The list is the same on every machine with the same extras; a time limit decides how much of it is tried.
 """
@@ -31,12 +31,12 @@ class Setting:
 
     @property
     def spec(self) -> DetectorSpec:
-        """What to run."""
+        """Specification of the detector to run."""
         return DetectorSpec(self.label if self.named else self.detector, self.detector, dict(self.settings))
 
     @property
     def asked(self) -> str:
-        """What ``replay run --detectors`` takes to run it."""
+        """Argument of ``replay run --detectors`` that runs it."""
         return spec_text(self.detector, self.settings)
 
     @property

@@ -202,7 +202,7 @@ class _Sweep:
         return trial
 
     def _pass_seconds(self, trials: Sequence[_Trial]) -> float:
-        """What a pass over these takes, with the reference and its twin."""
+        """Seconds of a pass over these, with the reference and its twin."""
         count = FEWEST_FRAMES if self._clock is None else self._clock.frames.count
         return OVERHEAD * count * sum(trial.frame for trial in {*self._pair, *trials})
 

@@ -158,7 +158,7 @@ class LiveFrames:
             last = stop
 
     def samples(self, rate_hz: float | None) -> BoolArray:
-        """Which timed frames a detector of this rate runs on, (count,): those at its ticks, all without a rate."""
+        """Mask of timed frames that a detector of this rate runs on, (count,): at its ticks, or all without a rate."""
         found = []
         for lead, timed in self.turns:
             times = np.array([now.times[0] for now in (*lead, *timed)])
