@@ -29,7 +29,7 @@ ERRORS: Final = (ReplayError, SessionError, CollisionCoreError)
 
 
 class WrongInputError(ReplayError, TypeError):
-    """What was given is of another kind than what was asked for."""
+    """An argument is of another type than required."""
 
 
 class UnknownLabelError(ReplayError, KeyError):
@@ -139,4 +139,4 @@ class StressError(ReplayError, ValueError):
 
 
 class TradeoffError(ReplayError, ValueError):
-    """What accuracy costs cannot be measured so: nothing to miss, a grid without cells."""
+    """The cost of accuracy cannot be measured: no contact to miss, a grid without cells."""

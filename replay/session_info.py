@@ -1,4 +1,4 @@
-"""What a session holds, counted in one pass and without judging: a broken recording has information too."""
+"""Contents of a session, counted in one pass and without judging: a broken recording has information too."""
 
 from collections import Counter
 from dataclasses import dataclass

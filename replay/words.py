@@ -62,7 +62,7 @@ def quantity(value: float | None, unit: str) -> str:
 
 
 def reading(value: float, unit: str, decimals: int) -> str:
-    """What an instrument of so many decimals shows: ``24.85 mL`` of a burette, ``7.00`` of a pH meter."""
+    """Reading of an instrument with so many decimals: ``24.85 mL`` of a burette, ``7.00`` of a pH meter."""
     return f"{value:.{decimals}f} {unit}".rstrip()
 
 
@@ -91,7 +91,7 @@ def milliseconds(seconds: float | None) -> str:
 
 
 def frame_time(seconds: float | None) -> str:
-    """What a detector takes for a frame, always in milliseconds so that two can be compared: ``0.041 ms``."""
+    """Time of a detector for a frame, always in milliseconds so that two can be compared: ``0.041 ms``."""
     return NOT_MEASURED if seconds is None else f"{milliseconds(seconds)} ms"
 
 

@@ -113,7 +113,7 @@ class Ladder:
         self._made: dict[int, Sequence[TriangleMesh]] = {}
 
     def cut(self, step: int) -> Cut:
-        """What gives the pieces of a step."""
+        """Cut that gives the pieces of a step."""
         return Cut(self.mesh, self.method, self.counts[step])
 
     def how(self, step: int) -> str:
@@ -193,7 +193,7 @@ class ColliderSearch:
         return {name: self.ladders[name].pieces(step) for name, step in (steps or self.steps).items()}
 
     def front(self) -> list[Tried]:
-        """Of all that was tried, what no other choice beats with no more pieces; fewest pieces first."""
+        """Pareto front of the tried choices: excess against pieces, fewest pieces first."""
         front: list[Tried] = []
         for tried in sorted(self._tried.values(), key=lambda tried: (tried.pieces, tried.excess)):
             if not front or tried.excess < front[-1].excess:
@@ -240,7 +240,7 @@ class ColliderSearch:
         return found
 
     def _wrong(self, steps: Mapping[str, int]) -> Tried:
-        """What a choice makes of the session; counted once."""
+        """Errors of a choice over the session; measured once."""
         key = tuple(steps.values())
         if key not in self._tried:
             # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.

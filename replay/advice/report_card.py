@@ -133,7 +133,7 @@ def is_outside(points: FloatArray, mesh: TriangleMesh) -> BoolArray:
 def contact_figures(
     assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]
 ) -> dict[str, Any]:
-    """What the pieces of one body get wrong where every other body keeps its mesh, at every frame, plain data.
+    """Errors of the pieces of one body while every other body keeps its mesh, at every frame, plain data.
 
     ``false`` is a fraction of the contact time reported of its pairs, ``missed`` of their true contact time, ``None``
     where there is none; ``ms`` is the time a frame of its pairs, asked about all frames at once.
