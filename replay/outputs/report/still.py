@@ -300,7 +300,7 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
         found.append((place, sight.white.name, said, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
-    named = ("collider", f"what {label} asks", "yellow") if sight.glass.solid else (sight.glass.name, said, "blue")
+    named = ("collider", f"tested by {label}", "yellow") if sight.glass.solid else (sight.glass.name, said, "blue")
     if len(points):
         x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
         found.append(((x, y), *named))
