@@ -51,9 +51,9 @@ def across(along: FloatArray, user: FloatArray) -> FloatArray:
     ``along`` is from one body to the other, of any length; 0: unknown.
     """
     step = along / max(float(np.linalg.norm(along)), 1e-12)
-    turn = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
+    azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
     flat, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
-    choices = np.stack([flat * np.sin(turn), up, flat * np.cos(turn)], axis=1)
+    choices = np.stack([flat * np.sin(azimuth), up, flat * np.cos(azimuth)], axis=1)
     chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user)))]
     return chosen
 
@@ -92,8 +92,8 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
-    turn, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
-    cos, sin = np.cos(turn), np.sin(turn)
+    azimuth, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
+    cos, sin = np.cos(azimuth), np.sin(azimuth)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     axes = axes_of(aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
     local = points @ axes

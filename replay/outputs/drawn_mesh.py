@@ -26,8 +26,8 @@ def edges_of(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
     """Edges (e, 2, 3) that two faces share, and those faces (e, 2); an edge of one face, or of many, is left out."""
     ends = np.sort(mesh.merged_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     points = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
-    _, first, place, count = np.unique(ends, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    order = np.argsort(place.ravel(), kind="stable")
+    _, first, index, count = np.unique(ends, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(index.ravel(), kind="stable")
     start = (np.cumsum(count) - count)[count == 2]
     return points[first[count == 2]], np.stack([order[start], order[start + 1]], axis=1) // 3
 

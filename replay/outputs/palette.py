@@ -100,8 +100,8 @@ def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
     declared = scene.body(body)
     if declared is not None and declared.tags:
         return declared.tags
-    words = [word for word in re.split(r"[^a-z]+", body.lower()) if word]
-    return tuple(words)
+    tokens = [word for word in re.split(r"[^a-z]+", body.lower()) if word]
+    return tuple(tokens)
 
 
 def albedo(tags: tuple[str, ...]) -> Rgba:

@@ -63,15 +63,15 @@ class Axis:
     scale: Callable[[float], float] = float
 
     @staticmethod
-    def of(words: str, values: Sequence[float], most: int, *, zero: bool = False) -> "Axis":
+    def of(title: str, values: Sequence[float], most: int, *, zero: bool = False) -> "Axis":
         """An axis from 0, or a logarithmic one where the values are far apart; with ``zero`` that has a 0 too."""
         smallest, largest = min(value for value in values if value > 0), max(values)
         if largest <= SPREAD * smallest:
-            return Axis(words, ticks_of(largest, most))
+            return Axis(title, ticks_of(largest, most))
         if zero:
-            return Axis(words, [0.0, *_decades(1.0, largest)], log1p)
+            return Axis(title, [0.0, *_decades(1.0, largest)], log1p)
         ticks = _decades(smallest, largest)
-        return Axis(words, ticks, lambda value: log10(max(value, ticks[0])))
+        return Axis(title, ticks, lambda value: log10(max(value, ticks[0])))
 
     def share(self, value: float) -> float:
         """Position of a value on the axis, 0 to 1."""
@@ -79,10 +79,10 @@ class Axis:
         return (self.scale(value) - first) / (last - first)
 
 
-def scatter(dots: Sequence[Dot], said: str, x_words: str, up: Axis, size: Size = SIZE) -> Plot:
+def scatter(dots: Sequence[Dot], alternative: str, x_title: str, up: Axis, size: Size = SIZE) -> Plot:
     """Named dots; each name stands where it covers no other, or is left out."""
-    across = Axis.of(x_words, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
-    plot = _axes(Plot(said, size), across, up)
+    across = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
+    plot = _axes(Plot(alternative, size), across, up)
     plot.dots.extend((dot.kind, _place(plot, across.share(dot.x), up.share(dot.y))) for dot in dots)
     taken = [(x - 6, y - 6, x + 6, y + 6) for _, (x, y) in plot.dots]
     for number, dot in enumerate(dots):
@@ -95,12 +95,12 @@ def scatter(dots: Sequence[Dot], said: str, x_words: str, up: Axis, size: Size =
 
 
 def curve(
-    points: Sequence[Point], ends: Sequence[float], said: str, x_words: str, y_words: str, lowest: float = 0.0
+    points: Sequence[Point], ends: Sequence[float], alternative: str, x_title: str, y_title: str, lowest: float = 0.0
 ) -> Plot:
     """A curve over linear axes, with a vertical line at each end point; ``lowest`` is where the upright axis begins."""
-    across = Axis(x_words, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
-    up = Axis(y_words, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
-    plot = _axes(Plot(said, SIZE), across, up)
+    across = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
+    up = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
+    plot = _axes(Plot(alternative, SIZE), across, up)
     plot.lines.append(("curve", [_place(plot, across.share(x), up.share(y)) for x, y in points]))
     for end in ends:
         plot.lines.append(("end", [_place(plot, across.share(end), height) for height in (1.0, 0.0)]))
@@ -134,8 +134,14 @@ def _axes(plot: Plot, across: Axis, up: Axis) -> Plot:
 
 def _free(taken: Sequence[Box], x: float, y: float, wide: float, size: Size) -> Box | None:
     """The first box beside a dot that covers no other and lies in the plot."""
-    places = ((x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22))
-    for left, top in places:
+    candidates = (
+        (x + 10, y - 8),
+        (x - 10 - wide, y - 8),
+        (x - wide / 2, y - 24),
+        (x + 6, y - 22),
+        (x - wide - 4, y - 22),
+    )
+    for left, top in candidates:
         box = (left, top, left + wide, top + HIGH)
         inside = left >= _frame(size)[0] and box[2] <= size[0] and top >= 0
         if inside and not any(a < box[2] and left < c and b < box[3] and top < d for a, b, c, d in taken):

@@ -68,15 +68,17 @@ def moments_to_show(assembly: Assembly, closest_frame: int, closest_pair: int) -
 
 def guides_of(points: FloatArray, toward: FloatArray) -> Guides:
     """Returns a grid of 10 cm below points (n, 3), and axes at its corner that lies farthest in a direction (3,)."""
-    low, high = points.min(axis=0), points.max(axis=0)
+    lower, upper = points.min(axis=0), points.max(axis=0)
     spacing = GRID_M
-    while (high - low)[[0, 2]].max() / spacing > MOST_LINES - 2:
+    while (upper - lower)[[0, 2]].max() / spacing > MOST_LINES - 2:
         spacing *= 10.0
-    edges = [np.arange(np.floor(low[axis] / spacing), np.ceil(high[axis] / spacing) + 1) * spacing for axis in (0, 2)]
-    along_x = [[[edges[0][0], low[1], z], [edges[0][-1], low[1], z]] for z in edges[1]]
-    along_z = [[[x, low[1], edges[1][0]], [x, low[1], edges[1][-1]]] for x in edges[0]]
+    edges = [
+        np.arange(np.floor(lower[axis] / spacing), np.ceil(upper[axis] / spacing) + 1) * spacing for axis in (0, 2)
+    ]
+    along_x = [[[edges[0][0], lower[1], z], [edges[0][-1], lower[1], z]] for z in edges[1]]
+    along_z = [[[x, lower[1], edges[1][0]], [x, lower[1], edges[1][-1]]] for x in edges[0]]
     ends = [edge[-1] if side > 0 else edge[0] for edge, side in zip(edges, toward[[0, 2]].tolist(), strict=True)]
-    corner = np.array([ends[0], low[1], ends[1]])
+    corner = np.array([ends[0], lower[1], ends[1]])
     axes = np.stack([np.stack([corner, corner + spacing * np.eye(3)[axis]]) for axis in range(3)])
     return Guides(np.array(along_x + along_z), axes, spacing)
 
@@ -97,9 +99,9 @@ def write_scene_pictures(assembly: Assembly, scene: Scene, moments: Sequence[Mom
 
 def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     """Returns a moment as PNG."""
-    shown = [body for body in range(len(assembly.bodies)) if assembly.motion.valid[moment.frame, body]]
-    focused = [body for body in shown if not moment.bodies or body in moment.bodies] or shown
-    corners = {body: _corners(assembly, moment.frame, body) for body in shown}
+    displayed = [body for body in range(len(assembly.bodies)) if assembly.motion.valid[moment.frame, body]]
+    focused = [body for body in displayed if not moment.bodies or body in moment.bodies] or displayed
+    corners = {body: _corners(assembly, moment.frame, body) for body in displayed}
     if not corners:
         return _png(np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)), [])
     focus = np.concatenate([corners[body].reshape(-1, 3) for body in focused])
@@ -107,7 +109,7 @@ def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     guides = guides_of(focus, direction)
     around = np.concatenate([focus, guides.axes.reshape(-1, 3)])
     view = View.of(around, direction, SIZE)
-    shapes = [Shape(corners[body], _body_colour(body)) for body in shown]
+    shapes = [Shape(corners[body], _body_colour(body)) for body in displayed]
     lines = [Lines(guides.grid, _colour(TICKS), 0.35)]
     for axis, colour in zip(guides.axes, AXIS_COLOURS, strict=True):
         lines.append(Lines(axis[None], _colour(colour), 1.0, 3))
@@ -126,9 +128,13 @@ def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
 
 def _direction(user: FloatArray) -> FloatArray:
     """From the user's side, a little aside and from above."""
-    turn, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
+    azimuth, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
     aside = np.array(
-        [user[0] * np.cos(turn) + user[2] * np.sin(turn), 0.0, user[2] * np.cos(turn) - user[0] * np.sin(turn)]
+        [
+            user[0] * np.cos(azimuth) + user[2] * np.sin(azimuth),
+            0.0,
+            user[2] * np.cos(azimuth) - user[0] * np.sin(azimuth),
+        ]
     )
     return aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
 
@@ -174,8 +180,8 @@ def _png(picture: FloatArray, labels: Sequence[Label]) -> bytes:
     image = Image.fromarray(np.round(np.asarray(picture) * 255).astype(np.uint8))
     pen, font = ImageDraw.Draw(image), ImageFont.load_default(15)
     for label in labels:
-        place = (label.x, label.y)
-        pen.text(place, label.text, fill=label.colour[:3], font=font, stroke_width=2, stroke_fill=BACKGROUND[:3])
+        position = (label.x, label.y)
+        pen.text(position, label.text, fill=label.colour[:3], font=font, stroke_width=2, stroke_fill=BACKGROUND[:3])
     out = io.BytesIO()
     image.save(out, "PNG")
     return out.getvalue()

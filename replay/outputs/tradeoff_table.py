@@ -54,25 +54,25 @@ def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     """Table for a terminal: settings by loss, the front marked, long lists cut short."""
     about, rows = done.about, list(done.rows)
-    shown = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
+    displayed = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
     title = f"{plural(about['contacts'], 'contact')} in {words.duration(about['seconds'])}, beside {about['oracle']}"
-    notes = _more(done, len(rows) - len(shown))
+    notes = _more(done, len(rows) - len(displayed))
     if everything:
         notes += how_measured(done)
     columns = COLUMNS["settings"]
-    return Table.of(columns if everything else columns[:SHOWN], shown, title, notes)
+    return Table.of(columns if everything else columns[:SHOWN], displayed, title, notes)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:
     """How many rows are not shown, and how many settings were not tried."""
-    parts = []
+    sentences = []
     if hidden:
-        parts.append(f"{hidden} more with -v")
+        sentences.append(f"{hidden} more with -v")
     if done.cut:
-        one = len(done.cut) == 1
+        single = len(done.cut) == 1
         limit = words.duration(done.about["time_limit"] or 0.0)
-        parts.append(f"{len(done.cut)} {'setting was' if one else 'settings were'} not tried within {limit}")
-    return [f"... {'; '.join(parts)}"] if parts else []
+        sentences.append(f"{len(done.cut)} {'setting was' if single else 'settings were'} not tried within {limit}")
+    return [f"... {'; '.join(sentences)}"] if sentences else []
 
 
 def how_measured(done: Tradeoff) -> tuple[str, ...]:

@@ -40,11 +40,13 @@ LANE_LEGEND: Final[Mapping[int, str]] = {
 
 def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
     """The colours of the outcomes there are; ``by``: who missed."""
-    there = set(outcomes)
-    words = (
-        f"{text} by {by}" if by and one == Outcome.MISSED else text for one, text in LANE_LEGEND.items() if one in there
+    present = set(outcomes)
+    labels = (
+        f"{text} by {by}" if by and one == Outcome.MISSED else text
+        for one, text in LANE_LEGEND.items()
+        if one in present
     )
-    return "    ".join(words)
+    return "    ".join(labels)
 
 
 def tallied(counts: Mapping[str, int]) -> str:

@@ -24,13 +24,13 @@ NEIGHBOURS: Final = 2000
 
 def path_of(corners: Sequence[Point]) -> str:
     """Corners as a path; what lies between two of its height adds nothing."""
-    places = [(f"{x:.1f}", f"{y:.1f}") for x, y in corners]
-    turns = [
-        place
-        for at, place in enumerate(places)
-        if not 0 < at < len(places) - 1 or {places[at - 1][1], places[at + 1][1]} != {place[1]}
+    points = [(f"{x:.1f}", f"{y:.1f}") for x, y in corners]
+    bends = [
+        point
+        for at, point in enumerate(points)
+        if not 0 < at < len(points) - 1 or {points[at - 1][1], points[at + 1][1]} != {point[1]}
     ]
-    return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in turns))}"
+    return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in bends))}"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Lane:
     paths: list[tuple[str, str]]
 
 
-def lane(spans: Mapping[str, Iterable[Span]], window: Span, words: str, mark: float | None = None) -> Lane:
+def lane(spans: Mapping[str, Iterable[Span]], window: Span, label: str, mark: float | None = None) -> Lane:
     """Stretches of each kind on one line, and a mark at the moment of the picture.
 
     A stretch that is too short to be seen is a line of fixed width.
@@ -51,24 +51,24 @@ def lane(spans: Mapping[str, Iterable[Span]], window: Span, words: str, mark: fl
     whole = max(end - start, 1e-6)
     paths = []
     for kind in KINDS:
-        found = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
-        if found:
-            boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in found)
-            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in found if b - a < whole / 300)
+        intervals = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
+        if intervals:
+            boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)
+            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < whole / 300)
             paths += [(kind, boxes), (f"{kind} tick", ticks)]
     if mark is not None:
         paths.append(("now", f"M{mark - start:.3f} 0V20"))
-    return Lane(words, whole, paths)
+    return Lane(label, whole, paths)
 
 
-def _joined(spans: Iterable[Span], window: Span, apart: float) -> Iterator[Span]:
+def _joined(spans: Iterable[Span], window: Span, gap: float) -> Iterator[Span]:
     """Sorted stretches within a window, those joined that are hardly apart."""
     before: Span | None = None
     for start, end in sorted(spans):
         start, end = max(start, window[0]), min(end, window[1])
         if end <= start:
             continue
-        if before is not None and start - before[1] <= apart:
+        if before is not None and start - before[1] <= gap:
             before = before[0], max(before[1], end)
             continue
         if before is not None:

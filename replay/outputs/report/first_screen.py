@@ -71,7 +71,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     table = ranking_table(view).narrow().values()
     rows = []
     for rank, cells in zip(view.ranking, table.cells(), strict=True):
-        words = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
+        cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = ""
         if rank is view.ranking[0] and rank.loss:
             leads = _leads(rank)
@@ -84,7 +84,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
             )
         # The reference has no faults: one wide cell stands for them.
         first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
-        rows.append(RankRow(rank, leads, bad, words[first:]))
+        rows.append(RankRow(rank, leads, bad, cell_texts[first:]))
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
     if not _compared(view):
         title = "Nothing was compared."
@@ -108,13 +108,13 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
         named = [(view.oracle, " (reference)"), *((rank.label, f": {rank.what}") for rank in view.ranking[:-1])]
     start = float(view.document.window.start or 0.0)
     window = start, start + float(view.document.session.duration)
-    lanes, seen = [], set[str]()
+    lanes, kinds = [], set[str]()
     for label, what in named:
-        found = {kind: stretches for kind, stretches in spans(view, label).items() if stretches}
-        seen |= found.keys()
-        counts = ", ".join(f"{len(stretches)} {KIND_WORDS[kind]}" for kind, stretches in found.items())
-        lanes.append((label, what, lane(found, window, f"{label}: {counts or 'no contact'}", mark)))
-    legend = [(kind, words) for kind, words in KIND_WORDS.items() if kind in seen]
+        intervals_of_kind = {kind: intervals for kind, intervals in spans(view, label).items() if intervals}
+        kinds |= intervals_of_kind.keys()
+        counts = ", ".join(f"{len(intervals)} {KIND_WORDS[kind]}" for kind, intervals in intervals_of_kind.items())
+        lanes.append((label, what, lane(intervals_of_kind, window, f"{label}: {counts or 'no contact'}", mark)))
+    legend = [(kind, kind_label) for kind, kind_label in KIND_WORDS.items() if kind in kinds]
     if mark is not None:
         legend.append(("now", "the picture"))
     return Timeline(lanes, legend, ruler(*window))

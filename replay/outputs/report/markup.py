@@ -61,6 +61,6 @@ def moment_address(kind: str, number: int, by: str = "") -> str:
     return f"{kind}={number}" + (f"&by={by}" if by else "")
 
 
-def address_of(words: str) -> str:
+def address_of(text: str) -> str:
     """Words as the part of an address."""
-    return re.sub(r"\W+", "-", words.lower()).strip("-")
+    return re.sub(r"\W+", "-", text.lower()).strip("-")

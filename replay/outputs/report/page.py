@@ -88,17 +88,17 @@ def _temperatures(result: RunResult) -> Iterator[Plot]:
             if body != name and body in warmed:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
-                words = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
-                yield curve(points, (), words, "seconds", "degC", lowest)
+                text = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
+                yield curve(points, (), text, "seconds", "degC", lowest)
 
 
 def _titrations(result: RunResult) -> Iterator[Plot]:
     """The pH of each vessel that was titrated over what came in, with a line at each end point."""
     for vessel, (added, ph, ends) in titration_curves(result.effects).items():
-        words = f"The pH in {vessel} over what came in"
+        title = f"The pH in {vessel} over what came in"
         if ends:
             points = " and ".join(f"{end:.2f}" for end in ends)
             lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
-            words += f"; the {lines}, {points} mL"
+            title += f"; the {lines}, {points} mL"
         points_of = np.stack([added, ph], axis=1).tolist()
-        yield curve(points_of, ends, f"{words}.", "came in, mL", "pH")
+        yield curve(points_of, ends, f"{title}.", "came in, mL", "pH")

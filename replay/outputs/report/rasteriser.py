@@ -62,13 +62,13 @@ class View:
     def of(cls, points: FloatArray, away: FloatArray, size: tuple[int, int], right: int = 0) -> "View":
         """The view from the direction ``away`` that shows points (n, 3) as large as fits; ``right``: kept free."""
         axes = axes_of(away)
-        wide, high = size[0] - right, size[1]
+        wide, height = size[0] - right, size[1]
         local = points @ axes
         middle = (local.min(axis=0) + local.max(axis=0)) / 2
         x, y, depth = np.abs(local - middle)[:, 0], np.abs(local - middle)[:, 1], (local - middle)[:, 2]
-        needed = depth + 2.12 * FOCAL * high * np.maximum(x / wide, y / high)
+        needed = depth + 2.12 * FOCAL * height * np.maximum(x / wide, y / height)
         distance = max(0.1, float(needed.max()))
-        return cls(axes @ (middle + np.array([0.0, 0.0, distance])), axes, size, (wide / 2, high / 2))
+        return cls(axes @ (middle + np.array([0.0, 0.0, distance])), axes, size, (wide / 2, height / 2))
 
     def local(self, points: FloatArray) -> FloatArray:
         """Points (..., 3) in the axes of the eye, metres."""
@@ -96,17 +96,17 @@ def drawn(
     Translucent layers of a pixel are mixed by their alpha, whatever their order: nothing has to be sorted.
     Source: McGuire and Bavoil 2013. ``behind`` (rows, columns, 3) is the background.
     """
-    wide, high = view.size
-    count = wide * high
-    seen, depth, number = behind.reshape(-1, 3).copy(), np.zeros(count), np.full(count, -1)
-    for place, shape in enumerate(opaque):
+    wide, height = view.size
+    count = wide * height
+    colours, depth, number = behind.reshape(-1, 3).copy(), np.zeros(count), np.full(count, -1)
+    for index, shape in enumerate(opaque):
         local = view.local(shape.corners)
         # Faces are lit on either side.
         colour = np.outer(0.5 + 0.5 * _facing(local, LIGHT), shape.colour)
         for face, pixel, near in covered(local, view):
             np.maximum.at(depth, pixel, near)
             first = near == depth[pixel]
-            seen[pixel[first]], number[pixel[first]] = colour[face[first]], place
+            colours[pixel[first]], number[pixel[first]] = colour[face[first]], index
     layers, through = np.zeros((len(glass), count)), np.zeros(count)
     for layer, shape in zip(layers, glass, strict=True):
         local = view.local(shape.corners)
@@ -118,18 +118,18 @@ def drawn(
     tinted = np.flatnonzero(through)
     weights = layers[:, tinted]
     mixed = weights.T @ np.array([shape.colour for shape in glass]).reshape(-1, 3) / weights.sum(axis=0)[:, None]
-    seen[tinted] = mixed + (seen[tinted] - mixed) * np.exp(through[tinted])[:, None]
+    colours[tinted] = mixed + (colours[tinted] - mixed) * np.exp(through[tinted])[:, None]
     for line in lines:
         on = _line_pixels(line, view, depth)
-        seen[on] += line.alpha * (np.array(line.colour) - seen[on])
-    return np.clip(seen, 0.0, 1.0).reshape(high, wide, 3), number.reshape(high, wide)
+        colours[on] += line.alpha * (np.array(line.colour) - colours[on])
+    return np.clip(colours, 0.0, 1.0).reshape(height, wide, 3), number.reshape(height, wide)
 
 
-def _facing(local: FloatArray, way: FloatArray) -> FloatArray:
+def _facing(local: FloatArray, direction: FloatArray) -> FloatArray:
     """Cosines between normals of triangles and a direction, or one direction each, from 0 to 1."""
     normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-    length = np.linalg.norm(normal, axis=1) * np.linalg.norm(way, axis=-1)
-    facing: FloatArray = np.abs((normal * way).sum(axis=1)) / np.maximum(length, 1e-30)
+    length = np.linalg.norm(normal, axis=1) * np.linalg.norm(direction, axis=-1)
+    facing: FloatArray = np.abs((normal * direction).sum(axis=1)) / np.maximum(length, 1e-30)
     return facing
 
 
@@ -143,19 +143,19 @@ def covered(local: FloatArray, view: View) -> Iterator[Covered]:
     Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels; their
     sum is 1 / depth. Source: Olano and Greer 1997.
     """
-    wide, high = view.size
+    wide, height = view.size
     flat = view.flat(local)
     depth = flat[..., 2]
-    there = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
+    visible = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
     # Corner by corner (3, k): sums over rows of three numbers would take most of the time.
-    across, down, rest = np.linalg.inv(flat[there]).transpose(1, 2, 0)
-    place = flat[there, :, 1] / np.maximum(depth[there], NEAREST) - 0.5
+    across, down, rest = np.linalg.inv(flat[visible]).transpose(1, 2, 0)
+    pixel = flat[visible, :, 1] / np.maximum(depth[visible], NEAREST) - 0.5
     # One that reaches behind the eye may be in any row.
-    ahead = depth[there].min(axis=1, initial=1) > NEAREST
-    low = np.where(ahead, np.clip(np.ceil(place.min(axis=1)), 0, high), 0).astype(np.int64)
-    stop = np.where(ahead, np.clip(np.floor(place.max(axis=1)) + 1, low, high), high).astype(np.int64)
-    one, row = _counted_up(low, stop)
-    slope, at_left = across[:, one], down[:, one] * (row + 0.5) + rest[:, one]
+    ahead = depth[visible].min(axis=1, initial=1) > NEAREST
+    lower = np.where(ahead, np.clip(np.ceil(pixel.min(axis=1)), 0, height), 0).astype(np.int64)
+    stop = np.where(ahead, np.clip(np.floor(pixel.max(axis=1)) + 1, lower, height), height).astype(np.int64)
+    triangle, row = _counted_up(lower, stop)
+    slope, at_left = across[:, triangle], down[:, triangle] * (row + 0.5) + rest[:, triangle]
     with np.errstate(divide="ignore", invalid="ignore"):
         border = -at_left / slope - 0.5
     begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=0)
@@ -165,9 +165,9 @@ def covered(local: FloatArray, view: View) -> Iterator[Covered]:
     near, step = at_left.sum(axis=0), slope.sum(axis=0)
     blocks = np.flatnonzero(np.diff(np.cumsum(right - left) // AT_ONCE)) + 1
     for some in np.split(np.arange(len(row)), blocks):
-        stretch, x = _counted_up(left[some], right[some])
-        of = some[stretch]
-        yield there[one[of]], x + wide * row[of], np.clip(near[of] + step[of] * (x + 0.5), 0.0, 1.0 / NEAREST)
+        interval, x = _counted_up(left[some], right[some])
+        of = some[interval]
+        yield visible[triangle[of]], x + wide * row[of], np.clip(near[of] + step[of] * (x + 0.5), 0.0, 1.0 / NEAREST)
 
 
 def _counted_up(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
@@ -179,16 +179,16 @@ def _counted_up(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
 
 def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     """Pixels on the segments, each once, where nothing opaque is nearer."""
-    wide, high = view.size
+    wide, height = view.size
     ends = view.pixels(line.ends)
     steps = np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1, initial=0)).astype(np.int64) + 1
     steps = np.minimum(steps, 4 * wide)
-    one, step = _counted_up(np.zeros_like(steps), steps)
-    share = (step / np.maximum(steps[one] - 1, 1))[:, None]
-    x, y, near = (ends[one, 0] * (1 - share) + ends[one, 1] * share).T
+    segment, step = _counted_up(np.zeros_like(steps), steps)
+    fraction = (step / np.maximum(steps[segment] - 1, 1))[:, None]
+    x, y, near = (ends[segment, 0] * (1 - fraction) + ends[segment, 1] * fraction).T
     across, down = np.meshgrid(*[np.arange(line.width) - line.width // 2] * 2)
     column = (np.round(x)[:, None] + across.ravel()).astype(np.int64)
     row = (np.round(y)[:, None] + down.ravel()).astype(np.int64)
-    inside = (column >= 0) & (column < wide) & (row >= 0) & (row < high)
+    inside = (column >= 0) & (column < wide) & (row >= 0) & (row < height)
     pixel = np.where(inside, column + wide * row, 0)
     return np.unique(pixel[inside & (near[:, None] * (1 + BEFORE) >= depth[pixel])])

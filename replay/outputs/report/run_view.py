@@ -88,17 +88,17 @@ class RunView:
     @cached_property
     def contacts(self) -> Mapping[str, Rows]:
         """Contacts of every detector in order of time; of the reference without those of held bodies, not counted."""
-        found: dict[str, list[Row]] = {label: [] for label in self.document.detectors}
+        contacts: dict[str, list[Row]] = {label: [] for label in self.document.detectors}
         for row in self.rows("episodes"):
             if not (row["held"] and row["detector"] == self.oracle):
-                found[row["detector"]].append(row)
-        return found
+                contacts[row["detector"]].append(row)
+        return contacts
 
     @cached_property
     def events(self) -> Rows:
         """Events of effects, in order of time; ``source`` is the kind of effect."""
-        found = (row for row in self.rows("events") if row["source"].startswith(EFFECT))
-        events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in found]
+        rows = (row for row in self.rows("events") if row["source"].startswith(EFFECT))
+        events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in rows]
         return sorted(events, key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
 
     @cached_property
@@ -144,8 +144,8 @@ def _without_audit(document: RunDocument, events: Rows) -> Hero:
         lines.append(f"{NOT_LOOKED_FOR}.")
     results = [row for row in events if row["name"] in RESULTS]
     if results:
-        words = min(results, key=lambda row: RESULTS.index(row["name"]))["message"]
-        return Hero(f"{words[:1].upper()}{words[1:]}", lines)
+        message = min(results, key=lambda row: RESULTS.index(row["name"]))["message"]
+        return Hero(f"{message[:1].upper()}{message[1:]}", lines)
     return Hero(tallied(Counter(row["name"] for row in events)) or NOT_LOOKED_FOR, lines)
 
 
@@ -163,13 +163,13 @@ def findings_of(document: RunDocument) -> list[Finding]:
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:
     """Stretches of a detector's lane by kind, or of the reference's; of one pair or of all."""
-    found = _stretches(view, label, pair)
+    intervals = _stretches(view, label, pair)
     if label == view.oracle or not view.oracle:
-        return {"reference" if view.oracle else "contact": [span for spans in found.values() for span in spans]}
+        return {"reference" if view.oracle else "contact": [span for spans in intervals.values() for span in spans]}
     reference = _stretches(view, view.oracle, pair)
     kinds: dict[str, list[Span]] = {"right": [], "missed": [], "late": [], "false": []}
-    for both in reference.keys() & found.keys():
-        kinds["right"] += _shared(reference[both], found[both])
+    for both in reference.keys() & intervals.keys():
+        kinds["right"] += _shared(reference[both], intervals[both])
     for fault in view.faults.get(label, ()):
         if pair in (None, fault.bodies):
             kinds[lane_kind(fault.kind)].append((fault.start, fault.end))
@@ -178,21 +178,21 @@ def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list
 
 def _stretches(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[Span]]:
     """When a detector reports contact of each pair, or of one alone."""
-    found: dict[Pair, list[Span]] = {}
+    intervals: dict[Pair, list[Span]] = {}
     for row in view.contacts.get(label, ()):
         both = row["body_a"], row["body_b"]
         if pair in (None, both):
-            found.setdefault(both, []).append((row["start"], row["end"]))
-    return found
+            intervals.setdefault(both, []).append((row["start"], row["end"]))
+    return intervals
 
 
-def _shared(reference: Sequence[Span], found: Sequence[Span]) -> Iterator[Span]:
+def _shared(reference: Sequence[Span], reported: Sequence[Span]) -> Iterator[Span]:
     """Yields the overlaps of intervals of two lists in order of time."""
     first = 0
     for start, end in reference:
-        while first < len(found) and found[first][1] <= start:
+        while first < len(reported) and reported[first][1] <= start:
             first += 1
-        for begin, stop in islice(found, first, None):
+        for begin, stop in islice(reported, first, None):
             if begin >= end:
                 break
             yield max(start, begin), min(end, stop)

@@ -47,17 +47,19 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     if not effects:
         return None
     rows = [
-        (one["source"], one["name"], one["message"], f"{one['time']:.3f}", _seconds(one["end_time"]))
-        for one in events[:EVENT_ROWS]
+        (event["source"], event["name"], event["message"], f"{event['time']:.3f}", _seconds(event["end_time"]))
+        for event in events[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
-    found = table(f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
-    parts: list[Part] = [*curves, effect_table(view), found]
+    event_table = table(
+        f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3
+    )
+    contents: list[Part] = [*curves, effect_table(view), event_table]
     if planned.not_run:
-        parts.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
+        contents.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
     if not planned.detection:
-        parts.append("No collision query was made.")
-    return f"{plural(len(effects), 'effect')}, {plural(len(events), 'event')}", parts
+        contents.append("No collision query was made.")
+    return f"{plural(len(effects), 'effect')}, {plural(len(events), 'event')}", contents
 
 
 def _seconds(end: float | None) -> str:
@@ -115,9 +117,9 @@ def trust(document: RunDocument) -> str:
 
 def finding_parts(document: RunDocument) -> list[Part]:
     """Tables of findings, worst first, and of their repair by the policy."""
-    parts: list[Part] = []
+    contents: list[Part] = []
     if findings := findings_of(document):
-        parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
+        contents.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
     sums: dict[tuple[str, str, str], Counter[str]] = {}
     for span in document.flagged:
         count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
@@ -125,8 +127,8 @@ def finding_parts(document: RunDocument) -> list[Part]:
     if sums:
         head = ("kind", "body", "policy", "spans", *DONE)
         rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
-        parts.append(table("Treatment of doubtful poses", head, rows, words=3))
-    return parts
+        contents.append(table("Treatment of doubtful poses", head, rows, words=3))
+    return contents
 
 
 DONE: Final = ("samples", "dropped", "held", "interpolated")

@@ -223,9 +223,9 @@ def _cage(
     walls = Shape(corners, colour, np.where(_lid(solid, mesh), LID_ALPHA, WALL_ALPHA))
     outline = front[faces[:, 0]] != front[faces[:, 1]]
     sharp = bends(normals, faces) < np.cos(np.radians(SHARP_DEG))
-    seen = front[faces].any(axis=1)
+    visible = front[faces].any(axis=1)
     thick = 2 if view.size[1] > MANY_ROWS else 1
-    groups = [(sharp & ~seen, 0.35, 1), (sharp & seen, 0.95, thick), (outline, 1.0, thick + 1)]
+    groups = [(sharp & ~visible, 0.35, 1), (sharp & visible, 0.95, thick), (outline, 1.0, thick + 1)]
     return walls, [Lines(edges[some], colour, alpha, width) for some, alpha, width in groups]
 
 
@@ -291,32 +291,32 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
 
     ``white`` (rows, columns): where the white body is seen; ``middle`` of the arrow.
     """
-    factor, found = SHARPER[FIRST], list[tuple[Point, str, str, str]]()
-    said = "touches nothing" if sight.gap is not None else "touches"
+    factor, labels = SHARPER[FIRST], list[tuple[Point, str, str, str]]()
+    verb = "touches nothing" if sight.gap is not None else "touches"
     rows, columns = np.nonzero(white)
     if len(rows):
         row = rows[len(rows) // 4]
-        place = float(columns[rows == row].max()) / factor, float(row) / factor
-        found.append((place, sight.white.name, said, ""))
+        point = float(columns[rows == row].max()) / factor, float(row) / factor
+        labels.append((point, sight.white.name, verb, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
-    named = ("collider", f"tested by {label}", "yellow") if sight.glass.solid else (sight.glass.name, said, "blue")
+    named = ("collider", f"tested by {label}", "yellow") if sight.glass.solid else (sight.glass.name, verb, "blue")
     if len(points):
         x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
-        found.append(((x, y), *named))
+        labels.append(((x, y), *named))
     if sight.gap is not None:
         between = f"from {sight.white.name} to {sight.glass.name}"
-        found.append((middle, sight.length, between if len(between) <= MOST_LETTERS else "apart", ""))
+        labels.append((middle, sight.length, between if len(between) <= MOST_LETTERS else "apart", ""))
     else:
-        found.append((middle, "contact", f"{label} reports none", "red"))
-    found.sort(key=lambda name: name[0][1])
+        labels.append((middle, "contact", f"{label} reports none", "red"))
+    labels.sort(key=lambda name: name[0][1])
     made, free = list[Named](), LINES
-    for number, (target, name, what, kind) in enumerate(found):
-        y = min(max(target[1], free), FIRST[1] - LINES * (len(found) - number - 0.5))
+    for number, (target, name, what, kind) in enumerate(labels):
+        y = min(max(target[1], free), FIRST[1] - LINES * (len(labels) - number - 0.5))
         free = y + LINES
         made.append(Named(_cut(name), _cut(what), kind, target, y))
     return made
 
 
-def _cut(words: str) -> str:
-    return words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"
+def _cut(text: str) -> str:
+    return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 1]}…"

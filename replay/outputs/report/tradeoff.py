@@ -27,5 +27,5 @@ def _replayed(done: Tradeoff) -> str:
     """Sentence about the replayed session and its reference."""
     about = done.about
     things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
-    numbers = ", ".join(plural(about[key], *words) for key, *words in things)
+    numbers = ", ".join(plural(about[key], *forms) for key, *forms in things)
     return f"{about['session']}: {words.duration(about['seconds'])}, {numbers}; reference: {about['oracle']}."

@@ -15,11 +15,11 @@ RERUN: Final = "0.41"
 def require_rerun() -> None:
     """Raise ``OutputError`` where the installed Rerun is older or newer than ``RERUN``, or none."""
     try:
-        there = version("rerun-sdk")
+        installed = version("rerun-sdk")
     except PackageNotFoundError:
-        there = ""
-    if there.split(".")[:2] != RERUN.split("."):
-        which = f"rerun-sdk {there} is installed" if there else "rerun-sdk is not installed"
+        installed = ""
+    if installed.split(".")[:2] != RERUN.split("."):
+        which = f"rerun-sdk {installed} is installed" if installed else "rerun-sdk is not installed"
         todo = f'pip install "rerun-sdk=={RERUN}.*", or leave the picture out with --no-picture'
         raise OutputError(f"{which}, and pictures need {RERUN}; {todo}")
 

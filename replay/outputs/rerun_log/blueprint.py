@@ -117,14 +117,14 @@ def _answer(picture: Picture) -> Any:
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
     room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
     moments = _list([f"{LISTS}/**"] if picture.moments else [], "Moments: click a time")
-    high = _height(max(3, len(lanes)))
+    height = _height(max(3, len(lanes)))
     close_up = _close_up(picture, bool(picture.moments))
     return _column(
         (
             _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
-            1 - high,
+            1 - height,
         ),
-        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), high),
+        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), height),
         name="Answer",
     )
 
@@ -166,9 +166,9 @@ def _accuracy(picture: Picture) -> Any:
         origin=f"/{timing.SCATTER}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
     )
     detections = picture.result.detections
-    high = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
-    title = f"Time per frame, ms   cut at {high:.2f}: 99.9 % of the slowest detector's frames"
-    axis = rrb.ScalarAxis(range=(0.0, max(high, 1.0001 * timing.budget_share(high))))
+    upper = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
+    title = f"Time per frame, ms   cut at {upper:.2f}: 99.9 % of the slowest detector's frames"
+    axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_share(upper))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
     times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
     right = _column((_text(ACCURACY, "Meaning"), 0.32), (times, 0.68))
@@ -178,17 +178,19 @@ def _accuracy(picture: Picture) -> Any:
 def _effects(picture: Picture) -> Any:
     """Tab of effects: room, events, lanes and plots, independent of detectors."""
     result, effects = picture.result, picture.result.effects
-    bodies = [f"/{body_path(name)}/{part}" for name in result.assembly.names for part in ("mesh", "liquid")]
+    bodies = [f"/{body_path(name)}/{leaf}" for name in result.assembly.names for leaf in ("mesh", "liquid")]
     room = _spatial(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
-    words = _column((_text(HAPPENED, "What happened"), 0.4), (_list(event_paths(effects), "Events: click a time"), 0.6))
+    text_column = _column(
+        (_text(HAPPENED, "What happened"), 0.4), (_list(event_paths(effects), "Events: click a time"), 0.6)
+    )
     lanes = [*effect_lanes(effects), *picture.doing]
     when = _states(picture, "When: what the effects found, and what people did", lanes)
     plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:EFFECT_PLOTS]]
-    high, low = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
+    lanes_height, plots_height = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
     return _column(
-        (_row((room, 0.36), (words, 0.28)), 1.0 - high - low),
-        (when, high),
-        (rrb.Horizontal(*plots) if plots else None, low),
+        (_row((room, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
+        (when, lanes_height),
+        (rrb.Horizontal(*plots) if plots else None, plots_height),
         name="Effects" if effects else "Tasks",
     )
 
@@ -204,8 +206,8 @@ def _details(picture: Picture, label: str) -> Any:
     result = picture.result
     title = f"What {label} said of each pair"
     if label in result.comparisons:
-        there = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
-        title = f"Pair by pair    {lane_legend(there, label)}"
+        outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
+        title = f"Pair by pair    {lane_legend(outcomes, label)}"
     faulty = bool(result.misses.get(label) or result.false.get(label))
     listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
     text = _text(details_path(label), "Settings, and what each stage takes")
@@ -228,16 +230,16 @@ def _height(lanes: int) -> float:
     return (RULER_POINTS + LANE_POINTS * lanes) / LOW_POINTS if lanes else 0.0
 
 
-def _row(*parts: tuple[Any, float], name: str | None = None) -> Any:
+def _row(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
     """Views side by side with their shares of the width; ``None`` is no view."""
-    views, shares = zip(*((view, share) for view, share in parts if view is not None), strict=True)
-    return rrb.Horizontal(*views, column_shares=shares, name=name)
+    views, fractions = zip(*((view, fraction) for view, fraction in sized_views if view is not None), strict=True)
+    return rrb.Horizontal(*views, column_shares=fractions, name=name)
 
 
-def _column(*parts: tuple[Any, float], name: str | None = None) -> Any:
+def _column(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
     """Views one below the other with their shares of the height; ``None`` is no view."""
-    views, shares = zip(*((view, share) for view, share in parts if view is not None), strict=True)
-    return rrb.Vertical(*views, row_shares=shares, name=name)
+    views, fractions = zip(*((view, fraction) for view, fraction in sized_views if view is not None), strict=True)
+    return rrb.Vertical(*views, row_shares=fractions, name=name)
 
 
 def _seconds(start: float, end: float) -> rrb.TimeAxis:
@@ -266,8 +268,8 @@ def _text(path: str, name: str) -> Any:
 
 def _list(paths: Sequence[str], name: str) -> Any:
     """Lines of entities of which a click moves the cursor; of none no view."""
-    times, words = [TimelineColumn(SESSION)], [TextLogColumn("body")]
-    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=words)
+    times, text_columns = [TimelineColumn(SESSION)], [TextLogColumn("body")]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=text_columns)
     contents, even = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
     view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=even)
     return view if paths else None

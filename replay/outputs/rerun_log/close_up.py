@@ -203,7 +203,7 @@ def _log_cages(
     for time, bodies in cages.items():
         for body in bodies:
             if body not in edges:
-                edges[body] = np.concatenate([sharp_edges(part) for part in detector.parts[names[body]]])
+                edges[body] = np.concatenate([sharp_edges(piece) for piece in detector.parts[names[body]]])
             left -= len(edges[body])
             if left >= 0:
                 drawn.setdefault(body, {})[time] = edges[body]
@@ -261,11 +261,11 @@ def words_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: fl
     """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
     axes = look_rotation(eye)
     distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
-    place = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    anchor = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
     # Words hang below their place: a line from above begins below them.
-    start = place - distance * (HANGING if up > 0 else 0.0) * axes[:, 1]
-    places = in_front(eye, np.stack([place, start, about]))
-    return [Mark(places[:1], colour, UNSEEN, text), Mark(places[1:], colour, LEADER)]
+    start = anchor - distance * (HANGING if up > 0 else 0.0) * axes[:, 1]
+    points = in_front(eye, np.stack([anchor, start, about]))
+    return [Mark(points[:1], colour, UNSEEN, text), Mark(points[1:], colour, LEADER)]
 
 
 def in_front(eye: Eye, points: FloatArray) -> FloatArray:
@@ -276,21 +276,21 @@ def in_front(eye: Eye, points: FloatArray) -> FloatArray:
 
 def log_marks(writer: RecordingWriter, root: str, steps: Steps, marks: Mapping[Any, Sequence[Mark]]) -> None:
     """Send ``words``, ``lines`` and ``dots`` below a root: the marks of each moment that is shown, and no other."""
-    for part, columns in (("words", _points), ("lines", _strips), ("dots", _points)):
-        drawn = {moment: [mark for mark in some if mark.part == part] for moment, some in marks.items()}
+    for layer, columns in (("words", _points), ("lines", _strips), ("dots", _points)):
+        drawn = {moment: [mark for mark in some if mark.part == layer] for moment, some in marks.items()}
         if any(drawn.values()):
-            writer.steps(f"{root}/{part}", steps, drawn, columns)
+            writer.steps(f"{root}/{layer}", steps, drawn, columns)
     writer.static(f"{root}/words", rr.Points3D.from_fields(show_labels=True))
 
 
 def _points(marks: Sequence[Mark]) -> rr.ComponentColumnList:
-    places = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 3)
-    return rr.Points3D.columns(positions=places, labels=[mark.text for mark in marks], **_looks(marks))
+    points = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 3)
+    return rr.Points3D.columns(positions=points, labels=[mark.text for mark in marks], **_looks(marks))
 
 
 def _strips(marks: Sequence[Mark]) -> rr.ComponentColumnList:
-    places = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 2, 3)
-    return rr.LineStrips3D.columns(strips=places, **_looks(marks))
+    segments = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 2, 3)
+    return rr.LineStrips3D.columns(strips=segments, **_looks(marks))
 
 
 def _looks(marks: Sequence[Mark]) -> dict[str, Any]:
@@ -300,8 +300,11 @@ def _looks(marks: Sequence[Mark]) -> dict[str, Any]:
 
 def log_eyes(writer: RecordingWriter, path: str, steps: Steps, eyes: Mapping[Any, Eye]) -> None:
     """Send a camera that stands elsewhere from each step on. A view that tracks it needs no command to follow."""
-    shown = [eyes[moment] for *_, moment in steps]
-    places, rotations = np.array([eye.position for eye in shown]), np.array([look_rotation(eye) for eye in shown])
-    writer.rows(path, times_of(steps), pose_columns(places, rotations))
+    displayed = [eyes[moment] for *_, moment in steps]
+    positions, rotations = (
+        np.array([eye.position for eye in displayed]),
+        np.array([look_rotation(eye) for eye in displayed]),
+    )
+    writer.rows(path, times_of(steps), pose_columns(positions, rotations))
     shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
     writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))

@@ -63,8 +63,8 @@ def effect_lanes(effects: Effects) -> dict[str, Sequence[LaneSpan]]:
     for kind, run in effects.items():
         for name, spans in run.output.lanes.items():
             if name != SKIPPED:
-                words = name if name == kind else lane_name(name, kind)
-                lanes[lane_name(f"{len(lanes) + 1}_{words}")] = spans
+                label = name if name == kind else lane_name(name, kind)
+                lanes[lane_name(f"{len(lanes) + 1}_{label}")] = spans
     return lanes
 
 
@@ -77,8 +77,8 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
     if event is None:
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
-    place = "the last of" if event is events[-1][1] else "one of"
-    when = f"At {event.time:.1f} s, {place} {plural(len(events), 'event')}."
+    position_text = "the last of" if event is events[-1][1] else "one of"
+    when = f"At {event.time:.1f} s, {position_text} {plural(len(events), 'event')}."
     writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((event.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
@@ -120,8 +120,8 @@ def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEven
     """A dot with words from the event on, for every event with a place that somebody should mind."""
     placed = [event for event in events if event.point is not None and event.level != "info"]
     for number, event in enumerate(placed[:MARKERS], start=1):
-        colours, place = packed([LEVEL_COLOURS[event.level]]), np.array([event.point])
-        columns = rr.Points3D.columns(positions=place, radii=[MARKER_M], labels=[event.text], colors=colours)
+        colours, position = packed([LEVEL_COLOURS[event.level]]), np.array([event.point])
+        columns = rr.Points3D.columns(positions=position, radii=[MARKER_M], labels=[event.text], colors=colours)
         writer.session_rows(entity("world", ROOT, kind, str(number)), _ns([event.time]), columns)
 
 

@@ -51,12 +51,12 @@ NARROWEST: Final = 0.005
 The lane of its pair says exactly when."""
 
 
-def lane_name(*words: str) -> str:
+def lane_name(*labels: str) -> str:
     """A path that reads as words: the viewer shows the path of a lane, and escapes most of what is no letter.
 
     The first two words are parted by a letter that looks like a colon, for a colon is escaped.
     """
-    return COLON.join(re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in words)
+    return COLON.join(re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in labels)
 
 
 def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
@@ -76,27 +76,27 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
     return lanes
 
 
-def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
+def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int]:
     """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
 
     A pair that was never in contact, for either detector, has none.
     """
     counts = comparison.by_pair
-    missed, invented, both = -counts[:, SHOWN].T
+    missed, false_contacts, both = -counts[:, SHOWN].T
     rest = counts[:, UNRANKED].sum(axis=1)
-    order = np.lexsort((-rest, both, invented, missed, held))
+    order = np.lexsort((-rest, both, false_contacts, missed, grasped))
     return [column for column in order.tolist() if counts[column, SHOWN].any() or rest[column]]
 
 
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
-    states, looks = result.detections[label].verdict, VERDICTS
+    states, styles = result.detections[label].verdict, VERDICTS
     if comparison is not None:
-        states, looks = comparison.outcome, OUTCOMES
-    words = np.array([looks[code][0] if code in looks else "" for code in range(256)], dtype=object)
+        states, styles = comparison.outcome, OUTCOMES
+    labels = np.array([styles[code][0] if code in styles else "" for code in range(256)], dtype=object)
     for path, column in pair_lanes(result, label).items():
-        log_lane(writer, path, spans_of(writer, words[states[:, column]]), looks.values())
+        log_lane(writer, path, spans_of(writer, labels[states[:, column]]), styles.values())
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
@@ -110,33 +110,33 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     """Send contact of the reference in grey, and what is wrong or right anywhere."""
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
     touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
-    words = np.where(touched, "contact", "").astype(object)
-    log_lane(writer, lanes[0], spans_of(writer, words), [("contact", WITHIN_TOLERANCE)])
+    labels = np.where(touched, "contact", "").astype(object)
+    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", WITHIN_TOLERANCE)])
     for label, path in zip(order, lanes[1:], strict=False):
         outcome = result.comparisons[label].outcome
-        words = np.full(len(outcome), "", dtype=object)
+        labels = np.full(len(outcome), "", dtype=object)
         for code in reversed(SHOWN):
-            words[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+            labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
         for miss in result.misses[label]:
-            words[miss.first : miss.first + round(NARROWEST * len(words))] = OUTCOMES[Outcome.MISSED][0]
-        log_lane(writer, path, spans_of(writer, words), [OUTCOMES[code] for code in SHOWN])
+            labels[miss.first : miss.first + round(NARROWEST * len(labels))] = OUTCOMES[Outcome.MISSED][0]
+        log_lane(writer, path, spans_of(writer, labels), [OUTCOMES[code] for code in SHOWN])
 
 
-def spans_of(writer: RecordingWriter, words: NDArray[np.object_]) -> list[Span]:
+def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]:
     """Stretches of the same word in a word per frame; ``""`` is a gap."""
     ns = writer.clock.ns
     if not len(ns):
         return []
-    changes = np.flatnonzero(np.append(True, words[1:] != words[:-1]))
+    changes = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
     # The last state lasts one frame: left open, it would run on to the end of the axis.
     end = int(ns[-1]) + (round(float(np.median(np.diff(ns)))) if len(ns) > 1 else 1)
     edges = [*ns[changes].tolist(), end]
-    return [span for span in zip(words[changes].tolist(), edges, edges[1:], strict=False) if span[0]]
+    return [span for span in zip(labels[changes].tolist(), edges, edges[1:], strict=False) if span[0]]
 
 
-def log_lane(writer: RecordingWriter, path: str, spans: Sequence[Span], words: Iterable[tuple[str, Rgba]]) -> None:
+def log_lane(writer: RecordingWriter, path: str, spans: Sequence[Span], styles: Iterable[tuple[str, Rgba]]) -> None:
     """Send a lane of spans in order of time, and the colours of their words."""
-    colours = dict(words)
+    colours = dict(styles)
     writer.static(path, rr.StateConfiguration(values=[*colours], colors=packed(colours.values())))
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
     states = {0: ""}
@@ -172,11 +172,11 @@ def session_lanes(result: RunResult) -> dict[str, list[Span]]:
 def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:
     """Send the lanes; the same word has the same colour in all of them."""
     lanes = session_lanes(result)
-    words = dict.fromkeys(word for spans in lanes.values() for word, _, _ in spans)
+    labels = dict.fromkeys(word for spans in lanes.values() for word, _, _ in spans)
     for path, spans in lanes.items():
-        log_lane(writer, path, spans, in_series(words))
+        log_lane(writer, path, spans, in_series(labels))
 
 
-def in_series(words: Mapping[str, Any]) -> list[tuple[str, Rgba]]:
-    """A colour for each word: ``words`` maps it to its own, or to nothing."""
-    return [(word, colour or SERIES[k % len(SERIES)]) for k, (word, colour) in enumerate(words.items())]
+def in_series(labels: Mapping[str, Any]) -> list[tuple[str, Rgba]]:
+    """A colour for each word: ``labels`` maps it to its own, or to nothing."""
+    return [(word, colour or SERIES[k % len(SERIES)]) for k, (word, colour) in enumerate(labels.items())]

@@ -156,9 +156,9 @@ def _searches(result: RunResult, label: str, watched: Watched) -> list[Search]:
 def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
     """The frame of each miss that shows most, longest cut first, with the last look before it."""
     for miss in longest_curve_first(result.misses[label]):
-        looked = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
-        if len(looked):
-            yield Search(miss.frame, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, meets=miss.point)
+        sampled = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
+        if len(sampled):
+            yield Search(miss.frame, miss.pair, int(sampled[-1]), LOST, miss.first, miss.last, meets=miss.point)
 
 
 def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
@@ -169,13 +169,13 @@ def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
         if (contact.first, contact.pair) in watched.search.noted
     ]
     stride = max(1, -(-len(begun) // LOOKS))
-    for part in range(stride):
-        yield from begun[part::stride]
+    for remainder in range(stride):
+        yield from begun[remainder::stride]
 
 
-def pipeline_path(label: str, *parts: str) -> str:
+def pipeline_path(label: str, *names: str) -> str:
     """Entity of a part of one detector's pipeline."""
-    return entity("pipeline", label, *parts)
+    return entity("pipeline", label, *names)
 
 
 def search_title(run: SearchRun, search: Search) -> str:
@@ -235,20 +235,20 @@ def _log_body(
     if ball.radius > ROOM or not near.any():
         return
 
-    def wires(stage: str, shape: Any, half: ArrayLike, **looks: Any) -> None:
+    def wires(stage: str, shape: Any, half: ArrayLike, **style: Any) -> None:
         # Wires ignore alpha: an empty row hides them.
-        place = f"{path}/{SHAPES[stage]}"
-        writer.rows(place, when, shape.columns(half_sizes=np.tile(half, (int(near.sum()), 1))), near)
+        shape_path = f"{path}/{SHAPES[stage]}"
+        writer.rows(shape_path, when, shape.columns(half_sizes=np.tile(half, (int(near.sum()), 1))), near)
         colour, lines = packed([STAGE_COLOURS[stage]]), rr.components.FillMode.MajorWireframe
-        writer.static(place, shape.from_fields(fill_mode=lines, colors=colour, **looks))
+        writer.static(shape_path, shape.from_fields(fill_mode=lines, colors=colour, **style))
 
     thin, thick = rr.Radius.ui_points(1.0), rr.Radius.ui_points(1.8)
     wires(SPHERES, rr.Ellipsoids3D, np.full(3, ball.radius), centers=[ball.centre], line_radii=thin)
     if BOXES in run.counts:
         box = box_best(mesh)
         # The axes of a box may be left-handed: turned about, the box is the same.
-        turn = Rotation.from_matrix(box.axes * np.sign(np.linalg.det(box.axes))).as_quat()
-        wires(BOXES, rr.Boxes3D, box.half, centers=[box.centre], quaternions=[turn], radii=thick)
+        rotation = Rotation.from_matrix(box.axes * np.sign(np.linalg.det(box.axes))).as_quat()
+        wires(BOXES, rr.Boxes3D, box.half, centers=[box.centre], quaternions=[rotation], radii=thick)
 
 
 def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
@@ -265,8 +265,8 @@ def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> 
 
 def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
     """An eye before the place where the search ended, or where it missed, that sees the smaller body whole."""
-    assembly, look = result.assembly, run.look(search)
-    ended = run.watched.search.points(assembly.motion, search.frame, search.pair, look.hit or look.closest)
+    assembly, sample = result.assembly, run.look(search)
+    ended = run.watched.search.points(assembly.motion, search.frame, search.pair, sample.hit or sample.closest)
     target = ended.mean(axis=0) if search.meets is None else np.asarray(search.meets)
     user = towards_user(assembly, result.session.scene, search.frame, target.tolist())
     radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())
@@ -281,7 +281,7 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
         corners = result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]]
         centres.append(placed(run.motion, search.frame, body, corners.mean(axis=1)))
         once = np.unique(trace.faces[by_ants, side], return_index=True)[1]
-        marks += [Mark(place, SERIES[1], 2.6) for place in centres[side][by_ants[once]][:, None]]
+        marks += [Mark(position, SERIES[1], 2.6) for position in centres[side][by_ants[once]][:, None]]
     path = np.mean(centres, axis=0)[trace.best()]
     marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
     marks.append(Mark(path[-1:], ENDS[search.kind] if search.meets is None else WHITE, 8.0))

@@ -66,20 +66,20 @@ def write_recording(result: RunResult, path: Path) -> None:
 
 def _places_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
     """Frame of each event, and where its bodies stand, but of those that hold the room: a bench begins at the floor."""
-    motion, places = result.assembly.motion, []
+    motion, positions = result.assembly.motion, []
     small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}
     for _, event in happened(result.effects):
         # What ends after the last frame is seen in it.
         frame = int(np.searchsorted(motion.times[:-1], event.time))
-        places += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
-    return places
+        positions += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
+    return positions
 
 
-def _eye(result: RunResult, places: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
+def _eye(result: RunResult, positions: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
     """An overview of all places, from the user's side at the first; without any, of wherever bodies were."""
     corners = AROUND * np.array([*product((-1.0, 1.0), repeat=3)])
-    points = (np.reshape([place for _, place in places], (-1, 1, 3)) + corners).reshape(-1, 3)
-    return overview(result.assembly, result.session.scene, points, places[0][0] if places else 0, aspect)
+    points = (np.reshape([position for _, position in positions], (-1, 1, 3)) + corners).reshape(-1, 3)
+    return overview(result.assembly, result.session.scene, points, positions[0][0] if positions else 0, aspect)
 
 
 def _log_room(writer: RecordingWriter, picture: Picture) -> None:

@@ -69,9 +69,9 @@ class RecordingClock:
         """The clock of an assembly, with frames at which there is something to see."""
         stamps, first = assembly.stamp_ns, assembly.motion.times[:1]
         ns = stamps - stamps[:1] + np.round(1e9 * first).astype(np.int64)
-        shown = np.unique(np.array(moments, dtype=np.int64))
+        displayed = np.unique(np.array(moments, dtype=np.int64))
         stride = max(1, -(-len(ns) // limit))
-        return cls(ns, np.union1d(np.arange(0, len(ns), stride), shown), shown)
+        return cls(ns, np.union1d(np.arange(0, len(ns), stride), displayed), displayed)
 
 
 def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
@@ -81,13 +81,13 @@ def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
 
 def pose_columns(translations: FloatArray, rotations: FloatArray) -> rr.ComponentColumnList:
     """Poses as Rerun takes them: (n, 3) and (n, 3, 3), column convention."""
-    turns = Rotation.from_matrix(rotations).as_quat(canonical=True).astype(np.float32)
-    return rr.Transform3D.columns(translation=np.asarray(translations, dtype=np.float32), quaternion=turns)
+    quaternions = Rotation.from_matrix(rotations).as_quat(canonical=True).astype(np.float32)
+    return rr.Transform3D.columns(translation=np.asarray(translations, dtype=np.float32), quaternion=quaternions)
 
 
-def entity(*parts: str) -> str:
+def entity(*names: str) -> str:
     """Entity path of these parts, without a leading slash; punctuation in a part is escaped."""
-    return rr.new_entity_path([drawable(part) for part in parts]).removeprefix("/")
+    return rr.new_entity_path([drawable(name) for name in names]).removeprefix("/")
 
 
 def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
@@ -161,10 +161,10 @@ class RecordingWriter:
         self, path: str, values: ArrayLike, name: str, colour: Rgba, width: float = 1.4, *, step: bool = False
     ) -> None:
         """Send a curve of a value per frame (T,), and how it looks; a ``step`` is none that is sloped."""
-        shown = np.asarray(values, dtype=np.float64)[self.clock.kept]
-        bends = np.ones(len(shown), dtype=np.bool_)
-        bends[1:-1] = (shown[1:-1] != shown[:-2]) | (shown[1:-1] != shown[2:])
-        self.rows(path, self.clock.kept[bends], rr.Scalars.columns(scalars=shown[bends]))
+        displayed = np.asarray(values, dtype=np.float64)[self.clock.kept]
+        bends = np.ones(len(displayed), dtype=np.bool_)
+        bends[1:-1] = (displayed[1:-1] != displayed[:-2]) | (displayed[1:-1] != displayed[2:])
+        self.rows(path, self.clock.kept[bends], rr.Scalars.columns(scalars=displayed[bends]))
         # Peaks are what a curve is about; the default policy averages them away when zoomed out.
         peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines.from_fields(
@@ -178,7 +178,7 @@ class RecordingWriter:
         columns: Callable[[list[Any]], rr.ComponentColumnList],
     ) -> None:  # fmt: skip
         """Send what stands from each step on: ``things`` of what is shown then."""
-        rows = [things.get(shown, ()) for *_, shown in steps]
+        rows = [things.get(key, ()) for *_, key in steps]
         self.rows(path, times_of(steps), columns([thing for row in rows for thing in row]), [*map(len, rows)])
 
 

@@ -58,12 +58,12 @@ def body_path(name: str) -> str:
 
 
 def log_world(
-    writer: RecordingWriter, assembly: Assembly, scene: Scene, wanted: Container[str], colours: Colours
+    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed: Container[str], colours: Colours
 ) -> None:
-    """Send meshes and poses of the ``wanted`` bodies."""
+    """Send meshes and poses of the ``displayed`` bodies."""
     writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
     for column, body in enumerate(assembly.bodies):
-        if body.name in wanted:
+        if body.name in displayed:
             path, usual = body_path(body.name), albedo(tags_of(body.name, scene))
             log_shape(writer, f"{path}/mesh", body.mesh)
             valid = assembly.motion.valid[:, column]
@@ -96,10 +96,10 @@ def _log_colours(
 
 def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) -> None:
     frames = writer.clock.kept[motion.valid[writer.clock.kept, column]]
-    place, turn = motion.translations[frames, column], motion.rotations[frames, column]
-    poses = np.hstack([place, turn.reshape(-1, 9)])
+    translation, rotation = motion.translations[frames, column], motion.rotations[frames, column]
+    poses = np.hstack([translation, rotation.reshape(-1, 9)])
     changed = np.append(True, (poses[1:] != poses[:-1]).any(axis=1))[: len(frames)]
-    writer.rows(path, frames[changed], pose_columns(place[changed], turn[changed]))
+    writer.rows(path, frames[changed], pose_columns(translation[changed], rotation[changed]))
 
 
 def log_touches(writer: RecordingWriter, result: RunResult) -> None:
@@ -126,7 +126,7 @@ def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comp
         return
     contacts, frames = drawn_contacts(writer.clock, sets)
     at = sets.frame[contacts], sets.pair[contacts]
-    curves = [detection.section(frame, pair) for frame, pair in zip(*(part.tolist() for part in at), strict=True)]
+    curves = [detection.section(frame, pair) for frame, pair in zip(*(indices.tolist() for indices in at), strict=True)]
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]

@@ -96,11 +96,13 @@ def stages_path(label: str) -> str:
 def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
     """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
     totals = {label: total_ms(detection) for label, detection in detections.items()}
-    share = budget_share(ceiling([*totals.values()]))
-    part = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{words.number(share)} of ")
-    name = f"{part}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(share * BUDGET_MS / 1e3)}"
+    fraction = budget_share(ceiling([*totals.values()]))
+    fraction_text = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(
+        fraction, f"{words.number(fraction)} of "
+    )
+    name = f"{fraction_text}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(fraction * BUDGET_MS / 1e3)}"
     frames = len(writer.clock.ns)
-    writer.curve(BUDGET_LINE, np.full(frames, share * BUDGET_MS), name, BUDGET)
+    writer.curve(BUDGET_LINE, np.full(frames, fraction * BUDGET_MS), name, BUDGET)
     for number, (label, detection) in enumerate(detections.items()):
         writer.curve(total_path(label), totals[label], legends[label], colour_of(number))
         _log_stages(writer, label, stage_ms(detection))
@@ -134,12 +136,12 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
 
     lines = [placed(corners) for _, corners in plot.lines]
     writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))
-    dots = placed([place for _, place in plot.dots])
+    dots = placed([point for _, point in plot.dots])
     writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
     half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
-    places = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
+    anchors = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
     texts = rr.Points2D(
-        places - np.array([0.0, UP]), labels=[words.text for words in plot.words],
+        anchors - np.array([0.0, UP]), labels=[words.text for words in plot.words],
         colors=packed(TICKS if words.dot < 0 else colours[words.dot] for words in plot.words),
         radii=radius(0.01), show_labels=True,
     )  # fmt: skip

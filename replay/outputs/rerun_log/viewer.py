@@ -65,11 +65,11 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
     It ends with ``close``, or by itself when its window is closed.
     """
 
-    def __init__(self, process: subprocess.Popen[bytes], port: int, client: ViewerClient, words: IO[bytes]) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], port: int, client: ViewerClient, log: IO[bytes]) -> None:
         self.process = process
         self.port = port
         self._client = client
-        self._words = words
+        self._words = log
 
     def __exit__(self, *problem: object) -> None:
         self.close()
@@ -127,7 +127,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
 
 def _all_there(state: ViewerState) -> bool:
     """Whether all that was opened has been loaded: a recording without timelines has not arrived yet."""
-    return bool(state.recordings) and not state.loading and all(one.timelines for one in state.recordings)
+    return bool(state.recordings) and not state.loading and all(recording.timelines for recording in state.recordings)
 
 
 def open_viewer(
@@ -167,14 +167,14 @@ def _target(recording: Path, miss: int | None, false: int | None, by: str) -> in
     """
     moments = read_bookmarks(recording)
     if miss is None and false is None:
-        return next((one.session_ns for one in moments if one.leads and by in (one.label, "")), 0)
+        return next((moment.session_ns for moment in moments if moment.leads and by in (moment.label, "")), 0)
     kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
-    own = [one for one in moments if one.kind == kind and by in (one.label, "")]
-    there = {one.number: one.session_ns for one in reversed(own)}
-    if number not in there:
-        most = f"its {plural} are numbered 1 to {max(there)}" if there else "it has none"
+    own = [moment for moment in moments if moment.kind == kind and by in (moment.label, "")]
+    times = {moment.number: moment.session_ns for moment in reversed(own)}
+    if number not in times:
+        most = f"its {plural} are numbered 1 to {max(times)}" if times else "it has none"
         raise RunFolderError(f"there is no {kind} {number} in {recording}; {most}")
-    return there[number]
+    return times[number]
 
 
 def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:
@@ -186,22 +186,22 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
     command = [str(viewer_binary()), "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
     if headless:
         command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
-    words = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, env=QUIET)
+    log = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=QUIET)
     try:
-        return OpenViewer(process, port, _connected(process, port, words), words)
+        return OpenViewer(process, port, _connected(process, port, log), log)
     except BaseException:
         process.kill()
         process.wait()
-        words.close()
+        log.close()
         raise
 
 
-def _connected(process: subprocess.Popen[bytes], port: int, words: IO[bytes]) -> ViewerClient:
+def _connected(process: subprocess.Popen[bytes], port: int, log: IO[bytes]) -> ViewerClient:
     deadline = time.monotonic() + START_SECONDS
     while True:
         if process.poll() is not None:
-            raise ViewerError(_ended(words))
+            raise ViewerError(_ended(log))
         try:
             client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
             client.get_state()
@@ -213,10 +213,10 @@ def _connected(process: subprocess.Popen[bytes], port: int, words: IO[bytes]) ->
             return client
 
 
-def _ended(words: IO[bytes]) -> str:
+def _ended(log: IO[bytes]) -> str:
     """Why the viewer ended, from what it printed, and what to do."""
-    words.seek(0)
-    text = words.read().decode("utf-8", "replace")
+    log.seek(0)
+    text = log.read().decode("utf-8", "replace")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     last = lines[-1] if lines else "it said nothing"
     why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
@@ -227,11 +227,11 @@ def viewer_binary() -> Path:
     """The viewer that came with rerun-sdk; ``ViewerError`` where the installed wheel has none."""
     home = Path(next(iter(rerun_cli.__path__)))
     names = {"win32": ["rerun.exe"], "darwin": ["Rerun.app/Contents/MacOS/Rerun", "rerun"]}.get(sys.platform, ["rerun"])
-    found = next((home / name for name in names if (home / name).is_file()), None)
-    if found is None:
+    binary = next((home / name for name in names if (home / name).is_file()), None)
+    if binary is None:
         how = "reinstall it: pip install --force-reinstall rerun-sdk"
         raise ViewerError(f"rerun-sdk came without its viewer ({home}); {how}")
-    return found
+    return binary
 
 
 def free_port() -> int:

@@ -116,14 +116,14 @@ def _fetched(url: str, process: subprocess.Popen[bytes], deadline: float) -> byt
 
 def _read_before(answer: HTTPResponse, deadline: float) -> bytes:
     """Return the content of an answer; ``OSError``: it is cut short, or not all there at the deadline."""
-    parts = []
-    while part := answer.read1(READ_BYTES):
-        parts.append(part)
+    chunks = []
+    while chunk := answer.read1(READ_BYTES):
+        chunks.append(chunk)
         if time.monotonic() > deadline:
             raise TimeoutError("the server sends too slowly")
     if answer.length:
         raise OSError(f"the last {answer.length} bytes did not come")
-    return b"".join(parts)
+    return b"".join(chunks)
 
 
 def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
