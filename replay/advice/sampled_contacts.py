@@ -18,7 +18,7 @@ from sessions.errors import SessionError
 from sessions.geometry.rotations import rotated
 from sessions.model.assumption import Assumption, Subject
 from sessions.model.frames import Status
-from sessions.model.scene import Pose, wanted_pairs
+from sessions.model.scene import Pose, candidate_pairs
 from sessions.scene_files.answers import answered
 from sessions.scene_files.pose_axes import follows_its_poses
 
@@ -91,7 +91,7 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
         return None
     usable = np.isin(frames.status[rows], USABLE)
     candidates, is_known = list[_Candidate](), True
-    for pair in wanted_pairs(session.scene, [name for name in session.names if name in session.meshes]):
+    for pair in candidate_pairs(session.scene, [name for name in session.names if name in session.meshes]):
         columns = frames.names.index(pair[0]), frames.names.index(pair[1])
         both = np.flatnonzero(usable[:, columns[0]] & usable[:, columns[1]])
         near = both[_is_within_reach(scenes, pair, columns, both)]

@@ -20,7 +20,7 @@ from replay.effects.models.outflow import Stream, entry_times, over_weir, points
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of
-from sessions.doctor.track_watch import undone_turns
+from sessions.doctor.track_watch import undone_rotations
 
 SPILLED, UNKNOWN = -1, -2
 
@@ -197,7 +197,7 @@ def _flipped_once(poses: BodyPoses) -> BoolArray:
     rows = np.flatnonzero(poses.valid)
     if len(rows) > 2:
         steps = np.maximum(np.diff(poses.times[rows]), 1e-9)
-        outlier[rows[1:]] = undone_turns(Rotation.from_matrix(poses.rotation[rows]).as_quat(), steps)
+        outlier[rows[1:]] = undone_rotations(Rotation.from_matrix(poses.rotation[rows]).as_quat(), steps)
     return outlier
 
 

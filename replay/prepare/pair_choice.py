@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import AssemblyError
-from sessions.model.scene import Scene, SceneBody, wanted_pairs
+from sessions.model.scene import Scene, SceneBody, candidate_pairs
 
 WORLD = ""
 """The frame that bodies at rest belong to; no body has an empty name."""
@@ -37,7 +37,7 @@ def chosen_pairs(
     Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
     """
     number = {name: index for index, name in enumerate(names)}
-    wanted = list(asked) if asked is not None else wanted_pairs(scene, names)
+    wanted = list(asked) if asked is not None else candidate_pairs(scene, names)
     if asked is None and scene.pairs is None:
         rest = rest_frames(scene, names, moves)
         wanted = [(a, b) for a, b in wanted if rest[a] != rest[b]]

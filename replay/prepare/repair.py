@@ -19,7 +19,7 @@ from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
 from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan, scan_of
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
-from sessions.doctor.pose_pass import PosePass, look_through
+from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import PoseSpan, pose_spans
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
@@ -150,7 +150,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
 
     Raises ``RefusedError``: the session has a fault that the policy refuses; ``InvalidPoseError``: as ``scan``.
     """
-    looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
+    looked = run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     findings = tuple(in_order([*_in_recording(session, examine_session(session, looked, needed))]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:

@@ -12,7 +12,7 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import plural
 from replay.words import number as number_text
 from sessions import Frames, Session
-from sessions.doctor.pose_pass import PosePass, look_through
+from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import out_of_order
 from sessions.doctor.track_watch import Mark
@@ -76,7 +76,7 @@ def scan(session: Session) -> SessionScan:
             stamps.append(block.stamp_ns)
             yield block
 
-    looked = look_through(in_order(noted()), session.scene.space_radius)
+    looked = run_pose_pass(in_order(noted()), session.scene.space_radius)
     bad = looked.has(NO_ROTATION)
     if bad.any():
         row, body = (int(k) for k in np.argwhere(bad)[0])
@@ -90,7 +90,7 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
     stamps = looked.stamp_ns
     first_ns = int(stamps[0]) if len(stamps) else 0
     # A sample out of the room is not compared with others; what has one is not at rest.
-    same = looked.has(Mark.SAME_PLACE) & looked.has(Mark.SAME_ROTATION)
+    same = looked.has(Mark.SAME_POSITION) & looked.has(Mark.SAME_ROTATION)
     moves = np.any((np.isfinite(looked.steps) & ~same) | looked.has(Mark.OUT_OF_SPACE), axis=0)
     return SessionScan(
         first_ns=first_ns if part is None else part.first_ns,

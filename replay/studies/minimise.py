@@ -17,7 +17,7 @@ from replay.errors import ReplayError
 from sessions import Event, Frames, Interval, Scene, Session, Track
 from sessions.errors import SessionError
 from sessions.meshes.conventions import CONVENTIONS
-from sessions.meshes.mesh_axes import BODY, MESH_TURNS
+from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
 from sessions.model.scene import SceneBody, SceneEffect
 from sessions.scene_files.answers import recording_assumptions
@@ -34,7 +34,7 @@ FACTS: Final = {
     "vr_type": ("immersive", "augmented", "distributed", "desktop"),
 }  # fmt: skip
 """Facts that stay where they hold one of these words."""
-KNOWN_AXES: Final = frozenset((*CONVENTIONS, *MESH_TURNS, BODY))
+KNOWN_AXES: Final = frozenset((*CONVENTIONS, *MESH_ROTATIONS, BODY))
 """Names of axes, which are no words of a user."""
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from sessions.doctor.finding import Finding, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
-from sessions.doctor.pose_pass import PosePass, look_through
+from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.session_findings import examine_session, scene_findings
 from sessions.errors import MeshFileError, SceneError, SessionFileError
 from sessions.input_files import opened
@@ -112,9 +112,9 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     scene, declared, faults = file.attempt(read_scene, (Scene(), {}, []))
     names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
     session = reader.session_of(file, names, scene)
-    reader.load_parts(session)
+    reader.load_streams(session)
     decoder, damaged = FrameDecoder(file.catalogue, names, strict=False), Damaged()
-    pose_pass = look_through(_readable(file, decoder, damaged), scene.space_radius)
+    pose_pass = run_pose_pass(_readable(file, decoder, damaged), scene.space_radius)
     known = len(file.refused)
     file.attempt(file.catalogue.check_pose_channels, None)
     if len(file.refused) > known:

@@ -14,7 +14,7 @@ from sessions.meshes.mesh_files import outward
 LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
 SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
 
-SAME_PLACE_M: Final = 1e-8
+WELD_DISTANCE_M: Final = 1e-8
 """Vertices this near are one: float32 leaves 2e-9 m between the two sides of a seam 10 cm from the origin."""
 
 FLAT: Final = 1e-12
@@ -79,7 +79,7 @@ def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
 
 def _welded(mesh: MeshData) -> NDArray[np.int64]:
     """Faces over vertices that are different places: exporters split vertices at seams of textures and normals."""
-    _, inverse = np.unique(np.round(mesh.vertices / SAME_PLACE_M), axis=0, return_inverse=True)
+    _, inverse = np.unique(np.round(mesh.vertices / WELD_DISTANCE_M), axis=0, return_inverse=True)
     return inverse.reshape(-1)[mesh.faces]
 
 
@@ -102,15 +102,15 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
     """
     repairs, points, faces = [], mesh.vertices, mesh.faces
     if not is_closed(mesh):  # of two closed parts that touch, joining makes one with edges of four faces
-        rounded = np.round(points / SAME_PLACE_M)
+        rounded = np.round(points / WELD_DISTANCE_M)
         _, first, merged = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
         points, faces = points[first], merged.reshape(-1)[faces]
-        repairs += _told(len(rounded) - len(first), "vertex", "vertices", "at the place of another joined")
+        repairs += _counted(len(rounded) - len(first), "vertex", "vertices", "at the place of another joined")
     flat = degenerate_faces(MeshData(points, faces))
     faces = faces[~flat]
-    repairs += _told(int(flat.sum()), "face", "faces", "without area removed")
+    repairs += _counted(int(flat.sum()), "face", "faces", "without area removed")
     _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    repairs += _told(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
+    repairs += _counted(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
     faces = faces[np.sort(kept)]
     if not len(faces):
         return mesh, ["nothing is left of it without its flat faces; it stays as it was"]
@@ -120,15 +120,15 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         middle = len(points)
         points = np.concatenate([points, points[rim].mean(axis=0, keepdims=True)])
         faces = np.concatenate([faces, [(b, a, middle) for a, b in zip(rim, np.roll(rim, -1), strict=True)]])
-    repairs += _told(len(holes), "hole", "holes", "closed")
+    repairs += _counted(len(holes), "hole", "holes", "closed")
     oriented = outward(MeshData(points, faces))
     inward = int((oriented.faces != faces).any(axis=1).sum())
-    repairs += _told(inward, "face", "faces", "turned to wind outwards")
+    repairs += _counted(inward, "face", "faces", "turned to wind outwards")
     used, number = np.unique(oriented.faces, return_inverse=True)
     return MeshData(oriented.vertices[used], number.reshape(-1, 3)), repairs
 
 
-def _told(count: int, singular: str, plural: str, done: str) -> list[str]:
+def _counted(count: int, singular: str, plural: str, done: str) -> list[str]:
     return [f"{count:,} {singular if count == 1 else plural} {done}"] if count else []
 
 

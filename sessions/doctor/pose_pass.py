@@ -23,9 +23,9 @@ NORM_NOTE: Final = 1e-6  # Further off 1 than float32 would leave it (1e-7): pri
 SKEW_NS: Final = 500_000_000
 """Half a second between a sample and its frame is no latency: VIVE-style trackers need 22 ms."""
 
-LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
+SAMPLES_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
 
-MOST_LOOKS: Final = 131_072  # Of a whole recording; of one that is longer fewer frames of a block are kept
+MOST_SAMPLES: Final = 131_072  # Of a whole recording; of one that is longer fewer frames of a block are kept
 JOINED_FRAMES: Final = 1024  # Frames examined together; smaller blocks are joined first
 
 
@@ -63,7 +63,7 @@ class PosePass:
         return np.flatnonzero(self.has(Mark.PRESENT, column) & ~self.has(Mark.NO_POSE, column))
 
 
-def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
+def run_pose_pass(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
     """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
     looking = _RunningPass(space_radius)
     for block in _larger(blocks):
@@ -108,7 +108,7 @@ class _RunningPass:
         self.stamps.append(frames.stamp_ns)
         self.logs.append(frames.log_ns)
         self.poses.append(sampled_poses(frames)[:: self.thinned])
-        if sum(map(len, self.poses)) > MOST_LOOKS:
+        if sum(map(len, self.poses)) > MOST_SAMPLES:
             self.poses, self.thinned = [block[::2] for block in self.poses], 2 * self.thinned
         with np.errstate(over="ignore", invalid="ignore"):
             self.marks[first : self.count] |= self._alone(frames)
@@ -189,8 +189,8 @@ class _RunningPass:
 
 
 def sampled_poses(frames: Frames) -> NDArray[np.float64]:
-    """Position and quaternion of at most `LOOKS_PER_BLOCK` frames, evenly spread, (S, N, 7); NaN where lost."""
-    rows = slice(0, len(frames), max(1, -(-len(frames) // LOOKS_PER_BLOCK)))
+    """Position and quaternion of at most `SAMPLES_PER_BLOCK` frames, evenly spread, (S, N, 7); NaN where lost."""
+    rows = slice(0, len(frames), max(1, -(-len(frames) // SAMPLES_PER_BLOCK)))
     poses = np.concatenate([frames.position[rows], frames.quaternion_xyzw[rows]], axis=2)
     poses[frames.status[rows] == Status.LOST] = np.nan
     return poses

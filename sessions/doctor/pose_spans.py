@@ -21,7 +21,7 @@ CATCH_UP: Final = 3.0
 """A thawing track that steps so many times further than around it was moving while it stood still ..."""
 CATCH_UP_M: Final = 0.002  # ... and at least 2 mm further, which is more than a tracker jitters (0.77 mm at p99).
 
-ODD_SHARE: Final = 0.005
+ODD_FRACTION: Final = 0.005
 """In a track that moves, positions repeat bit for bit in fewer steps than this (0 to 4 in 1,000 for browsers' captures
 outside the stretch)."""
 LEAST_OTHERS: Final = 300
@@ -120,7 +120,7 @@ class _Track:
 
     def frozen(self) -> Iterator[PoseSpan]:
         """Stretches of one repeated position in which nothing was measured; a body at rest is in none."""
-        same, identity = self.has(Mark.SAME_PLACE), self.has(Mark.IDENTITY)
+        same, identity = self.has(Mark.SAME_POSITION), self.has(Mark.IDENTITY)
         for first, last in runs(same).tolist():
             if last - first + 1 < LEAST_FROZEN or self.stamp_ns[last] - self.stamp_ns[first] < LEAST_FROZEN_NS:
                 continue
@@ -140,15 +140,15 @@ class _Track:
         count = last - first + 1
         others = len(self.rows) - count
         turning = not self.has(Mark.SAME_ROTATION)[first : last + 1].any()
-        return turning and others >= LEAST_OTHERS and repeats - count <= ODD_SHARE * others
+        return turning and others >= LEAST_OTHERS and repeats - count <= ODD_FRACTION * others
 
 
 MOST_OF_A_KIND: Final = 40
 """Spans of one fault of one body that are listed one by one; the rest is counted in one finding."""
 
-STRETCH_NS: Final = 500_000_000  # Teleports less than half a second apart are told as one stretch
+MERGED_WITHIN_NS: Final = 500_000_000  # Teleports less than half a second apart are told as one stretch
 
-WORDS: Final = {
+MESSAGES: Final = {
     "not-finite": "{samples} with a number that is not finite",
     "zero-quaternion": "{samples} with a quaternion of zeros",
     "non-unit-quaternion": "{samples} with a quaternion of norm {norm:.6g}",
@@ -167,9 +167,9 @@ def pose_findings(pose_pass: PosePass) -> Iterator[Finding]:
     for span in pose_spans(pose_pass):
         grouped[span.code, span.column].append(span)
     for (code, column), spans in grouped.items():
-        shown_spans = _stretches(pose_pass, spans) if code == "teleport" else spans
-        yield from (_listed(pose_pass, span) for span in shown_spans[:MOST_OF_A_KIND])
-        rest = shown_spans[MOST_OF_A_KIND:]
+        listed_spans = _merged_teleports(pose_pass, spans) if code == "teleport" else spans
+        yield from (_listed(pose_pass, span) for span in listed_spans[:MOST_OF_A_KIND])
+        rest = listed_spans[MOST_OF_A_KIND:]
         if rest:
             count = sum(span.count for span in rest)
             interval = Span.of(pose_pass.stamp_ns, rest[0].first, rest[-1].last)
@@ -177,11 +177,11 @@ def pose_findings(pose_pass: PosePass) -> Iterator[Finding]:
             yield interval.finding(code, message, pose_pass.names[column], count)
 
 
-def _stretches(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
+def _merged_teleports(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
     """The teleports of a body, those that follow each other closely as one: a shaken tracker jumps in every frame."""
     merged: list[PoseSpan] = []
     for teleport in teleports:
-        if merged and pose_pass.stamp_ns[teleport.first] - pose_pass.stamp_ns[merged[-1].last] < STRETCH_NS:
+        if merged and pose_pass.stamp_ns[teleport.first] - pose_pass.stamp_ns[merged[-1].last] < MERGED_WITHIN_NS:
             last = merged.pop()
             teleport = replace(teleport, first=last.first, count=last.count + 1, size=max(last.size, teleport.size))
         merged.append(teleport)
@@ -191,7 +191,7 @@ def _stretches(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseS
 def _listed(pose_pass: PosePass, span: PoseSpan) -> Finding:
     seconds = (int(pose_pass.stamp_ns[span.last]) - int(pose_pass.stamp_ns[span.first])) / 1e9
     samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
-    message = WORDS[span.code].format(
+    message = MESSAGES[span.code].format(
         samples=samples,
         count=span.count,
         seconds=seconds,

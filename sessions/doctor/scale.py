@@ -21,13 +21,13 @@ LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
 """Heights of a head, seated to tall; bending over a bench turns the crown but does not leave them."""
 
 MOST: Final = 0.8  # A share of the session that is no accident
-LEAST_LOOKS: Final = 20
-APART_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
+LEAST_SAMPLES: Final = 20
+LATERAL_GAP_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
 LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
 
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
-_HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
+_HAND_TOKENS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
 FloatArray = NDArray[np.float64]
 Roles = dict[str, int]
 """``head``, ``left`` and ``right`` -> column, those that are there."""
@@ -43,7 +43,7 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
             continue
         if tokens & _HEADS and tokens <= _HEADS | {"vive"}:
             roles.setdefault("head", column)
-        elif tokens <= _HAND_WORDS:
+        elif tokens <= _HAND_TOKENS:
             for side in ("left", "right"):
                 if side in tokens:
                     roles.setdefault(side, column)
@@ -66,7 +66,7 @@ def scale_findings(pose_pass: PosePass, scene: Scene, metadata: Mapping[str, str
 
 def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:
     """The unit that the positions of a body seem to be in, and their median distance; ``None``: metres."""
-    position = _there(pose_pass.position[:, column])
+    position = _finite_rows(pose_pass.position[:, column])
     if len(position) < 2:
         return None
     with np.errstate(over="ignore"):
@@ -74,7 +74,7 @@ def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:
     moving = pose_pass.steps[:, column]
     moving = moving[moving > 0]
     step = float(np.median(np.diff(pose_pass.stamp_ns))) / 1e9
-    speed = float(np.median(moving)) / step if len(moving) >= LEAST_LOOKS and step > 0 else 0.0
+    speed = float(np.median(moving)) / step if len(moving) >= LEAST_SAMPLES and step > 0 else 0.0
     if far <= FAR_M and speed <= FAST_M:
         return None
     return ("millimetres" if far > MILLIMETRES_M or speed > FAST_M else "centimetres"), far
@@ -93,8 +93,8 @@ def _up(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     if "head" not in roles:
         return
     head, name = roles["head"], pose_pass.names[roles["head"]]
-    q, position = (_there(values[:, head]) for values in (pose_pass.quaternion, pose_pass.position))
-    if len(q) >= LEAST_LOOKS:
+    q, position = (_finite_rows(values[:, head]) for values in (pose_pass.quaternion, pose_pass.position))
+    if len(q) >= LEAST_SAMPLES:
         # In a wrong unit every height is impossible: that alone says nothing about the axes.
         position = position * METRES.get((unit_guess(pose_pass, head) or ("metres",))[0], 1.0)
         height = float(np.median(position[:, 1]))
@@ -125,13 +125,13 @@ def _sides(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     right = rotated(pose_pass.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
     lateral_gap = ((pose_pass.position[:, roles["right"]] - pose_pass.position[:, roles["left"]]) * right).sum(axis=1)
     lateral_gap = lateral_gap[np.isfinite(lateral_gap)]
-    clear = lateral_gap[np.abs(lateral_gap) > APART_M]
-    mirrored = float((clear < 0).mean()) if len(clear) >= LEAST_LOOKS else 0.0
+    clear = lateral_gap[np.abs(lateral_gap) > LATERAL_GAP_M]
+    mirrored = float((clear < 0).mean()) if len(clear) >= LEAST_SAMPLES else 0.0
     if mirrored > MOST:
         right_name, left_name = (pose_pass.names[roles[side]] for side in ("right", "left"))
         message = f"{right_name} is on the left of {left_name}, as the head sees it, {100 * mirrored:.0f} % of the time"
         yield Finding("handedness", message)
 
 
-def _there(rows: FloatArray) -> FloatArray:
+def _finite_rows(rows: FloatArray) -> FloatArray:
     return rows[np.isfinite(rows).all(axis=1)]

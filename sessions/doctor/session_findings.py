@@ -6,7 +6,7 @@ import numpy as np
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
-from sessions.doctor.pose_pass import PosePass, look_through
+from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import pose_findings
 from sessions.doctor.scale import scale_findings
 from sessions.doctor.timing import time_findings
@@ -25,7 +25,7 @@ def examine_session(
     ``pose_pass``: the pass over its frames, made here when not given; ``needed``: the bodies whose meshes are
     examined, ``None``: all.
     """
-    pose_pass = pose_pass or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
+    pose_pass = pose_pass or run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     scene, meshes = session.scene, session.meshes
     yield from time_findings(pose_pass)
     yield from pose_findings(pose_pass)

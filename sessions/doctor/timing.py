@@ -39,7 +39,7 @@ def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
 
 COUNTED: Final = (
     ("clock-skew", Mark.SAMPLE_SKEWED, "device stamps are over 0.5 s off their frames"),
-    ("turn-outlier", Mark.TURN_OUTLIER, "of the samples turned away and back in two steps"),
+    ("turn-outlier", Mark.ROTATION_OUTLIER, "of the samples turned away and back in two steps"),
     ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),
 )
 """Marks that are counted in one finding a body: its code and words."""

@@ -23,7 +23,7 @@ ODD_SPEED: Final = 2.5
 SPREADS: Final = 4.0
 """... or so many times the spread of the steps around it, so that a shaken hand is not taken for a broken tracker."""
 
-TURN_BOUND: Final = 50.0
+ROTATION_RATE_BOUND: Final = 50.0
 """Radians per second above which a turn that is undone in the next step is none: 32 degrees in a step at 90 Hz. A wrist
 is flicked at 20 to 40."""
 
@@ -41,13 +41,13 @@ class Mark(IntFlag):
     IDENTITY = 16
     TELEPORT = 32
     LOST = 64
-    SAME_PLACE = 128
+    SAME_POSITION = 128
     SAME_ROTATION = 256
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
     OUT_OF_SPACE = 1 << 14
     NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
-    TURN_OUTLIER = 1 << 16
+    ROTATION_OUTLIER = 1 << 16
 
 
 def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
@@ -82,16 +82,16 @@ class TrackWatch:
 
     def __init__(self, least_step: float) -> None:
         self._least_step = least_step
-        self._held = np.zeros(0, SAMPLE)
+        self._window = np.zeros(0, SAMPLE)
 
     def add(
         self, samples: NDArray[np.void], marks: NDArray[np.uint32], steps: NDArray[np.float32], *, last: bool = False
     ) -> None:
         """Enter marks and step lengths (metres) of all samples whose neighbours are known, (T,) by frame number."""
-        window = np.concatenate([self._held, samples])
-        done = max(0, len(self._held) - AHEAD)
+        window = np.concatenate([self._window, samples])
+        done = max(0, len(self._window) - AHEAD)
         stop = len(window) if last else max(0, len(window) - AHEAD)
-        self._held = window[max(0, stop - KEPT) :]
+        self._window = window[max(0, stop - KEPT) :]
         if stop <= done or len(window) < 2:
             return
         displacement = np.diff(window["position"], axis=0)
@@ -103,9 +103,9 @@ class TrackWatch:
         step_marks = with_marks(
             {
                 Mark.TELEPORT: _no_motion(velocity),
-                Mark.SAME_PLACE: (displacement == 0).all(axis=1),
+                Mark.SAME_POSITION: (displacement == 0).all(axis=1),
                 Mark.SAME_ROTATION: (quaternion[1:] == quaternion[:-1]).all(axis=1),
-                Mark.TURN_OUTLIER: undone_turns(quaternion, step),
+                Mark.ROTATION_OUTLIER: undone_rotations(quaternion, step),
             }
         )
         begin = max(done, 1)
@@ -131,8 +131,10 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     return odd
 
 
-def undone_turns(quaternions: FloatArray, steps: FloatArray) -> NDArray[np.bool_]:
-    """Which steps (n - 1,) of rotations (n, 4), n at least 2, turn faster than `TURN_BOUND` and are undone in the next.
+def undone_rotations(quaternions: FloatArray, steps: FloatArray) -> NDArray[np.bool_]:
+    """Mask (n - 1,) of steps between rotations (n, 4) faster than `ROTATION_RATE_BOUND` and undone in the next step.
+
+    There are at least two rotations.
 
     ``steps``: (n - 1,) seconds. Undone is what the step after takes back by more than half.
     """
@@ -140,7 +142,7 @@ def undone_turns(quaternions: FloatArray, steps: FloatArray) -> NDArray[np.bool_
     angle, both = (
         2.0 * np.arccos(np.minimum(1.0, np.abs(np.einsum("ij,ij->i", unit[lag:], unit[:-lag])))) for lag in (1, 2)
     )
-    fast = angle > TURN_BOUND * steps
+    fast = angle > ROTATION_RATE_BOUND * steps
     return np.append(fast[1:] & fast[:-1] & (both < 0.5 * np.minimum(angle[1:], angle[:-1])), False)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Polyline = NDArray[np.float64]
 
 # A straight stroke needs fewer points than a bent one of its length to look right.
-LINE_SHARE = 0.45
+STRAIGHT_FRACTION = 0.45
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Line:
     @property
     def share(self) -> float:
         """How many points the stroke asks for, relative to others."""
-        return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])) * LINE_SHARE
+        return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])) * STRAIGHT_FRACTION
 
     def sample(self, segments: int) -> Polyline:
         """Return ``segments`` + 1 points."""

@@ -45,7 +45,7 @@ def area_factor(angles: NDArray[np.float64]) -> float:
     return float(np.sqrt(2.0 * np.pi / np.sin(steps).sum()))
 
 
-def turned(polyline: Polyline, angles: NDArray[np.float64], factor: float | None = None) -> list[Ring]:
+def revolved(polyline: Polyline, angles: NDArray[np.float64], factor: float | None = None) -> list[Ring]:
     """Return a ring for each point (r, y) of the polyline; a point with r = 0 becomes a pole."""
     scale = area_factor(angles) if factor is None else factor
     circle = np.column_stack([np.cos(angles), np.zeros(len(angles)), np.sin(angles)])
@@ -55,9 +55,9 @@ def turned(polyline: Polyline, angles: NDArray[np.float64], factor: float | None
     ]
 
 
-def turned_solid(polyline: Polyline, sections: int) -> MeshData:
+def revolved_solid(polyline: Polyline, sections: int) -> MeshData:
     """Return the solid of revolution under a polyline that starts and ends on the axis."""
-    return sewn(turned(polyline, even_angles(sections)))
+    return sewn(revolved(polyline, even_angles(sections)))
 
 
 def _band(a: NDArray[np.int64], b: NDArray[np.int64], falling: bool) -> NDArray[np.int64]:

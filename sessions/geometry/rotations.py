@@ -49,7 +49,7 @@ def quaternion_about(axis: ArrayLike, angle: ArrayLike) -> Array:
     return np.concatenate([np.sin(half) * direction, np.cos(half)], axis=-1)
 
 
-def turned_about(axis: ArrayLike, angle: float) -> tuple[float, float, float, float]:
+def axis_angle_quaternion(axis: ArrayLike, angle: float) -> tuple[float, float, float, float]:
     """`quaternion_about` as four floats."""
     x, y, z, w = quaternion_about(axis, angle).tolist()
     return x, y, z, w

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sessions.geometry.profile import rounded, sampled
-from sessions.geometry.rings import sewn, turned_solid
+from sessions.geometry.rings import revolved_solid, sewn
 from sessions.glassware.instrument import MILLILITRE, Cavity, Instrument, Opening, weighed
 from sessions.glassware.united import across_flats, bent, cylinder, divided, fitted, sections_for, swept
 from sessions.mesh_data import MeshData
@@ -32,7 +32,7 @@ def burette(faces: int) -> Instrument:
         capacity_m3=CAPACITY,
         floor_height=LAST_MARK,
         mark_height=LAST_MARK + CAPACITY / (np.pi * BORE**2),
-        to_brim=turned_solid(column, sections_for(BORE, spacing, LEAST_SECTIONS)),
+        to_brim=revolved_solid(column, sections_for(BORE, spacing, LEAST_SECTIONS)),
         opening=Opening.upwards(BORE, TOP),
     )
     sites = {"stopcock": (0.0, STOPCOCK, 0.0)}
@@ -50,10 +50,10 @@ def _barrel(spacing: float) -> MeshData:
     bore = np.array([*narrow, (BORE, BARREL_FROM + 2e-3), (BORE, TOP + 1e-3), (0.0, TOP + 1e-3)])
     around = sections_for(8e-3, spacing, 8)
     housing = cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), (8.0e-3, 8.0e-3), around)
-    body = united([turned_solid(outline, sections), housing])
+    body = united([revolved_solid(outline, sections), housing])
     key = across_flats(KEY_RADIUS, around)
     hole = cylinder((0.0, STOPCOCK, -20e-3), (0.0, STOPCOCK, 20e-3), (key, key), around)
-    return refined(subtracted(body, [turned_solid(bore, sections), hole]), spacing * 2.0)
+    return refined(subtracted(body, [revolved_solid(bore, sections), hole]), spacing * 2.0)
 
 
 def delivery_tube(faces: int) -> Instrument:
@@ -85,4 +85,4 @@ def gas_jar_cover(faces: int) -> Instrument:
     across = np.linspace(radius - bevel, 0.0, max(2, (bands - 3) // 2 + 1))
     edge = [(radius, bevel), (radius, thickness - bevel)]
     outline = [*((r, 0.0) for r in across[::-1]), *edge, *((r, thickness) for r in across)]
-    return weighed("gas_jar_cover", turned_solid(np.array(outline), sections), "glass plate")
+    return weighed("gas_jar_cover", revolved_solid(np.array(outline), sections), "glass plate")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
+from sessions.geometry.rings import Ring, area_factor, even_angles, revolved, sewn
 from sessions.geometry.solids import box
 from sessions.glassware.instrument import Instrument, metres, rows, weighed
 from sessions.mesh_data import MeshData
@@ -45,7 +45,7 @@ def _solid(solid: dict[str, Any], spacing: float) -> MeshData:
         outline = np.array(metres(solid["ring"]))
         if solid.get("divided"):
             outline = divided(outline, spacing)
-        return sewn(turned(outline[:-1], even_angles(around)), around=True)
+        return sewn(revolved(outline[:-1], even_angles(around)), around=True)
     radius = metres(solid["radius"])
     if "path" in solid:
         pose = _pose(solid)

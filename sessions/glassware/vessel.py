@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.geometry.profile import Polyline, Stroke, offset, sampled
-from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
+from sessions.geometry.rings import Ring, area_factor, even_angles, revolved, sewn
 from sessions.mesh_data import MeshData
 
 # At 12 sides the wall varies by -1.2 % to +2.3 % around the vessel, at 8 by -2.6 % to +5.4 %; the promise is 10 %.
@@ -73,7 +73,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Turned:
+class Revolved:
     """A meshed vessel and what is needed to fill it: the sampled inner profile and its rings.
 
     ``reach``: how far a spout stands out over the rim, metres.
@@ -92,7 +92,7 @@ class Turned:
         return sewn([*below, *self.inner_rings, _pole(rim)])
 
 
-def turned_vessel(shape: Shape, faces: int) -> Turned:
+def revolved_vessel(shape: Shape, faces: int) -> Revolved:
     """Return the vessel of about ``faces`` faces."""
     sections, segments = shape.resolution(faces)
     inner = sampled(shape.strokes, segments)
@@ -115,7 +115,7 @@ def turned_vessel(shape: Shape, faces: int) -> Turned:
         lowest = shape.foot.top + 1e-9 if shape.foot else -np.inf
         kept = [ring for ring, (_, y) in zip(outer_rings, outer, strict=True) if y > lowest]
         mesh = sewn([*inner_rings, *rim, *kept[::-1], *base], falling_from=down)
-    return Turned(mesh, inner, inner_rings, shape.spout.depth if shape.spout else 0.0)
+    return Revolved(mesh, inner, inner_rings, shape.spout.depth if shape.spout else 0.0)
 
 
 def _pole(height: float) -> Ring:
@@ -147,7 +147,7 @@ def _walls(
 ) -> tuple[list[Ring], list[Ring]]:
     """Return the rings of both walls; across a spout the outer wall is the inner one moved along its normals."""
     if shape.spout is None:
-        return turned(inner, angles), turned(outer, angles)
+        return revolved(inner, angles), revolved(outer, angles)
     spout, scale = shape.spout, np.array([area_factor(angles), 1.0, area_factor(angles)])
     radial = np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
     tangential = np.column_stack([-np.sin(angles), np.zeros_like(angles), np.cos(angles)])
@@ -193,7 +193,7 @@ def _half_round(start: Ring, end: Ring, segments: int, outward: NDArray[np.float
 def _foot_rings(foot: Foot, angles: NDArray[np.float64]) -> list[Ring]:
     hexagon = np.cos(np.pi / 6.0) / np.cos(np.mod(angles, np.pi / 3.0) - np.pi / 6.0)
     circle = np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
-    rings = turned(np.array(foot.outline), angles)
+    rings = revolved(np.array(foot.outline), angles)
     return [
         (r * hexagon)[:, None] * circle + np.array([0.0, y, 0.0]) if r > foot.hexagonal_beyond else ring
         for ring, (r, y) in zip(rings, foot.outline, strict=True)

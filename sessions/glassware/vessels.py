@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from sessions.geometry.profile import Stroke, level_holding, rounded, sampled, solved, volume_below
-from sessions.geometry.rings import turned_solid
+from sessions.geometry.rings import revolved_solid
 from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, metres, rows, weighed
-from sessions.glassware.vessel import Foot, Shape, Spout, Turned, turned_vessel
+from sessions.glassware.vessel import Foot, Revolved, Shape, Spout, revolved_vessel
 
 
 def from_row(faces: int, *, name: str) -> Instrument:
@@ -22,7 +22,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
             _strokes(row["outline"]), round(min((faces / 4.0) ** 0.5 * row["points"], faces / 2.0 / fewest))
         )
         sections = max(fewest, round(faces / 2.0 / (len(outline) - 2)))
-        return weighed(name, turned_solid(outline, sections), row["tags"], material, sites=sites)
+        return weighed(name, revolved_solid(outline, sections), row["tags"], material, sites=sites)
     capacity = row["millilitres"] * MILLILITRE
     shape = _shape(row)
     if "mark" in row:
@@ -34,7 +34,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
             return volume_below(inner, metres(row["mark"])) - capacity
 
         shape = _shape(row, solved(missing, *metres(row["bulb_between"])))
-    revolved = turned_vessel(shape, faces)
+    revolved = revolved_vessel(shape, faces)
     if "tip_down" in row:
         return _tip_down(row, name, revolved, capacity)
     radius, height = revolved.inner[-1].tolist()
@@ -48,7 +48,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
     return weighed(name, revolved.mesh, row["tags"], material, cavity=cavity, sites=sites)
 
 
-def _tip_down(row: dict[str, Any], name: str, revolved: Turned, capacity: float) -> Instrument:
+def _tip_down(row: dict[str, Any], name: str, revolved: Revolved, capacity: float) -> Instrument:
     """The vessel upside down: its rim is the tip, and liquid stands over it."""
     height = metres(row["tip_down"])
     over = np.diag([1.0, -1.0, 1.0, 1.0])

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from sessions.importers.csv_draft import unit_in_name, words_of
+from sessions.importers.csv_draft import name_tokens_of, unit_in_name
 from sessions.importers.csv_head import WORDS
 from sessions.importers.csv_mapping import CLOCK_NS, CsvMapping, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
@@ -23,7 +23,7 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
 
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
-TIME_WORDS: Final = frozenset(WORDS["time"])
+TIME_TOKENS: Final = frozenset(WORDS["time"])
 
 
 def source_frame(table: CsvTable, plan: CsvMapping, axes: Convention, *, is_named: bool) -> SourceFrame:
@@ -60,7 +60,7 @@ def _length_unit(table: CsvTable, plan: CsvMapping, axes: Convention) -> tuple[s
 def _clock_origin(plan: CsvMapping) -> Origin:
     if plan.kind:
         return Origin.FORMAT
-    is_named = not plan.layout.columns and any(word.lower() in TIME_WORDS for word in words_of(plan.time))
+    is_named = not plan.layout.columns and any(word.lower() in TIME_TOKENS for word in name_tokens_of(plan.time))
     return _origin(plan, Guessable.COLUMNS if plan.layout.columns else None, is_stated=is_named)
 
 
@@ -115,7 +115,7 @@ def _rotation(table: CsvTable, plan: CsvMapping, columns: PoseColumns, axes: Con
                 subject=Subject.QUATERNION_ORDER,
                 value=order,
                 origin=Origin.FORMAT if plan.kind else _quaternion_origin(plan, columns, order),
-                description=", ".join(columns.turn),
+                description=", ".join(columns.rotation),
             )
         ]
     rows = [_angle_unit(table, plan, columns)]
@@ -126,7 +126,7 @@ def _rotation(table: CsvTable, plan: CsvMapping, columns: PoseColumns, axes: Con
 
 def _quaternion_origin(plan: CsvMapping, columns: PoseColumns, order: str) -> Origin:
     """A heading whose last word ends with the axis names it."""
-    ends = [words_of(column)[-1:] for column in columns.turn]
+    ends = [name_tokens_of(column)[-1:] for column in columns.rotation]
     is_stated = not plan.layout.columns and all(
         bool(end) and end[0].lower().endswith(axis) for end, axis in zip(ends, order, strict=True)
     )
@@ -136,7 +136,7 @@ def _quaternion_origin(plan: CsvMapping, columns: PoseColumns, order: str) -> Or
 
 def _is_unnamed(columns: PoseColumns) -> bool:
     """Whether names such as q1 to q4 leave the order of a quaternion to the user."""
-    return all(column[-1:].isdigit() for column in columns.turn)
+    return all(column[-1:].isdigit() for column in columns.rotation)
 
 
 def _euler_order(plan: CsvMapping, columns: PoseColumns, axes: Convention) -> Assumption:
@@ -148,13 +148,13 @@ def _euler_order(plan: CsvMapping, columns: PoseColumns, axes: Convention) -> As
 def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assumption:
     """The unit of angles; where nobody says it, angles of one turn of radians at most leave it open."""
     unit = "deg" if columns.degrees else "rad"
-    is_stated = _state_unit(table, plan, columns.turn, unit)
+    is_stated = _state_unit(table, plan, columns.rotation, unit)
     origin = _origin(plan, Guessable.ANGLE_UNIT, is_stated=is_stated)
     if not columns.is_angle_unit_stated and not is_stated:
         origin = Origin.GUESS
     if origin is not Origin.GUESS:
         return Assumption(Subject.ANGLE_UNIT, unit, origin)
-    angles = np.abs(table.numbers(columns.turn))
+    angles = np.abs(table.numbers(columns.rotation))
     largest = float(np.nanmax(angles, initial=0.0))
     is_open = 0.0 < largest <= 2.0 * math.pi
     return Assumption(

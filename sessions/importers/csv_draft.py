@@ -22,20 +22,20 @@ from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, 
 from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
 
-PLACE, TURN, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
+POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
 UNORDERED: Final = "quaternion"
 """The kind of four columns whose order their names do not tell."""
 SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
-KIND_OF: Final = {word: kind for kind in (PLACE, TURN, ANGLES) for word in WORDS[kind]}
+KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in WORDS[kind]}
 OTHER, NOISE, TIME, NAMES, VALID = (frozenset(WORDS[kind]) for kind in ("other", "noise", "time", "name", "valid"))
-TURNS, UNITS = WORDS["turns"], WORDS["units"]
+ANGLE_NAMES, UNITS = WORDS["turns"], WORDS["units"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
 TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
 """.NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
-QUATERNION: Final = frozenset(WORDS[TURN])
+QUATERNION: Final = frozenset(WORDS[XYZW])
 NEARLY_AT_REST: Final = 0.9
 """The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
 
@@ -72,7 +72,7 @@ def _guessed_line(gaps: _Gaps) -> Iterator[str]:
 
 def _named(head: CsvHead, names: frozenset[str]) -> list[str]:
     """The columns in whose names one of these words is."""
-    return [name for name in head.columns if not names.isdisjoint(word.lower() for word in _words(name)[0])]
+    return [name for name in head.columns if not names.isdisjoint(word.lower() for word in _tokens(name)[0])]
 
 
 @dataclass
@@ -81,25 +81,25 @@ class _Body:
 
     columns: dict[tuple[str, str], str] = field(default_factory=dict)
 
-    def held(self, kind: str, axes: str) -> list[str]:
+    def columns_of(self, kind: str, axes: str) -> list[str]:
         """The columns of all these axes, or none."""
         columns = [self.columns.get((kind, axis), "") for axis in axes]
         return columns if all(columns) else []
 
     @property
-    def place(self) -> list[str]:
-        return self.held(PLACE, "xyz")
+    def position(self) -> list[str]:
+        return self.columns_of(POSITION, "xyz")
 
     @property
-    def turn(self) -> tuple[str, list[str]]:
+    def rotation(self) -> tuple[str, list[str]]:
         """What the rotation is, and its columns; three numbers called a rotation are angles."""
-        for kind, axes in ((TURN, "xyzw"), (MATRIX, NINE)):
-            if columns := self.held(kind, axes):
+        for kind, axes in ((XYZW, "xyzw"), (MATRIX, NINE)):
+            if columns := self.columns_of(kind, axes):
                 return kind, columns
         unordered = sorted(axis for kind, axis in self.columns if kind == UNORDERED)
         if len(unordered) == len("xyzw"):
             return UNORDERED, [self.columns[UNORDERED, axis] for axis in unordered]
-        return ANGLES, self.held(ANGLES, "xyz") or self.held(TURN, "xyz")
+        return ANGLES, self.columns_of(ANGLES, "xyz") or self.columns_of(XYZW, "xyz")
 
 
 def _keys(layout: CsvLayout) -> dict[str, object]:
@@ -118,18 +118,18 @@ def _keys(layout: CsvLayout) -> dict[str, object]:
 
 def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
     if {*ROW_MAJOR} <= {*columns}:
-        cells = {(PLACE, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
+        cells = {(POSITION, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
         matrix = [name for name in ROW_MAJOR if name[2] != "3"]
         return {"": _Body({**cells, **{(MATRIX, at): name for at, name in zip(NINE, matrix, strict=True)}})}
     bodies: dict[str, _Body] = {}
     for column in columns:
-        tokens, _ = _words(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
+        tokens, _ = _tokens(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
         if not tokens:
             continue
         *before, last = tokens
-        kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), PLACE)
+        kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), POSITION)
         match = AXIS.fullmatch(last.lower())
-        axis = TURNS.get(last.lower(), "")
+        axis = ANGLE_NAMES.get(last.lower(), "")
         if axis:
             kind = ANGLES
         elif last.isdigit() and before and before[-1].lower() in QUATERNION:
@@ -151,7 +151,7 @@ def _name(column: str, tokens: Sequence[str]) -> str:
     return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() else "_".join(own)
 
 
-def _words(column: str) -> tuple[list[str], str]:
+def _tokens(column: str) -> tuple[list[str], str]:
     """The words of a name, and the unit that it states."""
     stated = re.search(r"[\[(]\s*([A-Za-z]+)\s*[\])]", column)
     tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
@@ -161,14 +161,14 @@ def _words(column: str) -> tuple[list[str], str]:
     return tokens, unit
 
 
-def words_of(column: str) -> list[str]:
+def name_tokens_of(column: str) -> list[str]:
     """Returns the words of a column's name."""
-    return _words(column)[0]
+    return _tokens(column)[0]
 
 
 def unit_in_name(column: str) -> str:
     """Returns the unit that a column's name states, as a mapping writes it, or ``""``."""
-    return _words(column)[1]
+    return _tokens(column)[1]
 
 
 def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
@@ -180,9 +180,9 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
         gaps.guessed.append(Guessable.COLUMNS)
     gaps.unknown.append("the axes (convention)")
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
-    yield _units(head, [column for body in bodies.values() for column in body.place], gaps)
+    yield _units(head, [column for body in bodies.values() for column in body.position], gaps)
     yield from ("", "[time]", *_clock(head, clock, gaps))
-    posed = {name: body for name, body in bodies.items() if body.place and body.turn[1]}
+    posed = {name: body for name, body in bodies.items() if body.position and body.rotation[1]}
     names = [name for name in _named(head, NAMES) if not head.numbers(name)]
     lost = ""
     if "" in posed and clock.column:
@@ -202,7 +202,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             if is_long
             else [f"[bodies.{json.dumps(name or head.source.stem)}]"]
         )
-        lines = [*title, f"position = {json.dumps(body.place)}", *_rotation(head, body, gaps)]
+        lines = [*title, f"position = {json.dumps(body.position)}", *_rotation(head, body, gaps)]
         lines += [f"valid = {json.dumps(column)}" for column in valid[:1]]
         yield from ("", *([f"# {line}" for line in lines] if lost and not name else lines))
     if not posed:
@@ -210,13 +210,13 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
         yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
         yield '# quaternion_xyzw = ["...", "...", "...", "..."]'
     for name, body in bodies.items():
-        if name not in posed and body.place:
-            yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
+        if name not in posed and body.position:
+            yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.position)}"
 
 
 def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     """The unit of lengths."""
-    unit = next((unit for column in columns if (unit := _words(column)[1] or head.unit(column)) in LENGTHS), "")
+    unit = next((unit for column in columns if (unit := _tokens(column)[1] or head.unit(column)) in LENGTHS), "")
     if unit:
         return f'units = "{unit}"'
     gaps.unknown.append("the unit of lengths (m unless you say otherwise)")
@@ -227,25 +227,25 @@ def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
 
 def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
     """The rotation of a body."""
-    kind, rotation = body.turn
+    kind, rotation = body.rotation
     if kind == UNORDERED:
-        gaps.unknown.append(f"the order of the quaternion ({TURN} or {SCALAR_FIRST})")
+        gaps.unknown.append(f"the order of the quaternion ({XYZW} or {SCALAR_FIRST})")
         yield f"# In which order? The file does not tell{_likely_order(head, rotation)}. Take one of the two:"
-        yield f"# {TURN} = {json.dumps(rotation)}   # x, y, z, w"
+        yield f"# {XYZW} = {json.dumps(rotation)}   # x, y, z, w"
         yield f"# {SCALAR_FIRST} = {json.dumps(rotation)}   # w, x, y, z"
         return
     if kind != ANGLES:
         yield f"{kind} = {json.dumps(rotation)}"
         return
     # By their axes or roles, whatever order a person writes below; which axis a role is depends on the convention.
-    roles = [words_of(column)[-1].lower() for column in rotation]
+    roles = [name_tokens_of(column)[-1].lower() for column in rotation]
     names = roles if {*roles} == {*ROLES} else "xyz"
     angles = ", ".join(f"{name} = {json.dumps(column)}" for name, column in zip(names, rotation, strict=True))
     yield f"{kind} = {{{angles}}}"
     gaps.unknown.append("the order of the angles (order)")
     yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
     yield '# angle_unit = "deg"   # deg or rad'
-    if rotation == body.held(TURN, "xyz"):
+    if rotation == body.columns_of(XYZW, "xyz"):
         yield f"# rotation_vector = {json.dumps(rotation)}   # in place of euler and order, if it is axis times angle"
 
 
@@ -274,7 +274,7 @@ def _clock_of(head: CsvHead) -> _Clock:
     form = next(map(text_format, head.cells(column)), None)
     if form is not None:
         return _Clock(column, TEXT, form)
-    values, unit = head.numbers(column), _words(column)[1] or head.unit(column)
+    values, unit = head.numbers(column), _tokens(column)[1] or head.unit(column)
     steps = [step for step in np.diff(values) if step > 0]
     if steps and unit not in CLOCK_NS:
         step = float(np.median(steps))
@@ -299,7 +299,7 @@ def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
         return
     if not clock.unit:
         gaps.unknown.append("the unit of time")
-    elif clock.unit not in (_words(clock.column)[1], head.unit(clock.column)):
+    elif clock.unit not in (_tokens(clock.column)[1], head.unit(clock.column)):
         gaps.guessed.append(Guessable.TIME_UNIT)
     yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
     values = head.numbers(clock.column)
@@ -318,7 +318,7 @@ def _names_of_bodies(
             stamps = order_of(table.numbers((clock.column,))[:, 0])
     except ImportFileError:  # the import by the mapping says what is wrong with the clock
         return names, ""
-    groups = table.words(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
+    groups = table.rows_by_text(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
     lost = rows_lost(stamps, groups)
     if is_large(lost, len(table)):
         used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]

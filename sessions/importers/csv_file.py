@@ -93,7 +93,7 @@ class _CsvLog:
 
     def __init__(self, table: CsvTable, plan: CsvMapping, ledger: Ledger) -> None:
         self._table, self._plan, self._ledger = table, plan, ledger
-        self._kinds = table.words(plan.kind) if plan.kind else {"pose": np.ones(len(table), dtype=np.bool_)}
+        self._kinds = table.rows_by_text(plan.kind) if plan.kind else {"pose": np.ones(len(table), dtype=np.bool_)}
 
     def session(self, frame: SourceFrame) -> Session:
         """Everything that the rows hold."""
@@ -145,7 +145,7 @@ class _CsvLog:
     def _named(self, kind: str, column: str) -> Iterator[tuple[str, Rows]]:
         """The names in a column of the rows of a kind, each with its rows."""
         if kind in self._kinds:
-            yield from self._table.words(column, self._kinds[kind]).items()
+            yield from self._table.rows_by_text(column, self._kinds[kind]).items()
 
     def _bodies(self) -> Iterator[tuple[str, PoseColumns, Rows]]:
         """Each body with its columns and its rows."""

@@ -35,7 +35,7 @@ def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> 
     for column in candidates:
         if not 2 <= table.count_different(column) <= min(MOST_VALUES, len(table) // LEAST_ROWS):
             continue
-        if not is_large(rows_lost(stamps, table.words(column).values()), len(table)):
+        if not is_large(rows_lost(stamps, table.rows_by_text(column).values()), len(table)):
             return column
     return ""
 

@@ -39,7 +39,7 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 
 ROLES: Final = ("pitch", "yaw", "roll")
 """Names of Euler angles by the directions of the body: about the axis to its right, up, and forward."""
-TURNS: Final[Mapping[str, int]] = {
+ROTATION_KINDS: Final[Mapping[str, int]] = {
     "quaternion_xyzw": 4, "quaternion_wxyz": 4, "euler": 3, "rotation_vector": 3, "matrix": 9,
 }  # fmt: skip
 """What a rotation may be, and how many columns hold it."""
@@ -61,13 +61,13 @@ class Guessable(StrEnum):
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Where a pose stands: three columns of position, and a rotation of one of the kinds of ``TURNS``.
+    """Where a pose stands: three columns of position, and a rotation of one of the kinds of ``ROTATION_KINDS``.
 
     A rotation vector is the axis times the angle; ``degrees`` is for it and for Euler angles. A matrix is row by row.
     """
 
     position: tuple[str, ...]
-    turn: tuple[str, ...]
+    rotation: tuple[str, ...]
     kind: str = "quaternion_xyzw"
     order: str = ""
     degrees: bool = True
@@ -83,7 +83,7 @@ class PoseColumns:
     @property
     def numbers(self) -> tuple[str, ...]:
         """The columns that hold numbers."""
-        return self.position + self.turn
+        return self.position + self.rotation
 
     def in_order_of(self, convention: Convention, where: str) -> "PoseColumns":
         """Returns the columns with the Euler order and the signs that a convention fixes.
@@ -105,11 +105,11 @@ class PoseColumns:
             )
         order = self.order or fixed
         axes = role_axes(convention) if self.are_roles else self.order.lower() or "xyz"
-        by_axis = dict(zip(axes, self.turn, strict=True)) if len({*order.lower()}) == 3 else {}
-        rotation = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.turn
+        by_axis = dict(zip(axes, self.rotation, strict=True)) if len({*order.lower()}) == 3 else {}
+        rotation = tuple(by_axis[axis] for axis in order.lower()) if by_axis else self.rotation
         signs = tuple(convention.euler_signs["xyz".index(axis)] for axis in order.lower())
         return replace(
-            self, turn=rotation, order=order, signs=(signs[0], signs[1], signs[2]), is_order_stated=bool(self.order)
+            self, rotation=rotation, order=order, signs=(signs[0], signs[1], signs[2]), is_order_stated=bool(self.order)
         )
 
     def quaternions(self, rotations: Numbers) -> Numbers:
@@ -304,7 +304,7 @@ def _letter(table: TomlTable, key: str, default: str) -> str:
 
 def pose_columns(table: TomlTable) -> PoseColumns:
     """Where a pose stands, from a table of a mapping; nothing else may be in it."""
-    kinds = [kind for kind in TURNS if kind in table]
+    kinds = [kind for kind in ROTATION_KINDS if kind in table]
     if len(kinds) != 1:
         table.refuse(
             "give quaternion_xyzw or quaternion_wxyz = [4 columns], euler = {x = column, y = column, z = column} or "
@@ -322,12 +322,12 @@ def pose_columns(table: TomlTable) -> PoseColumns:
         axes.done()
         degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     elif kind:
-        rotation = table.texts(kind, TURNS[kind])
+        rotation = table.texts(kind, ROTATION_KINDS[kind])
     if kind == "rotation_vector":
         degrees = table.text("angle_unit", None, ("deg", "rad")) == "deg"
     columns = PoseColumns(
         position=table.texts("position", 3),
-        turn=rotation,
+        rotation=rotation,
         kind=kind,
         order=order,
         degrees=degrees,

@@ -49,7 +49,7 @@ MOST_TITLES: Final = 8  # Titles of tables that an error names
 RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
-TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
+TRUE_TEXTS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
 SPACES: Final = re.compile(rb"[ \t]+")
 ENDS_OF_LINES: Final = re.compile(rb"^ | (?=\r?$)", re.MULTILINE)
@@ -287,7 +287,7 @@ class CsvTable:
         texts: list[str] = self._cells(column, rows).to_pylist()
         return texts
 
-    def words(self, column: str, rows: Rows | None = None) -> dict[str, Rows]:
+    def rows_by_text(self, column: str, rows: Rows | None = None) -> dict[str, Rows]:
         """The different texts of a column, in the order they come in, and the rows of each, (n,)."""
         cells = self._cells(column)
         rows_of = {}
@@ -398,7 +398,7 @@ class CsvTable:
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
         """Whether each cell says yes, (n,)."""
-        flags: Rows = pc.is_in(self._cells(column, rows), pa.array(TRUE_WORDS)).to_numpy().astype(np.bool_)
+        flags: Rows = pc.is_in(self._cells(column, rows), pa.array(TRUE_TEXTS)).to_numpy().astype(np.bool_)
         return flags
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:

@@ -126,14 +126,14 @@ def _check_poses(session: Session, source: Path) -> None:
         raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
 
 
-def name_words(name: str) -> list[str]:
+def name_tokens(name: str) -> list[str]:
     """The words of a name in small letters: ``LeftHand_2`` is ``left`` and ``hand``."""
     return [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
 
 
 def proxy_for(name: str) -> str:
     """The instrument that can stand in for a body of this name, or ``""``."""
-    tokens = name_words(name)
+    tokens = name_tokens(name)
     if len(tokens) == 1 and tokens[0] in SIDES:
         return "proxy_wand"
     return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, tokens))), "")
@@ -141,7 +141,7 @@ def proxy_for(name: str) -> str:
 
 def side_of(name: str) -> str:
     """``left`` or ``right`` where a word of the name begins with it, else the name itself."""
-    tokens = name_words(name)
+    tokens = name_tokens(name)
     return next((side for side in SIDES if any(word.startswith(side) for word in tokens)), name)
 
 

@@ -28,8 +28,8 @@ from sessions.model.event import Interval
 from sessions.model.session import Session
 
 TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
-PLACE: Final = ("pos_x", "pos_y", "pos_z")
-POSE: Final = PoseColumns(PLACE, ("rot_z", "rot_x", "rot_y"), "euler", "zxy")
+POSITION: Final = ("pos_x", "pos_y", "pos_z")
+POSE: Final = PoseColumns(POSITION, ("rot_z", "rot_x", "rot_y"), "euler", "zxy")
 TIME: Final = "time"
 TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
@@ -59,7 +59,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         table = CsvTable(path, ledger, read_head(path, (TIME,)).layout, body=path.name)
         ledger.book("rows", path.name, read=len(table), kept=len(table))
         stamps = table.stamps(TIME, "s")
-        if PLACE[0] in table.columns:
+        if POSITION[0] in table.columns:
             poses.setdefault(body, []).append(table.poses(POSE, stamps))
         for column in table.columns:
             if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
@@ -88,9 +88,9 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
     names = [path.name for path in (*folder.rglob(TRIALS), *(path for _, path in trackers))]
     if len({*names}) < len(names):
         raise ImportFileError(f"{folder}: several sessions are in it; name the folder of one")
-    if not any(_begins_with(path, PLACE[0]) for _, path in trackers):
+    if not any(_begins_with(path, POSITION[0]) for _, path in trackers):
         raise ImportFileError(
-            f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
+            f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(POSITION)}; "
             "name the session's folder, for example experiment/participant/S001"
         )
     for match, path in sorted(trackers, key=lambda tracker: (int(tracker[0]["trial"]), str(tracker[1]))):

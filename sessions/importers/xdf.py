@@ -35,18 +35,18 @@ MAGIC: Final = b"XDF:"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
 SAMPLES, HEAD_BYTES = b"\x03\x00", 6
 """The tag of a chunk of samples; behind it and the number of the stream a byte says how wide their count is."""
-PARTS_JOINED: Final = "that go on with a stream of the same name"
+STREAMS_JOINED: Final = "that go on with a stream of the same name"
 ASSUMED: Final = "openxr"
 UNITY_AXES: Final = "unity"
 UNITY: Final = "unity."
 """How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
 UNITY_KINDS: Final = ("position in world space", "quaternion component")
 """Types of channels that LSL4Unity alone sends."""
-PLACES: Final = ("position", "pos", "position ", "position in world space ")
-TURNS: Final = ("orientation", "rot", "orientation ", "quaternion ", "quaternion component ")
+POSITIONS: Final = ("position", "pos", "position ", "position in world space ")
+ROTATIONS: Final = ("orientation", "rot", "orientation ", "quaternion ", "quaternion component ")
 ROLES: Final = {
-    **{f"{word}{axis}": role for word in PLACES for role, axis in enumerate("xyz")},
-    **{f"{word}{axis}": role for word in TURNS for role, axis in enumerate("xyzw", start=3)},
+    **{f"{word}{axis}": role for word in POSITIONS for role, axis in enumerate("xyz")},
+    **{f"{word}{axis}": role for word in ROTATIONS for role, axis in enumerate("xyzw", start=3)},
     **{f"orientation{letter}": role for role, letter in enumerate("bcda", start=3)},
     "confidence": 7,
 }
@@ -314,7 +314,7 @@ def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list
         else:
             joined.append(_LslStream(source, _concatenated([stream.data for stream in group])))
             notes.append(f"stream {group[0].name!r}: {len(group)} parts of {samples:,} samples joined")
-        merged = {PARTS_JOINED: len(group) - 1} if disjoint else {}
+        merged = {STREAMS_JOINED: len(group) - 1} if disjoint else {}
         ledger.book("streams", read=len(group), kept=len(group) - sum(merged.values()), merged=merged)
     return joined
 

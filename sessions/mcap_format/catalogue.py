@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, MessageIndex, Metadata, Schema, Statistics
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.container import HEAD, MAGIC, Place, bytes_at, parsed, places
+from sessions.mcap_format.container import HEAD, MAGIC, RecordSpan, bytes_at, parsed, record_spans
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, channel_spec
 
@@ -61,7 +61,7 @@ class ChannelInfo(NamedTuple):
 class Region:
     """A stretch of the file that holds message records: a chunk, or a run of records outside chunks."""
 
-    place: Place
+    span: RecordSpan
     """Of the chunk's record, or from the first record of the run to the end of the last."""
     size: int
     """Bytes of its messages, unpacked."""
@@ -78,7 +78,7 @@ class Region:
     @property
     def is_chunk(self) -> bool:
         """Whether it is a chunk."""
-        return self.place.opcode == Opcode.CHUNK
+        return self.span.opcode == Opcode.CHUNK
 
 
 class Fault(NamedTuple):
@@ -106,12 +106,12 @@ class Catalogue:
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, ChannelInfo] = field(default_factory=dict)
-    attachments: dict[str, Place] = field(default_factory=dict)
+    attachments: dict[str, RecordSpan] = field(default_factory=dict)
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
-    data_end: Place | None = None
+    data_end: RecordSpan | None = None
     """The record that ends the data; a file without one was never closed."""
     run: Region | None = None
     """The messages outside chunks that the next one joins."""
@@ -196,34 +196,34 @@ class Catalogue:
             self.unpacked += region.size
             self.messages += messages
 
-    def enter(self, stream: BinaryIO, place: Place) -> None:
+    def enter(self, stream: BinaryIO, span: RecordSpan) -> None:
         """Take in a record, behind whose head the stream stands."""
-        is_message, length = place.opcode == Opcode.MESSAGE, place.end - place.start
+        is_message, length = span.opcode == Opcode.MESSAGE, span.end - span.start
         if not is_message:
             self.run = None
-        if self._is_beyond(place, length, CHUNK_LIMIT_BYTES if is_message else RECORD_LIMIT_BYTES):
+        if self._is_beyond(span, length, CHUNK_LIMIT_BYTES if is_message else RECORD_LIMIT_BYTES):
             return
         if is_message:
-            self._message(place, int.from_bytes(stream.read(2), "little"))
-        elif place.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            self.declare(bytes_at(stream, place))
-        elif place.opcode == Opcode.DATA_END:
-            self.data_end = place
-        elif place.opcode in ENTERED:
-            content = bytes_at(stream, place)
-            self._record(place, parsed(content), content)
+            self._message(span, int.from_bytes(stream.read(2), "little"))
+        elif span.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self.declare(bytes_at(stream, span))
+        elif span.opcode == Opcode.DATA_END:
+            self.data_end = span
+        elif span.opcode in ENTERED:
+            content = bytes_at(stream, span)
+            self._record(span, parsed(content), content)
 
-    def _record(self, place: Place, record: McapRecord | None, content: bytes) -> None:
+    def _record(self, span: RecordSpan, record: McapRecord | None, content: bytes) -> None:
         if isinstance(record, Header):
             self.profile = record.profile
         elif isinstance(record, Metadata):
             self.metadata.append((record.name, record.metadata))
         elif isinstance(record, Attachment):
-            self.attachments[record.name] = place
+            self.attachments[record.name] = span
         elif isinstance(record, Chunk):
-            if not self._is_beyond(place, record.uncompressed_size, CHUNK_LIMIT_BYTES):
+            if not self._is_beyond(span, record.uncompressed_size, CHUNK_LIMIT_BYTES):
                 times = record.message_start_time, record.message_end_time
-                self.regions.append(Region(place, record.uncompressed_size, None, *times))
+                self.regions.append(Region(span, record.uncompressed_size, None, *times))
         elif isinstance(record, MessageIndex) and self.regions:
             region = self.regions[-1]
             region.indexed = (region.indexed or 0) + len(record.records)
@@ -233,30 +233,30 @@ class Catalogue:
                 self.listed[record.channel_id] += len(record.records)
         elif isinstance(record, Statistics):
             self.counted = record.channel_message_counts
-        elif place.opcode == Opcode.ATTACHMENT:
+        elif span.opcode == Opcode.ATTACHMENT:
             name = attachment_name(content)
-            what = f"the attachment {name!r} is damaged" if name else f"the attachment at byte {place.start} is damaged"
-            self.refuse(place.opcode, place.start, "damaged-attachment", what, name)
-        elif place.opcode not in (Opcode.MESSAGE_INDEX, Opcode.STATISTICS):
-            what = f"the {Opcode(place.opcode).name.lower()} at byte {place.start} is damaged"
-            self.refuse(place.opcode, place.start, "unreadable", what)
+            what = f"the attachment {name!r} is damaged" if name else f"the attachment at byte {span.start} is damaged"
+            self.refuse(span.opcode, span.start, "damaged-attachment", what, name)
+        elif span.opcode not in (Opcode.MESSAGE_INDEX, Opcode.STATISTICS):
+            what = f"the {Opcode(span.opcode).name.lower()} at byte {span.start} is damaged"
+            self.refuse(span.opcode, span.start, "unreadable", what)
 
-    def _message(self, place: Place, channel: int) -> None:
+    def _message(self, span: RecordSpan, channel: int) -> None:
         """Join records outside chunks into runs that are read at once."""
         if self.run is None or self.run.size > RUN_BYTES:
-            self.run = Region(place, 0, set())
+            self.run = Region(span, 0, set())
             self.regions.append(self.run)
-        self.run.place = self.run.place._replace(end=place.end)
-        self.run.size = place.end - self.run.place.start
+        self.run.span = self.run.span._replace(end=span.end)
+        self.run.size = span.end - self.run.span.start
         if self.run.channels is not None:
             self.run.channels.add(channel)
         self.listed[channel] += 1
 
-    def _is_beyond(self, place: Place, size: int, limit: int) -> bool:
+    def _is_beyond(self, span: RecordSpan, size: int, limit: int) -> bool:
         if size > limit:
-            kind = Opcode(place.opcode).name.lower() if place.opcode in set(Opcode) else "unknown"
+            kind = Opcode(span.opcode).name.lower() if span.opcode in set(Opcode) else "unknown"
             what = f"a {kind} record declares {size} bytes, more than the {limit} allowed"
-            self.refuse(place.opcode, place.start, "unreadable", what)
+            self.refuse(span.opcode, span.start, "unreadable", what)
         return size > limit
 
 
@@ -285,8 +285,8 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
         if not catalogue.size:
             raise refused(path, "not-mcap", "it is empty", "record it or copy it again")
         raise refused(path, "not-mcap", "it is not an MCAP file")
-    record = Place(0, 0, len(MAGIC))
-    for record in places(stream):
+    record = RecordSpan(0, 0, len(MAGIC))
+    for record in record_spans(stream):
         catalogue.enter(stream, record)
     stream.seek(record.end)
     if record.opcode != Opcode.FOOTER:

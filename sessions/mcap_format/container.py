@@ -32,15 +32,15 @@ MessageRecord = tuple[int, int, int, int, bytes]
 """Channel, sequence, log and publish time in nanoseconds, payload."""
 
 
-class Place(NamedTuple):
-    """Where a record stands in a file: its opcode, its first byte, and the byte after its last."""
+class RecordSpan(NamedTuple):
+    """The extent of a record in a file: its opcode, its first byte, and the byte after its last."""
 
     opcode: int
     start: int
     end: int
 
 
-def places(stream: BinaryIO) -> Iterator[Place]:
+def record_spans(stream: BinaryIO) -> Iterator[RecordSpan]:
     """Every whole record up to the footer, or to the first one that reaches beyond the end of the file.
 
     While one is given the stream stands behind its head.
@@ -49,19 +49,19 @@ def places(stream: BinaryIO) -> Iterator[Place]:
     while at + HEAD.size <= size:
         stream.seek(at)
         opcode, length = HEAD.unpack(stream.read(HEAD.size))
-        place = Place(opcode, at, at + HEAD.size + length)
-        if place.end > size:
+        span = RecordSpan(opcode, at, at + HEAD.size + length)
+        if span.end > size:
             return
-        yield place
+        yield span
         if opcode == Opcode.FOOTER:
             return
-        at = place.end
+        at = span.end
 
 
-def bytes_at(stream: BinaryIO, place: Place) -> bytes:
-    """The bytes of a place."""
-    stream.seek(place.start)
-    return stream.read(place.end - place.start)
+def bytes_at(stream: BinaryIO, span: RecordSpan) -> bytes:
+    """The bytes of a record."""
+    stream.seek(span.start)
+    return stream.read(span.end - span.start)
 
 
 def parsed(content: bytes) -> McapRecord | None:

@@ -28,7 +28,7 @@ DOUBLE_BYTES = 9
 """A double and the tag before it."""
 
 
-class Places(NamedTuple):
+class ByteOffsets(NamedTuple):
     """Where the numbers of a body begin in a message."""
 
     seconds: int
@@ -42,7 +42,7 @@ class FrameLayout:
     """A ``foxglove.FrameTransforms`` of some bodies: its bytes, with zeros where numbers go, and where they go."""
 
     template: Bytes
-    bodies: tuple[Places, ...]
+    bodies: tuple[ByteOffsets, ...]
     seconds_width: int
 
     def table(self, seconds: Ints, nanos: Ints, position: Doubles, quaternion: Doubles) -> Bytes:
@@ -101,7 +101,7 @@ def frame_layout(names: tuple[str, ...], seconds_width: int) -> FrameLayout:
         quaternion = position + len(translation)
         doubles = [position + DOUBLE_BYTES * axis for axis in range(3)]
         doubles += [quaternion + DOUBLE_BYTES * axis for axis in range(4)]
-        bodies.append(Places(start + 3, start + 4 + seconds_width, tuple(doubles)))
+        bodies.append(ByteOffsets(start + 3, start + 4 + seconds_width, tuple(doubles)))
     return FrameLayout(np.frombuffer(bytes(template), dtype=np.uint8), tuple(bodies), seconds_width)
 
 

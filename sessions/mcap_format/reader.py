@@ -79,21 +79,21 @@ def session_of(file: McapFile, names: tuple[str, ...], scene: Scene | None = Non
         McapFrames(file, names),
         {name: mesh for name, mesh in meshes.items() if mesh is not None},
         file.attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
-        events=file.attempt(partial(part, file, schemas.EVENTS), ()),
-        intervals=file.attempt(partial(part, file, schemas.INTERVALS), ()),
+        events=file.attempt(partial(topic_content, file, schemas.EVENTS), ()),
+        intervals=file.attempt(partial(topic_content, file, schemas.INTERVALS), ()),
         facts=facts,
         origin=str(file.path),
-        live_contacts=file.attempt(partial(part, file, schemas.LIVE_CONTACTS), ()),
+        live_contacts=file.attempt(partial(topic_content, file, schemas.LIVE_CONTACTS), ()),
         colliders=file.attempt(partial(attached_colliders, file), {}),
         **streams,
     )
 
 
 def _stream(file: McapFile, prefix: str, key: str) -> Any:
-    return file.attempt(partial(part, file, prefix + key), None)
+    return file.attempt(partial(topic_content, file, prefix + key), None)
 
 
-def load_parts(session: Session) -> None:
+def load_streams(session: Session) -> None:
     """Load everything of a session but its frames."""
     for name in schemas.STREAMS.values():
         dict(getattr(session, name))
@@ -186,33 +186,37 @@ def _samples(prefix: str, messages: Messages, _last_ns: int) -> Any:
     return annotations.read_stream(prefix, (payload for _, payload in messages))
 
 
-_PARTS: dict[str, Callable[[Messages, int], Any]] = {
-    schemas.EVENTS: lambda found, _: tuple(annotations.read_event(payload, time_ns) for time_ns, payload in found),
-    schemas.INTERVALS: lambda found, last_ns: annotations.read_intervals((payload for _, payload in found), last_ns),
-    schemas.LIVE_CONTACTS: lambda found, _: tuple(annotations.read_contact(payload) for _, payload in found),
+_TOPIC_READERS: dict[str, Callable[[Messages, int], Any]] = {
+    schemas.EVENTS: lambda messages, _: tuple(
+        annotations.read_event(payload, time_ns) for time_ns, payload in messages
+    ),
+    schemas.INTERVALS: lambda messages, last_ns: annotations.read_intervals(
+        (payload for _, payload in messages), last_ns
+    ),
+    schemas.LIVE_CONTACTS: lambda messages, _: tuple(annotations.read_contact(payload) for _, payload in messages),
     **{prefix: partial(_samples, prefix) for prefix in schemas.STREAMS},
 }
 """Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
 
 
-def is_part(topic: str) -> bool:
+def is_session_topic(topic: str) -> bool:
     """Whether a session holds the messages of a topic, other than poses."""
-    return schemas.topic_key(topic) in _PARTS
+    return schemas.topic_key(topic) in _TOPIC_READERS
 
 
-def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
+def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
     """What a session makes of the messages of a topic; ``last_ns`` ends intervals that do not."""
     try:
-        return _PARTS[schemas.topic_key(topic)](messages, last_ns)
+        return _TOPIC_READERS[schemas.topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 
 
-def part(file: McapFile, topic: str) -> Any:
+def topic_content(file: McapFile, topic: str) -> Any:
     """What a session holds of a topic."""
     messages = list(file.payloads(topic))
     last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
-    return read_part(file.path, topic, messages, last_ns)
+    return read_topic(file.path, topic, messages, last_ns)
 
 
 class LazyMapping(Mapping[str, Value], Generic[Value]):

@@ -89,7 +89,7 @@ def _joined(tables: list[MessageTable]) -> MessageTable:
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
     """Unpack a region, check it, and list its messages; an error says how it is damaged."""
     catalogue.check_unpacked(region)
-    data = bytes_at(stream, region.place)
+    data = bytes_at(stream, region.span)
     if region.is_chunk:
         chunk = parsed(data)
         assert isinstance(chunk, Chunk)
@@ -135,7 +135,7 @@ _UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
 
 
 def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
-    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.place.start} is damaged ({why})")
+    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.span.start} is damaged ({why})")
 
 
 def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:

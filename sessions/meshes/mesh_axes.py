@@ -26,7 +26,7 @@ NO_NEGATIVE_ZERO: Final = 0.0
 
 
 @dataclass(frozen=True)
-class MeshTurn:
+class MeshRotation:
     """How a program turns a mesh between a file and the axes of its engine: ``matrix`` (3, 3) from file to engine."""
 
     name: str
@@ -36,17 +36,17 @@ class MeshTurn:
     description: str
 
 
-def _read_table() -> dict[str, MeshTurn]:
+def _read_table() -> dict[str, MeshRotation]:
     rows = tomllib.loads(Path(__file__).with_name("mesh_axes.toml").read_text("utf-8"))
-    return {name: _mesh_turn(name, row) for name, row in rows.items()}
+    return {name: _mesh_rotation(name, row) for name, row in rows.items()}
 
 
-def _mesh_turn(name: str, row: Mapping[str, Any]) -> MeshTurn:
+def _mesh_rotation(name: str, row: Mapping[str, Any]) -> MeshRotation:
     matrix = np.array(row["matrix"], dtype=np.float64)
-    return MeshTurn(name, CONVENTIONS[row["engine"]], matrix, tuple(row["formats"]), row["description"])
+    return MeshRotation(name, CONVENTIONS[row["engine"]], matrix, tuple(row["formats"]), row["description"])
 
 
-MESH_TURNS: Final = _read_table()
+MESH_ROTATIONS: Final = _read_table()
 """Name -> turn that programs give to mesh files."""
 
 
@@ -55,29 +55,29 @@ def mesh_axes_matrix(name: str, poses: Convention) -> Array:
 
     Parameters
     ----------
-    name : ``body``, a name in ``MESH_TURNS``, a convention's name, or axes as text.
+    name : ``body``, a name in ``MESH_ROTATIONS``, a convention's name, or axes as text.
     poses : the convention of the poses that the mesh is for.
 
     Raises SessionError: an unknown name; it lists those there are.
     """
     if name == BODY:
         return poses.matrix
-    if name in MESH_TURNS:
-        row = MESH_TURNS[name]
+    if name in MESH_ROTATIONS:
+        row = MESH_ROTATIONS[name]
         engine = poses if _is_alike(row.engine, poses) else row.engine
         return engine.matrix @ row.matrix + NO_NEGATIVE_ZERO
     try:
         return convention(name).matrix
     except SessionError as error:
-        raise SessionError(f"no axes of meshes {name!r}: {BODY}, {', '.join(MESH_TURNS)}, or {error}") from None
+        raise SessionError(f"no axes of meshes {name!r}: {BODY}, {', '.join(MESH_ROTATIONS)}, or {error}") from None
 
 
 def mesh_axes_description(name: str, poses: Convention) -> str:
     """Returns words for the axes of a mesh file: ``as the poses (unity)``."""
     if name == BODY:
         return f"as the poses ({poses.name})"
-    if name in MESH_TURNS:
-        return MESH_TURNS[name].description
+    if name in MESH_ROTATIONS:
+        return MESH_ROTATIONS[name].description
     row = convention(name)
     return row.name if row.name == row.description else f"{row.name} ({row.description})"
 
@@ -90,7 +90,7 @@ def default_mesh_axes(file_type: str, poses: Convention) -> str:
     """
     if file_type != "glb":
         return BODY
-    for row in MESH_TURNS.values():
+    for row in MESH_ROTATIONS.values():
         if file_type in row.formats and _is_alike(row.engine, poses):
             return row.name
     return GLTF
@@ -98,7 +98,7 @@ def default_mesh_axes(file_type: str, poses: Convention) -> str:
 
 def mesh_axes_alternatives(default: str, poses: Convention) -> tuple[str, ...]:
     """Returns the axes that a mesh file may have, the default first; names that turn it alike are given once."""
-    names = [row.name for row in MESH_TURNS.values() if _is_alike(row.engine, poses)]
+    names = [row.name for row in MESH_ROTATIONS.values() if _is_alike(row.engine, poses)]
     different: dict[bytes, str] = {}
     for name in (default, BODY, *names, GLTF):
         different.setdefault(mesh_axes_matrix(name, poses).tobytes(), name)

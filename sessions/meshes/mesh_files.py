@@ -84,7 +84,7 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str =
         reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
         raise MeshFileError(f"this is no readable {kind.upper()} ({reason}); export it again") from error
     if kind == "stl":
-        vertices, faces = _share_equal_vertices(vertices, faces)
+        vertices, faces = _weld_equal_vertices(vertices, faces)
     return MeshData(vertices * scale, faces)
 
 
@@ -193,7 +193,7 @@ def _read_glb(data: bytes, node: str) -> tuple[NDArray[np.float64], NDArray[np.i
     return mesh.vertices, mesh.faces
 
 
-def _share_equal_vertices(
+def _weld_equal_vertices(
     vertices: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)

@@ -92,7 +92,7 @@ class Scene:
         return next((body for body in self.bodies if body.id == name), None)
 
 
-def wanted_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]:
+def candidate_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]:
     """Pairs of names, in the order declared, else in the order of ``names``.
 
     Whether two bodies ever move relative to each other is for the poses to say and not asked here. Declared pairs of

@@ -51,8 +51,8 @@ class _Between:
     """The frames of another source whose stamps lie between two, both included."""
 
     source: FrameSource
-    low_ns: int
-    high_ns: int
+    first_stamp_ns: int
+    last_stamp_ns: int
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,7 +60,7 @@ class _Between:
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         for block in self.source.blocks(frames):
-            inside = (block.stamp_ns >= self.low_ns) & (block.stamp_ns <= self.high_ns)
+            inside = (block.stamp_ns >= self.first_stamp_ns) & (block.stamp_ns <= self.last_stamp_ns)
             if inside.any():
                 yield block.take(inside)
 
@@ -132,14 +132,14 @@ class Session:
         """The stamps of all frames, (T,) int64, in file order."""
         return np.concatenate([np.zeros(0, np.int64), *(block.stamp_ns for block in self.blocks(BLOCK_FRAMES))])
 
-    def between(self, low_ns: int, high_ns: int) -> "Session":
+    def between(self, first_stamp_ns: int, last_stamp_ns: int) -> "Session":
         """The frames whose stamps lie between two, both included, as a session.
 
         All else of the session stays, and ``part`` says where the frames stand in the recording.
         """
         stamps = self.stamps()
-        numbers = np.flatnonzero((stamps >= low_ns) & (stamps <= high_ns))
-        source = _Between(self.source, low_ns, high_ns)
+        numbers = np.flatnonzero((stamps >= first_stamp_ns) & (stamps <= last_stamp_ns))
+        source = _Between(self.source, first_stamp_ns, last_stamp_ns)
         first_ns = int(stamps[0]) if len(stamps) else 0
         return replace(self, source=source, part=SessionPart(first_ns, numbers))
 

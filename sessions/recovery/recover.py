@@ -25,7 +25,7 @@ from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import Catalogue, Region, read_catalogue
 from sessions.mcap_format.container import add, bytes_at, finish, parsed, started_writer
 from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
-from sessions.mcap_format.reader import is_part, load_parts, read_part, read_session
+from sessions.mcap_format.reader import is_session_topic, load_streams, read_session, read_topic
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import MessageTable, read_region
@@ -100,7 +100,7 @@ def refusal_of(path: Path) -> str:
         session = read_session(path)
         for _ in session.blocks():
             pass
-        load_parts(session)
+        load_streams(session)
     except SessionFileError as error:
         return brief(error)
     return ""
@@ -214,7 +214,7 @@ class _KeptMessages:
             decoder = self._decoder.fork()
             stamps = [stamp for frames in decoder.decode(kept) for stamp in frames.stamp_ns.tolist()]
         except SessionFileError as error:
-            self._lose(region.place.start, error, region)
+            self._lose(region.span.start, error, region)
             return
         self._decoder = decoder
         self.stamps += stamps
@@ -254,7 +254,7 @@ def _readable(table: MessageTable, declared: Catalogue) -> NDArray[np.int64]:
     keep = np.ones(len(table.channel), dtype=np.bool_)
     for number in {*table.channel.tolist()} & declared.channels.keys():
         topic = declared.channels[number].topic
-        for row in table.of_channels({number}).tolist() if topic in (TF, TRACKING) or is_part(topic) else ():
+        for row in table.of_channels({number}).tolist() if topic in (TF, TRACKING) or is_session_topic(topic) else ():
             keep[row] = _takes(declared.path, topic, int(table.publish_ns[row]), table.payload(row))
     return np.flatnonzero(keep)
 
@@ -262,13 +262,13 @@ def _readable(table: MessageTable, declared: Catalogue) -> NDArray[np.int64]:
 def _takes(path: Path, topic: str, publish_ns: int, payload: bytes) -> bool:
     """Whether a message is what its schema says, and of poses no longer than a reader allows."""
     try:
-        if is_part(topic):
-            read_part(path, topic, [(publish_ns, payload)])
+        if is_session_topic(topic):
+            read_topic(path, topic, [(publish_ns, payload)])
         else:
             channel_spec(topic).message.FromString(payload)
     except (DecodeError, SessionFileError):
         return False
-    return is_part(topic) or len(payload) <= MESSAGE_BYTES
+    return is_session_topic(topic) or len(payload) <= MESSAGE_BYTES
 
 
 def _attachments(declared: Catalogue, stream: BinaryIO, hashes: dict[str, str]) -> dict[str, Attachment]:

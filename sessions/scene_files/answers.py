@@ -133,9 +133,9 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
     if before.value == after.value:
         changed = session
     elif before.subject is Subject.MESH_AXES:
-        changed = replace(session, meshes=_turned_meshes(session, before, after.value))
+        changed = replace(session, meshes=_rotated_meshes(session, before, after.value))
     elif before.subject is Subject.COLLIDER_AXES:
-        changed = replace(session, colliders=_turned_colliders(session, before, after.value))
+        changed = replace(session, colliders=_rotated_colliders(session, before, after.value))
     elif before.subject is Subject.POSE_AXES:
         return _in_usual_unit(with_pose_axes(session, before, after), before.value, after.value)
     elif before.subject is Subject.MESH_UNIT:
@@ -173,14 +173,14 @@ def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
     return {key: text for key, text in changed.items() if text}
 
 
-def _turn_between(session: Session, before: str, after: str) -> NDArray[np.float64]:
+def _rotation_between(session: Session, before: str, after: str) -> NDArray[np.float64]:
     """The matrix (4, 4) from a mesh by one reading of its file's axes to the mesh by another."""
     poses = convention(known_convention(recording_assumptions(session), session.facts))
     return axes_change(before, poses, after, poses)
 
 
-def _turned_colliders(session: Session, before: Assumption, axes: str) -> dict[str, tuple[MeshData, ...]]:
-    matrix = _turn_between(session, before.value, axes)
+def _rotated_colliders(session: Session, before: Assumption, axes: str) -> dict[str, tuple[MeshData, ...]]:
+    matrix = _rotation_between(session, before.value, axes)
     rotated = {
         name: tuple(solid.transformed(matrix) for solid in session.colliders[name])
         for name in before.bodies
@@ -189,9 +189,9 @@ def _turned_colliders(session: Session, before: Assumption, axes: str) -> dict[s
     return {**session.colliders, **rotated}
 
 
-def _turned_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
+def _rotated_meshes(session: Session, before: Assumption, axes: str) -> dict[str, MeshData]:
     """All meshes, those of the assumption turned from the axes they were taken to have."""
-    matrix = _turn_between(session, before.value, axes)
+    matrix = _rotation_between(session, before.value, axes)
     rotated = {name: session.meshes[name].transformed(matrix) for name in before.bodies if name in session.meshes}
     return {**session.meshes, **rotated}
 

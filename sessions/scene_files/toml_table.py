@@ -13,7 +13,7 @@ from sessions.errors import SceneError, SessionError
 MOST_FAULTS, MOST_NAMED = 100, 500
 """So many faults are listed, and a nearest name is looked for among so many: both take time for each of them."""
 _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
-SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
+QUOTED_CHARACTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
 
 
 def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":
@@ -96,9 +96,9 @@ class TomlTable:
             near = [f"; did you mean it by {match!r}?" for match in get_close_matches(key, self._data, n=1)]
             self.refuse(f"{key} is missing; every such table needs it{''.join(near)}")
         elif not isinstance(value, str) or (default is None and not value):
-            self.refuse(f"{key} is {_shown(value)}; give text")
+            self.refuse(f"{key} is {_quoted(value)}; give text")
         elif among is not None and value != default and value not in among:
-            self.refuse(f"{key} is {_shown(value)}{nearest(value, among)}")
+            self.refuse(f"{key} is {_quoted(value)}{nearest(value, among)}")
         else:
             return value
         return default or ""
@@ -107,7 +107,7 @@ class TomlTable:
         value = self._take(key, default)
         if fits(value):
             return value
-        self.refuse(f"{key} is {_shown(value)}; {expected}")
+        self.refuse(f"{key} is {_quoted(value)}; {expected}")
         return default
 
     def count(self, key: str, default: int, least: int, most: int) -> int:
@@ -163,7 +163,7 @@ class TomlTable:
         """All keys not yet read, as written. Numbers must be finite. After this call no key counts as unknown."""
         for key, value in self._data.items():
             if not _all_finite(value):
-                self.refuse(f"{key} is {_shown(value)}; give finite numbers")
+                self.refuse(f"{key} is {_quoted(value)}; give finite numbers")
         left, self._data = self._data, {}
         return left
 
@@ -182,13 +182,13 @@ def is_number(value: object) -> bool:
         return False
 
 
-def _shown(value: object) -> str:
-    """The value for a message, in at most ``SHOWN_LETTERS`` letters."""
+def _quoted(value: object) -> str:
+    """The value for a message, in at most ``QUOTED_CHARACTERS`` letters."""
     try:
         text = repr(value)
     except ValueError:  # an int of more than 4,300 digits, written in hexadecimal
         return "a number of thousands of digits"
-    return text if len(text) <= SHOWN_LETTERS else text[: SHOWN_LETTERS - 3] + "..."
+    return text if len(text) <= QUOTED_CHARACTERS else text[: QUOTED_CHARACTERS - 3] + "..."
 
 
 def _all_finite(value: object) -> bool:

@@ -131,13 +131,13 @@ class Dent:
         return self.seconds / fraction
 
     @property
-    def apart(self) -> float:
+    def gap(self) -> float:
         """How far from first contact the body rests before and after."""
         return self.amplitude - self.depth
 
     def intervals(self, tap: Tap, level: float) -> list[tuple[float, float]]:
         """When the tapping body is at most ``level`` short of contact."""
-        out = (self.apart - level) / self.amplitude
+        out = (self.gap - level) / self.amplitude
         if out > 1.0:
             return []
         fraction = math.asin(math.sqrt(max(0.0, out))) / math.pi
@@ -219,16 +219,16 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Held:
+class OnHand:
     """It rides on a hand: its pose in the hand's frame is constant."""
 
     hand: str
     offset: ArrayLike
-    turn: ArrayLike = IDENTITY
+    rotation: ArrayLike = IDENTITY
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
-        return carried(hands[self.hand], self.offset, self.turn)
+        return carried(hands[self.hand], self.offset, self.rotation)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class Approach:
         """How far either bound is from the nominal distance."""
         return 0.5 * (self.possible - self.sure)
 
-    def place(self, target: ArrayLike, gap: float) -> Array:
+    def origin_at(self, target: ArrayLike, gap: float) -> Array:
         """Where the mover's origin is when it is ``gap`` metres short of first contact (negative: deeper)."""
         right = np.cross(self.direction, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
@@ -75,16 +75,16 @@ def inscribed_radius(points: Array) -> float:
     return max(0.0, float(distance.min()))
 
 
-def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: ArrayLike, height: float) -> Approach:
-    """Bound the distance at which ``mover``, turned by the quaternion ``turn``, meets an upright turned target.
+def approach(mover: MeshData, rotation: ArrayLike, target: MeshData, direction: ArrayLike, height: float) -> Approach:
+    """Bound the distance at which ``mover``, turned by the quaternion ``rotation``, meets an upright turned target.
 
     ValueError where the two share no height.
     """
     forward = np.asarray(direction, dtype=np.float64)
     right = np.cross(forward, (0.0, 1.0, 0.0))
-    placed = _Posed(rotated(turn, mover.vertices) + np.array([0.0, height, 0.0]), mover.faces)
+    placed = _Posed(rotated(rotation, mover.vertices) + np.array([0.0, height, 0.0]), mover.faces)
     other = _Posed(target.vertices, target.faces)
-    lower, upper = max(placed.low, other.low), min(placed.high, other.high)
+    lower, upper = max(placed.bottom, other.bottom), min(placed.top, other.top)
     if not lower < upper:
         raise ValueError(f"mover and target share no height (mover's origin {height} m up); change the height")
     planes = _planes(lower, upper)
@@ -107,7 +107,7 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
     """
     shift = np.array([0.0, height, 0.0])
     inner, outer = _Posed(inside.vertices + shift, inside.faces), _Posed(outside.vertices, outside.faces)
-    lower, upper = inner.low, min(inner.high, outer.high)
+    lower, upper = inner.bottom, min(inner.top, outer.top)
     planes = _planes(lower, upper, END_INSET_M)
     possible = min(_clear_radius(outer.cuts(y)) - float(_radii(inner.section(y)).max(initial=0.0)) for y in planes)
     sections = [(inner.section(y), outer.section(y)) for y in planes]
@@ -172,11 +172,11 @@ class _Posed:
         self._vertices = vertices
         following = np.roll(faces, -1, axis=1)
         self._starts: Array = vertices[faces]  # edges of faces: start and way, (f, 3, 3)
-        self._ways: Array = vertices[following] - self._starts
+        self._edge_vectors: Array = vertices[following] - self._starts
         heights = np.stack([self._starts[..., 1], vertices[following, 1]])
         self._lowest, self._highest = heights.min(axis=0), heights.max(axis=0)
-        self._once = (faces < following) & (self._ways[..., 1] != 0.0)  # of a closed mesh: each edge once
-        self.low, self.high = float(vertices[:, 1].min()), float(vertices[:, 1].max())
+        self._once = (faces < following) & (self._edge_vectors[..., 1] != 0.0)  # of a closed mesh: each edge once
+        self.bottom, self.top = float(vertices[:, 1].min()), float(vertices[:, 1].max())
 
     def section(self, height: float) -> Array:
         """Points (k, 3) in which edges cross or touch a level plane."""
@@ -187,7 +187,7 @@ class _Posed:
         return self._crossed(height, (self._lowest < height) & (self._highest >= height)).reshape(-1, 2, 3)
 
     def _crossed(self, height: float, edges: NDArray[np.bool_]) -> Array:
-        start, direction = self._starts[edges], self._ways[edges]
+        start, direction = self._starts[edges], self._edge_vectors[edges]
         return start + ((height - start[:, 1]) / direction[:, 1])[:, None] * direction
 
     def reach(self, direction: Array, sections: tuple[Array, Array], heights: tuple[float, float]) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sessions.synthetic.bench import BENCH_TOP, STAND_M
 from sessions.synthetic.experiments.lab import AWAY, SNAP, Lab
 from sessions.synthetic.experiments.steps import looking
-from sessions.synthetic.paths import Dent, Held, KeyPath, Standing, Stir, minimum_jerk_inverse
+from sessions.synthetic.paths import Dent, KeyPath, OnHand, Standing, Stir, minimum_jerk_inverse
 from sessions.synthetic.sections import round_in_round
 from sessions.synthetic.truth import Interval
 
@@ -35,7 +35,7 @@ CYLINDER_GOAL = np.array([-0.43, BENCH_TOP + STAND_M, 0.13])
 
 def hold_rod(lab: Lab) -> None:
     """The right hand holds the rod from first to last."""
-    lab.things["rod"] = [(0.0, Held("hand-right", -lab.layout.site("rod", "grip")))]
+    lab.things["rod"] = [(0.0, OnHand("hand-right", -lab.layout.site("rod", "grip")))]
 
 
 def stir_and_touch(lab: Lab) -> None:
@@ -85,17 +85,17 @@ def bump(
     grip = {"rod": lab.layout.site("rod", "grip"), "cylinder": -CYLINDER_IN_HAND}.get(mover, np.zeros(3))
     meets = lab.approach(mover, target, height, direction)
     dents = [_dent(lab, kind == "brief", TAP_FROM_M) for kind in kinds]
-    script.over(meets.place(at, 0.05) + grip, cross_at or script.position[1])
+    script.over(meets.origin_at(at, 0.05) + grip, cross_at or script.position[1])
     script.wait_until(earliest - 1.0)
     for kind, dent in zip(kinds, dents, strict=True):
-        script.go(meets.place(at, dent.apart) + grip, 0.6)
+        script.go(meets.origin_at(at, dent.gap) + grip, 0.6)
         script.wait(0.15)
         tap = dent.tap(_centre(lab, script.now, dent), meets.direction)
         script.tap(tap)
         lab.tapped(mover, target, dent, tap, meets.slack, _note(kind == "brief", f"{mover} raps {target}"))
         _secure(lab, side, tap.start, tap.start + tap.period)
         script.wait(float(lab.rng.uniform(0.4, 0.9)))
-    script.go(meets.place(at, 0.06) + grip)
+    script.go(meets.origin_at(at, 0.06) + grip)
 
 
 def carry_cylinder(lab: Lab) -> None:
@@ -122,11 +122,11 @@ def carry_cylinder(lab: Lab) -> None:
         fraction = (LIFT - level) / (LIFT + PRESSED_IN)
         return [(down + taken * minimum_jerk_inverse(max(0.0, fraction)), let_go)] if fraction <= 1.0 else []
 
-    lab.contact("bench", "cylinder", pressed, blur=lab.noise_m, late=lab.late)
+    lab.contact("bench", "cylinder", pressed, error_m=lab.noise_m, late=lab.late)
     script.quiet.append((down, let_go + 0.3))
     script.wait(0.4)
     _secure(lab, "left", grasped_from - 1.0, script.now)
-    riding = Held("hand-left", CYLINDER_IN_HAND)
+    riding = OnHand("hand-left", CYLINDER_IN_HAND)
     lab.things["cylinder"] += [(grasped, riding), (released, Standing(CYLINDER_GOAL))]
     lab.presses["left"].append((grasped, released))
     for kind, time in (("grasp", grasped), ("release", released)):
@@ -137,8 +137,8 @@ def nearly_touch(lab: Lab) -> None:
     """Come within 6 mm of the small beaker and stop."""
     script, at, bodies = lab.hands["left"], lab.layout.at("small-beaker"), ("hand-left", "small-beaker")
     meets = lab.approach(*bodies, 0.055)
-    script.go(meets.place(at, 0.05))
-    script.go(meets.place(at, CLEARANCE))
+    script.go(meets.origin_at(at, 0.05))
+    script.go(meets.origin_at(at, CLEARANCE))
     arrived = script.now
     script.quiet.append((arrived, arrived + 0.6))
     script.wait(0.6)

@@ -17,7 +17,7 @@ from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, SIDES, Declaration
 from sessions.synthetic.choreography import Script
-from sessions.synthetic.paths import Dent, Falling, Held, KeyPath, PosesAt, Standing, Tap
+from sessions.synthetic.paths import Dent, Falling, KeyPath, OnHand, PosesAt, Standing, Tap
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import Approach, approach
 from sessions.synthetic.truth import Fact, Level, Pair, PlantedEpisode, levelled, ordered
@@ -51,7 +51,7 @@ class Lab:
         self.facts: list[Fact] = []
         self.presses: dict[str, list[Span]] = {side: [] for side in SIDES}
         self.keep: dict[str, list[Span]] = {f"hand-{side}": [] for side in SIDES}
-        self.held: dict[str, str] = {}
+        self.grasped: dict[str, str] = {}
         self.intervals: list[Interval] = []
         self.attention: list[tuple[float, ArrayLike]] = [(0.0, UP)]
         self.gaze: KeyPath | None = None  # of the headset, where it does not follow ``attention``
@@ -69,9 +69,9 @@ class Lab:
         """Write down a fact; times are those of the recording."""
         self.facts.append(Fact(kind, start, end, tuple(sorted(bodies)), values))
 
-    def contact(self, a: str, b: str, level: Level, *, blur: float = 0.0, late: float = 0.0, note: str = "") -> None:
-        """Write down the contacts of two bodies; ``blur`` in metres beside rounding, ``late`` in seconds."""
-        self._contacts.append((ordered(a, b), level, 10.0 * ROUNDING_M + blur, late, note))
+    def contact(self, a: str, b: str, level: Level, *, error_m: float = 0.0, late: float = 0.0, note: str = "") -> None:
+        """Write down the contacts of two bodies; ``error_m`` in metres beside rounding, ``late`` in seconds."""
+        self._contacts.append((ordered(a, b), level, 10.0 * ROUNDING_M + error_m, late, note))
 
     def episodes(self, seconds: float) -> list[PlantedEpisode]:
         """The contacts of a session that lasts so long, in the order they were written down."""
@@ -83,21 +83,21 @@ class Lab:
 
     def tapped(self, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
         """Write down the contact of a tap; ``slack`` in metres is what the bounds of first contact leave open."""
-        blur = slack + self.noise_m
-        self.contact(a, b, lambda level: dent.intervals(tap, level), blur=blur, late=self.late, note=note)
+        error_m = slack + self.noise_m
+        self.contact(a, b, lambda level: dent.intervals(tap, level), error_m=error_m, late=self.late, note=note)
 
     def approach(
-        self, mover: str, target: str, height: float, direction: ArrayLike = AWAY, turn: ArrayLike = IDENTITY
+        self, mover: str, target: str, height: float, direction: ArrayLike = AWAY, rotation: ArrayLike = IDENTITY
     ) -> Approach:
-        """Where ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
-        return approach(self.layout.meshes[mover], turn, self.layout.meshes[target], direction, height)
+        """The poses at which ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
+        return approach(self.layout.meshes[mover], rotation, self.layout.meshes[target], direction, height)
 
     def declared(self, kind: str) -> Mapping[str, Any]:
-        """What the scene says of its first effect of a kind."""
+        """The settings of the scene's first effect of a kind."""
         return next(effect.settings for effect in self.effects if effect.kind == kind)
 
-    def held_by(self, body: str) -> Mapping[str, Any]:
-        """What a vessel held at first, and its other properties."""
+    def initial_contents(self, body: str) -> Mapping[str, Any]:
+        """The declared properties of a body, the contents of a vessel among them."""
         return self.layout.placed[body].properties
 
     @property
@@ -137,9 +137,9 @@ class Lab:
         back = quaternion_inverse(script.quaternion)
         in_hand = rotated(back, lifted - script.position), quaternion_product(back, quaternion)
         moment = script.now + self.late
-        self.things[thing].append((moment, Held(f"hand-{side}", *in_hand)))
+        self.things[thing].append((moment, OnHand(f"hand-{side}", *in_hand)))
         self.where[thing] = (lifted, quaternion)
-        self.held[side] = thing
+        self.grasped[side] = thing
         self.fact("grasp", moment, moment, (thing, f"hand-{side}"))
         script.wait(0.25)
 
@@ -153,7 +153,7 @@ class Lab:
         high: float | None = None,
     ) -> None:
         """Move the held thing so that its origin is at ``position``; with ``high`` up to that height and over first."""
-        thing = self.held[side]
+        thing = self.grasped[side]
         rotation = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
         self.look(position)
         hand, hand_rotation = self._hand_for(side, position, rotation)
@@ -169,7 +169,7 @@ class Lab:
         goal = np.asarray(position, dtype=np.float64)
         self.carry(side, goal + 0.05 * UP, high=high)
         self.carry(side, goal + SNAP * UP, 0.7)
-        thing = self.held[side]
+        thing = self.grasped[side]
         lifted, quaternion = self.where[thing]
         self.hands[side].wait(0.25)
         self.where[thing] = (lifted - SNAP * UP, quaternion)
@@ -178,7 +178,8 @@ class Lab:
 
     def put_back(self, side: str, high: float | None = None, by: float = 0.12, *, rest: bool = False) -> None:
         """Put the held thing where it stood at first; lift the empty hand off it by ``by`` metres, or bring it home."""
-        self.place(side, self.layout.placed[self.held[side]].position, high=self.travel - 0.1 if high is None else high)
+        home = self.layout.placed[self.grasped[side]].position
+        self.place(side, home, high=self.travel - 0.1 if high is None else high)
         self.leave(side, by)
         if rest:
             self.rest(side)
@@ -198,7 +199,7 @@ class Lab:
 
         The program places a falling thing, so that no noise is in it.
         """
-        thing = self.held[side]
+        thing = self.grasped[side]
         moment, threshold_speed = self._let_go(side), self.declared("breakage")["speed_m_s"]
         fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
         self.things[thing].append((moment, fall))
@@ -222,7 +223,7 @@ class Lab:
 
     def follow(self, side: str, times: Array, positions: Array, quaternions: Array) -> None:
         """Let the held thing follow poses given at close times (seconds of the motion, after now)."""
-        thing = self.held[side]
+        thing = self.grasped[side]
         script = self.hands[side]
         hands, rotations = self._hand_for(side, positions, quaternions)
         for time, hand, rotation in zip(times.tolist(), hands, rotations, strict=True):
@@ -253,7 +254,7 @@ class Lab:
         self.note_interval("feature", "conception", self.stages[0][0], ends[0])
 
     def _let_go(self, side: str) -> float:
-        thing = self.held.pop(side)
+        thing = self.grasped.pop(side)
         moment = self.hands[side].now + self.late
         start = self.last("grasp", thing).start
         self.presses[side].append((start, moment))
@@ -264,7 +265,7 @@ class Lab:
 
     def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
         """Poses (..., 3) and (..., 4) of the hand that puts what it holds there."""
-        placing = self.things[self.held[side]][-1][1]
-        assert isinstance(placing, Held)
-        rotation = quaternion_product(quaternion, quaternion_inverse(placing.turn))
+        placing = self.things[self.grasped[side]][-1][1]
+        assert isinstance(placing, OnHand)
+        rotation = quaternion_product(quaternion, quaternion_inverse(placing.rotation))
         return np.asarray(position, dtype=np.float64) - rotated(rotation, placing.offset), rotation

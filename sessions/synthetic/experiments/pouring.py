@@ -37,7 +37,7 @@ def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
 
 
 @dataclass(frozen=True)
-class Turn:
+class StopcockRotation:
     """The stopcock's angle goes from ``start_angle`` to ``end_angle`` (radians) as a minimum-jerk reach."""
 
     start: float
@@ -74,7 +74,7 @@ class Outlet:
     """S, inner cross-section of the column, m2."""
     head: float
     """h0, level over the tip at time 0, metres."""
-    turns: Sequence[Turn]
+    turns: Sequence[StopcockRotation]
     """In order of time, none overlapping."""
 
     def opened(self, time: float) -> float:

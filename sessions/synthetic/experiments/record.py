@@ -17,7 +17,7 @@ from sessions.synthetic.bench import SIDES, Declaration, Placed, with_text
 from sessions.synthetic.choreography import Script, controllers
 from sessions.synthetic.experiments import bench_bumps, steps
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.paths import Held, KeyPath, placed_by
+from sessions.synthetic.paths import KeyPath, OnHand, placed_by
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Fact, Truth
 
@@ -60,7 +60,7 @@ class Experiment(Declaration):
         observed = recorded({**paths, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
         times = observed.stamps.astype(np.float64) * 1e-9
         things = {name: placed_by(phases, times, observed.poses) for name, phases in lab.things.items()}
-        facts = [*lab.facts, *(_with_held(lab, fact) for fact in observed.facts)]
+        facts = [*lab.facts, *(_with_grasped(lab, fact) for fact in observed.facts)]
         truth = Truth(self.name, seed, START_NS, seconds, noise, lab.episodes(seconds), facts)
         tracks = observed.tracks(things)
         session = Session.from_tracks(
@@ -110,11 +110,11 @@ def _perform(lab: Lab, task: Mapping[str, Any]) -> None:
     lab.note_interval("task", task["name"], start, task["to"] if "to" in task else lab.together())
 
 
-def _with_held(lab: Lab, loss: Fact) -> Fact:
+def _with_grasped(lab: Lab, loss: Fact) -> Fact:
     """While a hand is lost, so is what it holds from first to last."""
     (hand,) = loss.bodies
     first = {thing: phases[0][1] for thing, phases in lab.things.items()}
-    grasped = [thing for thing, placing in first.items() if isinstance(placing, Held) and placing.hand == hand]
+    grasped = [thing for thing, placing in first.items() if isinstance(placing, OnHand) and placing.hand == hand]
     return replace(loss, bodies=(hand, *grasped))
 
 

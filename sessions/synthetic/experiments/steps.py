@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import (
     Array,
+    axis_angle_quaternion,
     quaternion_about,
     quaternion_facing,
     quaternion_product,
     rotated,
-    turned_about,
 )
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import AWAY, UP, Lab
-from sessions.synthetic.experiments.pouring import Outlet, Turn, tilt_keeping
+from sessions.synthetic.experiments.pouring import Outlet, StopcockRotation, tilt_keeping
 from sessions.synthetic.paths import Dent, Key, Poses, PosesAt, Stir, Tap, minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.sections import Approach, round_in_round
 
@@ -40,7 +40,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     Truth: quasi-statically the vessel keeps what its tilt allows, so the liquid runs from the tilt that keeps all of
     it (``start``) to the greatest tilt (``end``).
     """
-    source, script = lab.held[side], lab.hands[side]
+    source, script = lab.grasped[side], lab.hands[side]
     cavity = lab.layout.cavity(source)
     before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
@@ -84,7 +84,7 @@ def stir(
     lab: Lab, side: str, vessel: str, seconds: float, *, radius: float = 0.012, touches: Sequence[float] = ()
 ) -> None:
     """Stir in a vessel with the held rod, ``touches`` times (lasting so many seconds each) against its wall."""
-    rod, script = lab.held[side], lab.hands[side]
+    rod, script = lab.grasped[side], lab.hands[side]
     tip_height = lab.layout.cavity(vessel).floor_height + 0.018
     position = lab.where[vessel][0] + tip_height * UP
     top = float(_mouth(lab, vessel)[1]) + 0.04
@@ -109,7 +109,7 @@ def stir(
 def swirl(lab: Lab, side: str, seconds: float, *, radius: float = 0.006) -> None:
     """Swirl the held vessel in small circles."""
     start, revolutions = lab.hands[side].now, float(lab.rng.uniform(1.2, 1.6))
-    _circle(lab, side, "swirl", Stir(start, start + seconds, radius, revolutions), (lab.held[side],))
+    _circle(lab, side, "swirl", Stir(start, start + seconds, radius, revolutions), (lab.grasped[side],))
 
 
 def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ...]) -> None:
@@ -125,32 +125,32 @@ def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note
     lab.look(lab.where[target][0])
     script, meets, at = _before(lab, side, target, height)
     dent = Dent(0.0024, seconds, 0.0264)
-    script.go(meets.place(at, dent.apart), 0.6)
+    script.go(meets.origin_at(at, dent.gap), 0.6)
     script.wait(0.2)
     tap = dent.tap(script.now + 0.05 + dent.period / 2.0, AWAY)
     script.tap(tap)
     _plant(lab, f"hand-{side}", target, dent, tap, meets.slack, note)
-    script.go(meets.place(at, 0.08))
+    script.go(meets.origin_at(at, 0.08))
 
 
 def come_close(lab: Lab, side: str, target: str, height: float, clearance: float) -> None:
     """Stop an empty hand ``clearance`` metres before a standing glass and draw back: a near miss."""
     script, meets, at = _before(lab, side, target, height)
-    script.go(meets.place(at, clearance), 0.8)
+    script.go(meets.origin_at(at, clearance), 0.8)
     arrived = script.now
     script.quiet.append((arrived - 0.1, arrived + 0.6))
     script.wait(0.5)
     lab.secure(arrived, script.now)
     bodies = (f"hand-{side}", target)
     lab.fact("near_miss", arrived + lab.late, script.now + lab.late, bodies, clearance_m=clearance)
-    script.go(meets.place(at, 0.08))
+    script.go(meets.origin_at(at, 0.08))
 
 
 def _before(lab: Lab, side: str, target: str, height: float) -> tuple[Script, Approach, Array]:
     """Bring an empty hand 80 mm before a standing thing; its script, where the two meet, and where the thing stands."""
     script, at = lab.hands[side], lab.where[target][0]
-    meets = lab.approach(f"hand-{side}", target, height, turn=script.quaternion)
-    script.over(meets.place(at, 0.08), script.position[1])
+    meets = lab.approach(f"hand-{side}", target, height, rotation=script.quaternion)
+    script.over(meets.origin_at(at, 0.08), script.position[1])
     return script, meets, at
 
 
@@ -167,7 +167,7 @@ LATEST_S = 600.0
 
 def run_in(lab: Lab, end_points: int) -> None:
     """Run in quickly, throttle, close just past the last of ``end_points``, each as far from the one before it."""
-    flask, capacity = (lab.held_by(body)["liquid"] for body in ("flask", "burette"))
+    flask, capacity = (lab.initial_contents(body)["liquid"] for body in ("flask", "burette"))
     # What of the burette's solution brings as much as the flask holds.
     first_ml = float(flask["volume_ml"] * flask["molar"] / capacity["molar"])
     last = end_points * first_ml * 1e-6
@@ -177,18 +177,18 @@ def run_in(lab: Lab, end_points: int) -> None:
     left.go(knob + np.array([-0.012, -0.01, 0.09]), 0.6)
     lab.together()
     left.wait(0.4)
-    rotations = [_turn(left, lab.late, 0.0, FAST, 0.9)]
+    rotations = [_stopcock_rotation(left, lab.late, 0.0, FAST, 0.9)]
     cavity, declared = lab.layout.cavity("burette"), lab.declared("burette")
     section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
     outlet = Outlet(declared["full_area_m2"], declared["discharge"], section, float(cavity.mark_height), rotations)
     nearly = outlet.time_of(0.88 * last, LATEST_S)
     swirl(lab, "right", nearly - lab.hands["right"].now)
     left.wait_until(nearly)
-    rotations.append(_turn(left, lab.late, FAST, SLOW, 0.9))
+    rotations.append(_stopcock_rotation(left, lab.late, FAST, SLOW, 0.9))
     end_point = outlet.time_of(last, LATEST_S)
     swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
     left.wait_until(end_point + 0.8)
-    rotations.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
+    rotations.append(_stopcock_rotation(left, lab.late, SLOW, 0.0, 0.5))
     lab.together()
     left.go((-0.2, 1.1, 0.28))
     for rotation in rotations:
@@ -202,11 +202,11 @@ def run_in(lab: Lab, end_points: int) -> None:
     lab.things["stopcock"] = [(0.0, _stopcock(lab, outlet))]
 
 
-def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
+def _stopcock_rotation(hand: Script, late: float, start: float, end: float, seconds: float) -> StopcockRotation:
     """Turn the key with the hand; it turns with what the hand is seen to do."""
     began = hand.now + late
-    hand.go(hand.position, seconds, quaternion=turned_about(AXIS, 0.6 * end))
-    return Turn(began, began + seconds, start, end)
+    hand.go(hand.position, seconds, quaternion=axis_angle_quaternion(AXIS, 0.6 * end))
+    return StopcockRotation(began, began + seconds, start, end)
 
 
 def _stopcock(lab: Lab, outlet: Outlet) -> PosesAt:
@@ -225,7 +225,7 @@ def _stopcock(lab: Lab, outlet: Outlet) -> PosesAt:
 
 TIP_IN_FLAME = 0.015
 ENTER_FROM, ENTER_S = 0.08, 0.7
-SIDEWAYS = turned_about((0.0, 0.0, 1.0), -0.5 * np.pi)
+SIDEWAYS = axis_angle_quaternion((0.0, 0.0, 1.0), -0.5 * np.pi)
 
 
 def dip(lab: Lab, vessel: str) -> None:
@@ -306,7 +306,10 @@ def collect_gas(lab: Lab) -> None:
     lab.carry("right", over, high=float(over[1]))
     entered, left = _visit(lab, "right", (over, over - LOWER_BY * UP), LOWER_S, 22.0, 1.0 - INSIDE_BY / LOWER_BY)
     begun = lab.last("pour").start
-    moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
+    moles, rate = (
+        lab.initial_contents("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS,
+        lab.declared("reaction")["rate_per_s"],
+    )
     evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]
     lab.fact(
         "collect", entered, left, ("jar", "tube"),
@@ -342,7 +345,7 @@ def note_burn(lab: Lab, vessel: str, hand: str) -> None:
     """The latest touch burns the hand, by the temperature that the vessel has by then."""
     touch = max(lab.episodes(np.inf), key=lambda episode: episode.possibly).nominal
     assert touch is not None
-    heat, capacity = lab.declared("heat"), lab.held_by(vessel)["heat_capacity_j_per_k"]
+    heat, capacity = lab.declared("heat"), lab.initial_contents(vessel)["heat_capacity_j_per_k"]
     loss, set_down = heat["loss_w_per_k"], lab.last("release", vessel).start
     warmed = 1.0 - float(np.exp(-(touch[0] - set_down) * loss / capacity))
     hot = float(heat["ambient_c"] + heat["power_w"] / loss * warmed)

@@ -6,7 +6,7 @@ from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Session, Severity, Status, examine
 from sessions.doctor import pose_pass
-from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_pass import run_pose_pass
 from sessions.doctor.pose_spans import pose_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
@@ -25,7 +25,7 @@ def broken():
 @pytest.mark.parametrize("size", [1, 7, 100, 899])
 def test_the_marks_do_not_depend_on_blocks(size):
     session = broken()
-    whole, parts = look_through([session.frames]), look_through(session.frames.blocks(size))
+    whole, parts = run_pose_pass([session.frames]), run_pose_pass(session.frames.blocks(size))
     assert np.array_equal(whole.marks, parts.marks)
     assert np.array_equal(whole.steps, parts.steps, equal_nan=True)
     assert np.array_equal(whole.worst_norm, parts.worst_norm)
@@ -38,16 +38,16 @@ def test_a_body_that_appears_later_gets_a_column():
         frames.names[:1], frames.stamp_ns[:50], frames.log_ns[:50], frames.sample_ns[:50, :1],
         frames.position[:50, :1], frames.quaternion_xyzw[:50, :1], frames.status[:50, :1],
     )  # fmt: skip
-    looked = look_through([few, frames.part(50, 900)])
+    looked = run_pose_pass([few, frames.part(50, 900)])
     assert looked.names == frames.names and looked.marks.shape == (900, 3)
     assert not looked.has(Mark.PRESENT)[:50, 1].any() and looked.has(Mark.PRESENT)[50:, 1].all()
 
 
 def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(monkeypatch):
-    monkeypatch.setattr(pose_pass, "MOST_LOOKS", 600)
+    monkeypatch.setattr(pose_pass, "MOST_SAMPLES", 600)
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
     frames = clean().session().frames
-    long = look_through(frames.blocks(100))
+    long = run_pose_pass(frames.blocks(100))
     at = [int(np.flatnonzero((frames.position[:, 0] == place).all(axis=1))[0]) for place in long.position[:, 0]]
     assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
@@ -68,7 +68,7 @@ def test_a_rotation_that_leaves_for_one_frame_is_found_and_a_turn_is_not(degrees
 
 
 def spans(draft):
-    return [(one.code, one.column, one.first, one.last) for one in pose_spans(look_through([draft.session().frames]))]
+    return [(one.code, one.column, one.first, one.last) for one in pose_spans(run_pose_pass([draft.session().frames]))]
 
 
 def test_a_body_that_lies_or_starts_at_the_origin_is_not_lost_and_one_that_turns_in_place_not_frozen():
@@ -93,7 +93,7 @@ def test_two_stamps_nearer_to_each_other_than_the_rate_are_no_jump():
     place[:, 0] = 0.011 * np.arange(200)
     times[100] = times[99] + 100_000
     session = Session.from_arrays(times, {"a": (place, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))})
-    assert not (look_through([session.frames]).marks & Mark.TELEPORT).any()
+    assert not (run_pose_pass([session.frames]).marks & Mark.TELEPORT).any()
 
 
 def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_its_jump_on():
@@ -110,7 +110,7 @@ def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_
 def test_a_jump_is_seen_in_a_recording_of_three_frames():
     poses = np.array([[0, 1, 0], [0, 1, 0], [1, 1, 0]]), np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
     session = Session.from_arrays(np.arange(3) * 11_111_111, {"cup": poses})
-    assert look_through([session.frames]).has(Mark.TELEPORT)[:, 0].tolist() == [False, False, True]
+    assert run_pose_pass([session.frames]).has(Mark.TELEPORT)[:, 0].tolist() == [False, False, True]
 
 
 @given(st.lists(st.booleans(), max_size=40))

@@ -3,7 +3,7 @@ import pytest
 from support.planted_faults import clean
 
 from sessions import Scene, Session
-from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_pass import run_pose_pass
 from sessions.doctor.scale import roles_of, scale_findings
 from sessions.model.scene import SceneBody
 
@@ -16,7 +16,7 @@ def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
 
 
 def test_facts_that_admit_a_left_handed_source_are_believed():
-    looked = look_through([clean().session().frames])
+    looked = run_pose_pass([clean().session().frames])
     assert [one.code for one in scale_findings(looked, Scene(), {"handedness": "left"})] == ["handedness"]
     told = {"handedness": "left", "conversions": "handedness mirrored along Z"}
     assert [*scale_findings(looked, Scene(), told)] == []
@@ -40,13 +40,13 @@ def test_a_wrong_unit_alone_is_no_wrong_axis(factor, looks):
     walk = np.repeat(place, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
     turned = np.repeat(quaternion, 200, axis=0)
     poses = {"head": (factor * walk, turned), "cup": (factor * (walk + 0.3), turned)}
-    looked = look_through([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
+    looked = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
     assert {one.code for one in scale_findings(looked, Scene(), {})} == {"unit-suspect"}
 
 
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are(height, away, codes):
-    looked = look_through([headed(height, away).frames])
+    looked = run_pose_pass([headed(height, away).frames])
     found = [*scale_findings(looked, Scene(), {})]
     assert [one.code for one in found] == codes
     assert not codes or found[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
@@ -58,4 +58,4 @@ def test_a_right_hand_on_the_left_of_the_head_is_named_once_it_was_seen_often_en
     places = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     session = Session.from_arrays(np.arange(count), {name: (place, turn) for name, place in places.items()})
-    assert [one.code for one in scale_findings(look_through([session.frames]), Scene(), {})] == codes
+    assert [one.code for one in scale_findings(run_pose_pass([session.frames]), Scene(), {})] == codes

@@ -3,12 +3,12 @@ import pytest
 from support.planted_faults import FRAMES, STEP_NS, clean
 
 from sessions import Severity, Status
-from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_pass import run_pose_pass
 from sessions.doctor.timing import time_findings
 
 
 def findings(draft):
-    return [*time_findings(look_through([draft.session().frames]))]
+    return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 
 @pytest.mark.parametrize(("steps", "found"), [(2.9, False), (3.1, True)])

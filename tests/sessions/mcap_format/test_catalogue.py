@@ -27,9 +27,9 @@ def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
 def test_the_tear_is_at_the_first_record_that_is_not_whole(path):
     data = path.read_bytes()
     chunk = read_catalogue(path).regions[1]
-    path.write_bytes(data[: chunk.place.start + 70])
+    path.write_bytes(data[: chunk.span.start + 70])
     torn = read_catalogue(path)
-    assert len(torn.regions) == 1 and torn.tear == chunk.place.start
+    assert len(torn.regions) == 1 and torn.tear == chunk.span.start
     path.write_bytes(data[:-1])
     assert read_catalogue(path).tear is not None
 

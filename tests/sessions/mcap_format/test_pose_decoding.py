@@ -17,7 +17,7 @@ from support.mcap_samples import (
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.container import Place
+from sessions.mcap_format.container import RecordSpan
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.schemas import message_class
@@ -26,7 +26,7 @@ from sessions.model.frames import Frames, Status
 
 
 def table(*records):
-    return listed(b"".join(map(packed, records)), Region(Place(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None))
+    return listed(b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None))
 
 
 def encoded(frames):

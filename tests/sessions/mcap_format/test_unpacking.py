@@ -12,7 +12,7 @@ from support.mcap_samples import packed
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.container import MESSAGE_HEADER, Place
+from sessions.mcap_format.container import MESSAGE_HEADER, RecordSpan
 from sessions.mcap_format.unpacking import read_region, rows_at, together
 
 DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
@@ -25,7 +25,7 @@ def unpacked(given, compression, size=None, crc=None, before=0):
     builder = RecordBuilder()
     Chunk(compression, given, 0, 0, crc, size).write(builder)
     record = builder.end()
-    region = Region(Place(Opcode.CHUNK, 0, len(record)), size, None)
+    region = Region(RecordSpan(Opcode.CHUNK, 0, len(record)), size, None)
     return read_region(io.BytesIO(record), region, Catalogue("file", messages=before))
 
 

@@ -2,7 +2,7 @@ import pytest
 
 from sessions.errors import SessionError
 from sessions.meshes.conventions import CONVENTIONS, convention
-from sessions.meshes.mesh_axes import BODY, MESH_TURNS, default_mesh_axes, mesh_axes_alternatives, mesh_axes_matrix
+from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS, default_mesh_axes, mesh_axes_alternatives, mesh_axes_matrix
 
 POINTS = {
     ("body", "unity"): (1, 2, -3), ("body", "unreal"): (2, 3, -1), ("body", "ros"): (-2, 3, -1),
@@ -36,5 +36,5 @@ def test_alternatives_turn_meshes_differently_and_hold_the_default(file_type, po
 
 
 def test_unknown_axes_of_meshes_are_refused_with_all_names():
-    with pytest.raises(SessionError, match=f"body, {', '.join(MESH_TURNS)}, or no convention 'sideways'"):
+    with pytest.raises(SessionError, match=f"body, {', '.join(MESH_ROTATIONS)}, or no convention 'sideways'"):
         mesh_axes_matrix("sideways", CONVENTIONS["unity"])

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from support.mcap_samples import assert_same_frames, random_frames, session_of
 
 from sessions.model.frames import Frames, Status
-from sessions.model.scene import Scene, SceneBody, wanted_pairs
+from sessions.model.scene import Scene, SceneBody, candidate_pairs
 from sessions.model.session import Session
 from sessions.model.track import Track
 
@@ -76,5 +76,5 @@ def test_the_frames_between_two_stamps_know_where_they_stood():
 def test_pairs_are_those_declared_or_all_but_of_one_group_and_ignored_ones():
     bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"))
     scene = Scene(bodies=bodies, ignore=(("d", "a"),))
-    assert wanted_pairs(scene, "abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]
-    assert wanted_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), "abcd") == [("d", "a")]
+    assert candidate_pairs(scene, "abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]
+    assert candidate_pairs(Scene(pairs=(("d", "a"), ("a", "x"))), "abcd") == [("d", "a")]

@@ -4,7 +4,7 @@ import trimesh
 
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
-from sessions.meshes.mesh_axes import MESH_TURNS
+from sessions.meshes.mesh_axes import MESH_ROTATIONS
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.model.scene import SceneBody
 from sessions.scene_files.body_axes import (
@@ -16,7 +16,7 @@ from sessions.scene_files.body_axes import (
     scene_mesh_unit,
 )
 
-NAMES = ("body", "gltf", *MESH_TURNS, *CONVENTIONS)
+NAMES = ("body", "gltf", *MESH_ROTATIONS, *CONVENTIONS)
 
 
 def mesh(*size):
