@@ -64,7 +64,7 @@ def minimise(session: Session) -> Session:
     first = next((int(block.stamp_ns[0]) for block in session.blocks(1) if len(block)), EPOCH_NS)
     later = EPOCH_NS - first
     names = _numbered([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])
-    facts = {key: session.facts[key] for key, words in FACTS.items() if session.facts.get(key) in words}
+    facts = {key: session.facts[key] for key, allowed in FACTS.items() if session.facts.get(key) in allowed}
     assumptions = _open_assumptions(session, names)
     if assumptions:
         facts[ASSUMPTIONS_FACT] = assumptions_fact(assumptions)
@@ -105,8 +105,8 @@ def _numbered(names: Iterable[str]) -> dict[str, str]:
     """Old name -> new one, of the words in ROLES and a number."""
     made: dict[str, str] = {}
     for name in dict.fromkeys(names):
-        words = re.findall("[a-z]+", re.sub("([a-z])([A-Z])", r"\1 \2", name).lower())
-        made[name] = "-".join([*dict.fromkeys(word for word in words if word in ROLES), f"body-{len(made) + 1}"])
+        tokens = re.findall("[a-z]+", re.sub("([a-z])([A-Z])", r"\1 \2", name).lower())
+        made[name] = "-".join([*dict.fromkeys(word for word in tokens if word in ROLES), f"body-{len(made) + 1}"])
     return made
 
 
@@ -146,7 +146,7 @@ def _effect(effect: SceneEffect, scene: Scene, names: Mapping[str, str]) -> Scen
     def renamed(value: Any) -> Any:
         if isinstance(value, str):
             return value if value in known or value.removeprefix("tag:") in ROLES else names[value]
-        return [renamed(part) for part in value] if isinstance(value, list | tuple) else float(value)
+        return [renamed(item) for item in value] if isinstance(value, list | tuple) else float(value)
 
     try:
         known = {word for field in load_effect(effect.kind).fields.values() for word in field.among}

@@ -187,12 +187,12 @@ class _Analysis:
         """Those of the codebook's regressions that no rule forbids."""
         done: list[Finding] = []
         for question in self.codebook.questions:
-            words = f"the regression of {question[0]} on {', '.join(question[1:])}"
-            with self.noted(words):
+            model = f"the regression of {question[0]} on {', '.join(question[1:])}"
+            with self.noted(model):
                 fitted = self._fit(*question)
                 done += fitted
                 if fitted[0].p is None:
-                    self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
+                    self.refusals.append(StudyRefusedError("few-students", f"p of {model}"))
         return holm(done)
 
     def _fit(self, *names: str) -> list[Finding]:

@@ -65,7 +65,9 @@ class ClassRuns:
     @property
     def audited(self) -> list[str]:
         """Detectors that are compared with a trusted one, in order of appearance."""
-        rows = ((run, label) for run, found in self.metrics.items() if self.of(run, "oracle") for label in found)
+        rows = (
+            (run, label) for run, rows_of_run in self.metrics.items() if self.of(run, "oracle") for label in rows_of_run
+        )
         return list(dict.fromkeys(label for run, label in rows if label != self.of(run, "oracle")))
 
     def as_metrics(self) -> "DataFrame":
@@ -81,9 +83,9 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     ``students`` is a CSV as ``read_students`` takes it. Raises ``RunFolderError`` as ``replay.read`` does, and
     ``StudyRefusedError`` ``ids``: one session of two students.
     """
-    found = find_runs(folder)
+    run_set = find_runs(folder)
     named = read_students(students) if students is not None else {}
-    table = joined(found, "metrics")
+    table = joined(run_set, "metrics")
     rows = table.select([*ABOUT, "detector", "contacts_per_min", "settings"]).to_pylist()
     first: dict[str, tuple[str, str]] = {}
     for row in rows:
@@ -102,9 +104,9 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
         folder,
         metrics,
         table.filter(pc.is_in(table["run"], pa.array(metrics, pa.string()))),
-        {name: _counted_rows(found, name, metrics) for name in NEEDED},
+        {name: _counted_rows(run_set, name, metrics) for name in NEEDED},
         repeated=len(measured) - len(metrics),
-        unmeasured=len(found.runs) - len(measured),
+        unmeasured=len(run_set.runs) - len(measured),
     )
 
 
@@ -132,21 +134,21 @@ def read_students(path: Path) -> dict[str, str]:
     return named
 
 
-def _counted_rows(found: RunSet, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
+def _counted_rows(run_set: RunSet, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
     """The rows of a table that count, read some hundred runs at a time."""
     sessions = [next(iter(rows.values())) for rows in metrics.values()]
     keys = "run", "oracle", "vr_type"
     runs, oracles, types = (pa.array([row[key] for row in sessions], pa.string()) for key in keys)
     kinds = DATA_SET[name][1]
     empty = pa.schema([(column, TYPES[kinds[column]]) for column in NEEDED[name]]).empty_table()
-    parts = []
-    for piece in (empty, *found.pieces(name, NEEDED[name])):
+    tables = []
+    for piece in (empty, *run_set.pieces(name, NEEDED[name])):
         # A column that a run has not is null in its rows.
         rows = pa.concat_tables([empty, piece], promote_options="default").select(NEEDED[name])
-        place = pc.index_in(rows["run"], runs)
-        counted = pc.and_(pc.is_valid(place), pc.invert(pc.fill_null(rows["held"], False)))
+        index = pc.index_in(rows["run"], runs)
+        counted = pc.and_(pc.is_valid(index), pc.invert(pc.fill_null(rows["held"], False)))
         if name == "episodes":
-            counted = pc.and_(counted, pc.equal(rows["detector"], oracles.take(place)))
-        rows = rows.append_column("place", place).append_column("vr_type", types.take(place))
-        parts.append(rows.filter(counted).drop_columns(["run", "held"]))
-    return pa.concat_tables(parts)
+            counted = pc.and_(counted, pc.equal(rows["detector"], oracles.take(index)))
+        rows = rows.append_column("place", index).append_column("vr_type", types.take(index))
+        tables.append(rows.filter(counted).drop_columns(["run", "held"]))
+    return pa.concat_tables(tables)

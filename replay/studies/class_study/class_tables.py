@@ -57,8 +57,10 @@ def cell(estimate: Estimate, write: Callable[[float], str], counts: str = "") ->
     """A figure with its interval below it; ``counts``, what it was made from, then stand in its place."""
     if not estimate.students:
         return NONE
-    value, low, high = map(write, (estimate.value, estimate.low, estimate.high))
-    return Marked(counts, below=f"{value} ({low} to {high})") if counts else Marked(value, below=f"{low} to {high}")
+    value, lower, upper = map(write, (estimate.value, estimate.low, estimate.high))
+    return (
+        Marked(counts, below=f"{value} ({lower} to {upper})") if counts else Marked(value, below=f"{lower} to {upper}")
+    )
 
 
 def class_counts(runs: ClassRuns) -> str:
@@ -96,10 +98,11 @@ class ClassTables:
         lines = []
         contacts = self.counts("episodes", "missed_by")
         for label in self.runs.audited:
-            share = self._never(label, contacts)[1]
-            if share.students >= LEAST_IN_CELL:
-                between = f"{percent(share.low)} to {percent(share.high)}, n = {self._counted_students(share.students)}"
-                lines.append(f"{label} misses {percent(share.value)} of the contacts ({between}).")
+            estimate = self._never(label, contacts)[1]
+            if estimate.students >= LEAST_IN_CELL:
+                students = self._counted_students(estimate.students)
+                between = f"{percent(estimate.low)} to {percent(estimate.high)}, n = {students}"
+                lines.append(f"{label} misses {percent(estimate.value)} of the contacts ({between}).")
         return lines
 
     def _counted_students(self, counted: int) -> str:
@@ -127,7 +130,7 @@ class ClassTables:
             cells = [self._a_minute(label), "", "", ""]
             if label not in trusted:
                 nothing = np.zeros(len(self._owners))
-                rates = (self._rate(found.get((label,), nothing), label) for found in faults)
+                rates = (self._rate(counts.get((label,), nothing), label) for counts in faults)
                 cells[1:] = [self._never(label, contacts)[0], *rates]
             heads = (label, "trusted" if label in trusted else "audited")
             rows.append(_Row(label, heads, self._of_students(self._seen_by(label)), tuple(cells)))
@@ -140,8 +143,8 @@ class ClassTables:
         touched, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
         for (label, *pair), misses in self.counts("misses", "detector", "body_a", "body_b").items():
             contacts = {key: counts for key, counts in touched.items() if [*key[:2]] == pair}
-            there = sum(contacts.values(), misses) * self._seen_by(label)
-            every, hit = (self._of_students(counts > 0) for counts in (there, misses))
+            present = sum(contacts.values(), misses) * self._seen_by(label)
+            every, hit = (self._of_students(counts > 0) for counts in (present, misses))
             where = cell(self._drawn.ratio(hit, every), percent, f"{hit.sum():.0f} of {every.sum():.0f}")
             cells = (self._rate(misses, label), where, self._never(label, contacts)[0])
             rows.append(_Row(label, (" - ".join(pair), label), every, cells))
@@ -153,10 +156,10 @@ class ClassTables:
         rows = []
         for kind in ("task", "stage", "vr_type"):
             contacts = self.counts("episodes", kind, "missed_by")
-            for (value,), found in self.counts("episodes", kind).items():
+            for (value,), durations in self.counts("episodes", kind).items():
                 never = self._never("", {key: counts for key, counts in contacts.items() if key[0] == value})[0]
                 heads = (kind.replace("vr_type", "VR type"), value or (NOT_STATED if kind == "vr_type" else NONE))
-                rows.append(_Row(kind, heads, self._of_students(found > 0), (self._rate(found), never)))
+                rows.append(_Row(kind, heads, self._of_students(durations > 0), (self._rate(durations), never)))
         return _table(("what", "which"), ("contacts", "missed by any"), rows)
 
     def causes(self) -> Table:
@@ -165,23 +168,23 @@ class ClassTables:
             _Row(
                 word + label,
                 (word, label, kind, cause or NONE),
-                self._of_students(found > 0),
-                (self._rate(found, label),),
+                self._of_students(counts > 0),
+                (self._rate(counts, label),),
             )
             for name, word in FAULTS.items()
-            for (label, kind, cause), found in self.counts(name, "detector", "kind", "cause").items()
+            for (label, kind, cause), counts in self.counts(name, "detector", "kind", "cause").items()
         ]
         return _table(("what", "detector", "kind", "cause"), ("how many",), rows)
 
     def counts(self, name: str, *columns: str) -> Counts:
         """How many rows of a table there are, by values of some columns, in the sessions of known students."""
-        found: dict[tuple[str, ...], FloatArray] = {}
+        counts: dict[tuple[str, ...], FloatArray] = {}
         summed = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
         for row in summed.to_pylist():
             if self._known[row["place"]]:
                 key = tuple(row[column] or "" for column in columns)
-                found.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
-        return dict(sorted(found.items(), key=lambda item: (-item[1].sum(), item[0])))
+                counts.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
+        return dict(sorted(counts.items(), key=lambda item: (-item[1].sum(), item[0])))
 
     def _left_out(self) -> Iterator[str]:
         """Yields sentences on sessions left out and on settings that differ."""
@@ -193,7 +196,7 @@ class ClassTables:
             yield f"Runs left out because their session is there already: {runs.repeated}."
         if runs.unmeasured:
             yield f"Runs left out because they have no metrics: {runs.unmeasured}."
-        settings = {(label, row["settings"]) for found in runs.metrics.values() for label, row in found.items()}
+        settings = {(label, row["settings"]) for detectors in runs.metrics.values() for label, row in detectors.items()}
         mixed = sorted(label for label, count in Counter(label for label, _ in settings).items() if count > 1)
         if mixed:
             yield f"Not run with the same settings and versions in all sessions: {', '.join(mixed)}."
@@ -205,7 +208,7 @@ class ClassTables:
 
     def _seen_by(self, label: str) -> FloatArray:
         """1.0 of each session that a detector saw; ``""``: of all."""
-        return np.array([float(not label or label in found) for found in self.runs.metrics.values()])
+        return np.array([float(not label or label in detectors) for detectors in self.runs.metrics.values()])
 
     def _rate(self, counts: FloatArray, label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
@@ -219,12 +222,12 @@ class ClassTables:
             every += counts
             lost += counts * (label in missed_by.split(",") if label else missed_by != "")
         every, lost = (self._of_students(counts * self._seen_by(label)) for counts in (every, lost))
-        share = self._drawn.ratio(lost, every)
-        return cell(share, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), share
+        estimate = self._drawn.ratio(lost, every)
+        return cell(estimate, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), estimate
 
     def _a_minute(self, label: str) -> Cell:
         """Contacts a minute that a detector sees."""
-        rows = (found.get(label, {}) for found in self.runs.metrics.values())
+        rows = (detectors.get(label, {}) for detectors in self.runs.metrics.values())
         rates = np.array([row.get("contacts_per_min") for row in rows], dtype=np.float64)
         measured = self._of_students(np.isfinite(rates))
         means = self._of_students(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
@@ -266,12 +269,12 @@ def _hidden(rows: Sequence[_Row]) -> set[int]:
 
 def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
     """Run -> name and address of its report, from a page in the folder ``out``."""
-    found = {}
+    examples = {}
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
         name, page = runs.of(run, "session") or run, runs.top / run / REPORT
-        found[run] = (name, quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
-    return found
+        examples[run] = (name, quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
+    return examples
 
 
 def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
@@ -280,22 +283,22 @@ def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
     owners = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
     counts = Counter(owners)
     ranked = []
-    for place, (run, detectors) in enumerate(runs.metrics.items()):
+    for index, (run, detectors) in enumerate(runs.metrics.items()):
         audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
-        worst = max(audited, key=lambda label: counts[place, label], default="")
-        ranked.append((-counts[place, worst], run, place, worst, audited))
+        worst = max(audited, key=lambda label: counts[index, label], default="")
+        ranked.append((-counts[index, worst], run, index, worst, audited))
     students, listed = set[str](), {}
-    for fewer, run, place, label, audited in sorted(ranked):
+    for fewer, run, index, label, audited in sorted(ranked):
         if len(students) >= LEAST_IN_CELL:
             break
         # A session of nobody may be of anybody already there.
         students |= {runs.of(run, "student")} - {""}
         name, page = where[run]
-        look = Marked("nothing missed" if audited else "not audited")
+        example = Marked("nothing missed" if audited else "not audited")
         if fewer:
-            own = misses.take([k for k, owner in enumerate(owners) if owner == (place, label)])
-            look = _look(min(own.to_pylist(), key=_depth), page, "" if label == audited[0] else label)
-        listed[run] = Marked(name, to=page), look, label
+            own = misses.take([k for k, owner in enumerate(owners) if owner == (index, label)])
+            example = _look(min(own.to_pylist(), key=_depth), page, "" if label == audited[0] else label)
+        listed[run] = Marked(name, to=page), example, label
     rows = tuple(listed[run] for run in sorted(listed))
     columns = Column("session", whole=True), Column("look at"), Column("by")
     return Table(columns, rows, "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
@@ -307,6 +310,6 @@ def _depth(miss: Row) -> tuple[bool, float, int]:
 
 
 def _look(miss: Row, page: str, by: str) -> Marked:
-    words = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
+    text = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
     at = moment_address("miss", miss["number"], quote(by))
-    return Marked(words, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")
+    return Marked(text, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")

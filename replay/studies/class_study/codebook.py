@@ -66,15 +66,15 @@ def read_codebook(path: Path) -> Codebook:
     if not isinstance(loaded, dict):
         raise StudyError(f"{path.name}: must be a table of names and values, not {loaded!r:.60}")
     for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
-        held = loaded.get(key, kind())
-        entries = held.values() if isinstance(held, dict) else held
-        if not isinstance(held, kind) or not all(isinstance(one, dict) for one in entries):
-            raise StudyError(f"{path.name}: {key} must be {what}, not {held!r:.60}")
+        value = loaded.get(key, kind())
+        entries = value.values() if isinstance(value, dict) else value
+        if not isinstance(value, kind) or not all(isinstance(entry, dict) for entry in entries):
+            raise StudyError(f"{path.name}: {key} must be {what}, not {value!r:.60}")
     failure: Any = StudyError
     table = TomlTable(loaded, path.name, "", failure)
     student, scale = table.text("student", "student"), _scale(table, SCALE)
-    items = tuple(_item(name, one, scale) for name, one in table.named_tables("items").items())
-    questions = tuple(_question(one) for one in table.tables("regressions") or ())
+    items = tuple(_item(name, entry, scale) for name, entry in table.named_tables("items").items())
+    questions = tuple(_question(entry) for entry in table.tables("regressions") or ())
     declared = table.table("groups")
     groups = () if declared is None else _groups(declared)
     table.done()
@@ -86,17 +86,17 @@ def read_codebook(path: Path) -> Codebook:
 def _with_words(value: Any) -> Any:
     """The same tables with texts as keys: YAML reads ``1:`` as a number. Dates, which no key wants, become texts."""
     if isinstance(value, dict):
-        return {str(key): _with_words(one) for key, one in value.items()}
+        return {str(key): _with_words(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_with_words(one) for one in value]
+        return [_with_words(entry) for entry in value]
     return value if isinstance(value, str | int | float | None) else str(value)
 
 
 def _scale(table: TomlTable, default: tuple[float, float]) -> tuple[float, float]:
-    low, high = table.vector("scale", default)
-    if not low < high:
-        raise table.fail(f"scale must rise, not [{low:g}, {high:g}]")
-    return low, high
+    smallest, largest = table.vector("scale", default)
+    if not smallest < largest:
+        raise table.fail(f"scale must rise, not [{smallest:g}, {largest:g}]")
+    return smallest, largest
 
 
 def _item(name: str, table: TomlTable, scale: tuple[float, float]) -> Item:

@@ -51,13 +51,13 @@ def write_study(
 
 def as_json(runs: ClassRuns, study: Study | None) -> dict[str, Any]:
     """Everything that JSON can hold; a value that is no number is null."""
-    told: dict[str, Any] = {"sessions": len(runs.metrics)}
+    summary: dict[str, Any] = {"sessions": len(runs.metrics)}
     if study is not None:
         same = ("students", "rows", "detector", "recall", "kmo", "group_sizes", "warnings")
-        told |= {name: getattr(study, name) for name in same}
-        told["bartlett"] = None if study.bartlett is None else asdict(study.bartlett)
-        told["refused"] = [
+        summary |= {name: getattr(study, name) for name in same}
+        summary["bartlett"] = None if study.bartlett is None else asdict(study.bartlett)
+        summary["refused"] = [
             {"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals
         ]
-        told |= {name: table.plain() for name, table in study_tables(study).items()}
-    return told
+        summary |= {name: table.plain() for name, table in study_tables(study).items()}
+    return summary

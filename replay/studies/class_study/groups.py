@@ -83,7 +83,7 @@ def _compare(
     difference, error = means[1] - means[0], float(_error(first, second))
     p = None
     if len(both) >= LEAST_STUDENTS:
-        found = permutation_test(
+        test = permutation_test(
             (first, second),
             _size,
             vectorized=True,
@@ -91,7 +91,7 @@ def _compare(
             alternative="greater",
             random_state=random,
         )
-        p = float(found.pvalue)
+        p = float(test.pvalue)
     return GroupDifference(
         name=f"{pair[1]} against {pair[0]}",
         kind="groups",
@@ -124,5 +124,5 @@ def _size(first: FloatArray, second: FloatArray, axis: int) -> FloatArray:
 
 def _error(first: FloatArray, second: FloatArray, axis: int = 0) -> FloatArray:
     """The HC3 error of the difference of two groups' means."""
-    squares = sum(part.var(axis=axis, ddof=1) / (part.shape[axis] - 1) for part in (first, second))
+    squares = sum(group.var(axis=axis, ddof=1) / (group.shape[axis] - 1) for group in (first, second))
     return np.sqrt(np.maximum(squares, 1e-300))

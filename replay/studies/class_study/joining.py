@@ -29,8 +29,8 @@ def check_pseudonyms(students: Sequence[str], where: str) -> None:
     """Refuse, as ``ids``, what is missing or looks like a name or an address; rows are named, never the words."""
     wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong:
-        said = f"{where}, data row {_first(wrong)}: no pseudonym (letters and at least one digit, as S01)"
-        raise StudyRefusedError("ids", said)
+        message = f"{where}, data row {_first(wrong)}: no pseudonym (letters and at least one digit, as S01)"
+        raise StudyRefusedError("ids", message)
 
 
 def _first(items: Sequence[object]) -> str:
@@ -120,8 +120,8 @@ def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
     if twice:
         raise StudyRefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
     if codebook.groups and not {*table[codebook.group_column]} <= {*codebook.groups}:
-        words = f"{path.name}: {codebook.group_column} holds a group that the codebook does not declare"
-        raise StudyRefusedError("undeclared-groups", words)
+        message = f"{path.name}: {codebook.group_column} holds a group that the codebook does not declare"
+        raise StudyRefusedError("undeclared-groups", message)
     for item in codebook.items:
         table[item.name] = _answers(table[item.name], item, path.name)
     return table.set_index(codebook.student).sort_index()
@@ -132,22 +132,22 @@ def _answers(texts: "Series", item: Item, where: str) -> "Series":
     from pandas import to_numeric
 
     values = to_numeric(texts, errors="coerce").astype(float)
-    low, high = item.scale
-    wrong = texts[(texts != "") & ~values.between(low, high)]
+    smallest, largest = item.scale
+    wrong = texts[(texts != "") & ~values.between(smallest, largest)]
     for row, text in wrong.items():
         raise StudyError(
-            f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not on the scale {low:g} to {high:g} "
-            "that the codebook gives; leave it empty if it was not answered"
+            f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not on the scale "
+            f"{smallest:g} to {largest:g} that the codebook gives; leave it empty if it was not answered"
         )
-    return low + high - values if item.reversed else values
+    return smallest + largest - values if item.reversed else values
 
 
 def recall_of(metrics: "DataFrame") -> float | None:
     """Share of all contact frames of all rows that are reported; ``None`` when it was not measured in each row."""
     # A row without contacts has no recall; one whose contacts were not counted is no such row.
     touched = metrics[metrics[CONTACT_FRAMES] != 0]
-    found = (touched[RECALL] * touched[CONTACT_FRAMES]).sum(skipna=False)
-    return float(found / touched[CONTACT_FRAMES].sum()) if len(touched) and found == found else None
+    reported = (touched[RECALL] * touched[CONTACT_FRAMES]).sum(skipna=False)
+    return float(reported / touched[CONTACT_FRAMES].sum()) if len(touched) and reported == reported else None
 
 
 def means_of_students(metrics: "DataFrame", answers: "DataFrame", names: Sequence[str]) -> "DataFrame":

@@ -50,9 +50,10 @@ def study_html(
         "script": script, "digest": b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     }  # fmt: skip
     if study is not None:
-        said = headlines(study)
+        sentences = headlines(study)
         values |= {
-            "lines": [*undecided, *said[:1], f"{behind(study)}.", *first], "headlines": said, "behind": behind(study),
+            "lines": [*undecided, *sentences[:1], f"{behind(study)}.", *first], "headlines": sentences,
+            "behind": behind(study),
             "tables": {name: on_page(table) for name, table in study_tables(study).items()},
             "sample": sample_table(study, tables.sample()), "level": LEVEL,
             "reliability": [*_all_items(study), *study.warnings],

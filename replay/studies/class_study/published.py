@@ -69,11 +69,11 @@ def _reliability(table: Mapping[str, Any], n: float, where: str) -> Iterator[Rem
     keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
     items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
     expected = items * (items - 1) / 2
-    said = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
-    yield Remark(AGREES if degrees == expected else INCONSISTENT, name, "df", said)
+    message = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
+    yield Remark(AGREES if degrees == expected else INCONSISTENT, name, "df", message)
     p = float(chdtrc(expected, chi))
-    said = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
-    yield Remark(AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT, name, "p", said)
+    message = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
+    yield Remark(AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT, name, "p", message)
     mean_r = alpha / (items - alpha * (items - 1))
     yield Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}")
     if n < PERSONS_PER_ITEM * items:
@@ -88,24 +88,26 @@ def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> I
         if not rows:
             raise StudyError(f"{where}: {name} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
         for row in rows:
-            yield from (Remark(kind, name, f"{row.predictor} on {row.outcome}", said) for kind, said in row.remarks())
+            yield from (
+                Remark(kind, name, f"{row.predictor} on {row.outcome}", message) for kind, message in row.remarks()
+            )
         follow = [row for row in rows if row.agrees]
         fits = {outcome: {row.fit for row in rows if row.outcome == outcome} for outcome in (r.outcome for r in rows)}
-        apart = ", ".join(outcome for outcome, printed in fits.items() if len(printed) > 1)
-        if str(table.get("label", "")) == "multiple" and apart:
+        differing = ", ".join(outcome for outcome, printed in fits.items() if len(printed) > 1)
+        if str(table.get("label", "")) == "multiple" and differing:
             yield Remark(
                 INCONSISTENT, name, "label",
-                f"called multiple, yet rows of one outcome ({apart}) have different fits, and {len(follow)} of "
+                f"called multiple, yet rows of one outcome ({differing}) have different fits, and {len(follow)} of "
                 f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of "
                 "one predictor each",
             )  # fmt: skip
         if (groups := table.get("groups", 1)) > 1 and not table.get("compared", False):
-            said = f"{groups} groups were formed but not compared"
+            message = f"{groups} groups were formed but not compared"
             if follow:
                 best = max(follow, key=lambda row: row.fit)
                 alone = f"one group alone would give a fit of {adjusted_fit(best.beta, n / groups):.3f}"
-                said += f"; the groups are pooled ({alone}, printed {best.fit:g})"
-            yield Remark(WEAK, name, "groups", said)
+                message += f"; the groups are pooled ({alone}, printed {best.fit:g})"
+            yield Remark(WEAK, name, "groups", message)
 
 
 @dataclass(frozen=True)
@@ -128,8 +130,8 @@ class _Row:
         if not self.agrees:
             r = implied_correlation(self.fit, self.n)
             need = f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
-            said = f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {need}"
-            yield INCONSISTENT, said
+            message = f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {need}"
+            yield INCONSISTENT, message
         if abs(p - self.p) > P_TOLERANCE:
             yield INCONSISTENT, f"a coefficient of {gives} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
         elif self.agrees:
@@ -154,13 +156,13 @@ def p_of_correlation(r: float, n: float) -> float:
 
 
 def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:
-    words = [row.get("outcome"), row.get("predictor")]
-    if not all(isinstance(word, str) and word for word in words):
+    names = [row.get("outcome"), row.get("predictor")]
+    if not all(isinstance(word, str) and word for word in names):
         raise StudyError(f"{where}: outcome and predictor must be words")
     beta = _number(row, "beta", where)
     if not -1.0 < beta < 1.0:
         raise StudyError(f"{where}: beta = {beta:g} is no correlation; the check needs standardised coefficients")
-    return _Row(str(words[0]), str(words[1]), n, beta, _number(row, "adjusted_fit", where), _number(row, "p", where))
+    return _Row(str(names[0]), str(names[1]), n, beta, _number(row, "adjusted_fit", where), _number(row, "p", where))
 
 
 def _number(table: Mapping[str, Any], key: str, where: str) -> float:

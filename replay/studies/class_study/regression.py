@@ -172,15 +172,15 @@ def _studentised(outcomes: FloatArray, predictor: FloatArray, leverage: FloatArr
 
 def _betas(weights: FloatArray, table: FloatArray) -> FloatArray:
     """Standardised coefficients (B, k) of the first column of (n, 1 + k) on the others, rows weighted by (B, n)."""
-    share = weights / weights.sum(axis=1, keepdims=True)
-    mean = share @ table
-    second = np.einsum("bn,ni,nj->bij", share, table, table, optimize=True)
+    fractions = weights / weights.sum(axis=1, keepdims=True)
+    mean = fractions @ table
+    second = np.einsum("bn,ni,nj->bij", fractions, table, table, optimize=True)
     covariance = second - mean[:, :, None] * mean[:, None, :]
     size = np.sqrt(np.maximum(np.einsum("bii->bi", covariance), 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (size[:, :, None] * size[:, None, :])
     usable = np.isfinite(correlation).all(axis=(1, 2))
     usable[usable] = np.linalg.eigvalsh(correlation[usable, 1:, 1:])[:, 0] > LEAST_SPREAD
-    betas = np.full((len(share), table.shape[1] - 1), np.nan)
+    betas = np.full((len(fractions), table.shape[1] - 1), np.nan)
     betas[usable] = np.linalg.solve(correlation[usable, 1:, 1:], correlation[usable, 1:, :1])[:, :, 0]
     return betas

@@ -67,14 +67,14 @@ def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability
     columns -= columns.mean(axis=0)
 
     def alphas(weights: FloatArray) -> FloatArray:
-        share = weights / weights.sum(axis=1, keepdims=True)
-        variances = share @ columns**2 - (share @ columns) ** 2
+        fractions = weights / weights.sum(axis=1, keepdims=True)
+        variances = fractions @ columns**2 - (fractions @ columns) ** 2
         # Rounding leaves a little of sums that do not vary.
         total = np.where(variances[:, -1] > LEAST_SPREAD, variances[:, -1], np.nan)
         return np.asarray(items / (items - 1) * (1.0 - variances[:, :-1].sum(axis=1) / total))[:, None]
 
-    (alpha,), ((low, high),) = with_intervals(alphas, students, random)
-    return Reliability(float(alpha), float(low), float(high), item_total(answers), students, items)
+    (alpha,), ((lower, upper),) = with_intervals(alphas, students, random)
+    return Reliability(float(alpha), float(lower), float(upper), item_total(answers), students, items)
 
 
 def item_total(answers: FloatArray) -> tuple[float, ...]:
@@ -113,7 +113,9 @@ def kmo(answers: FloatArray) -> float:
     inverse = np.linalg.inv(matrix)
     scale = np.sqrt(np.diag(inverse))
     off = ~np.eye(len(matrix), dtype=bool)
-    plain, partial = (float(np.square(one[off]).sum()) for one in (matrix, inverse / np.outer(scale, scale)))
+    plain, partial = (
+        float(np.square(matrix_of[off]).sum()) for matrix_of in (matrix, inverse / np.outer(scale, scale))
+    )
     if plain + partial < LEAST_SPREAD:
         raise StudyRefusedError("uncorrelated", "KMO")
     return plain / (plain + partial)

@@ -14,10 +14,10 @@ BOOTSTRAPS: Final = 2000
 """Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
 
 
-def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[float, float]:
+def interval(drawn: FloatArray, estimate: float, left_out: FloatArray) -> tuple[float, float]:
     """95 % bootstrap interval, bias-corrected and accelerated, its quantiles those of Student's t.
 
-    ``drawn`` (B,) is the estimate in each resample, ``found`` the estimate itself, ``left_out`` (n,) the estimate
+    ``drawn`` (B,) is the estimate in each resample, ``estimate`` the estimate itself, ``left_out`` (n,) the estimate
     without each one of the n students. At 52 students a plain percentile interval of 95 % holds the truth in 92.6 % of
     classes, this one in 94.0 % (alpha of five items, 1,000 synthetic classes; slopes: 92.8 to 94.4 % against 93.9 to
     95.1 %). ``scipy.stats.bootstrap`` has no such widening.
@@ -30,16 +30,16 @@ def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[flo
     students = len(left_out)
     if len(drawn) == 0 or students < 3:
         return float("nan"), float("nan")
-    below = (np.count_nonzero(drawn < found) + 0.5 * np.count_nonzero(drawn == found)) / len(drawn)
+    below = (np.count_nonzero(drawn < estimate) + 0.5 * np.count_nonzero(drawn == estimate)) / len(drawn)
     bias = float(ndtri(np.clip(below, 0.5 / len(drawn), 1.0 - 0.5 / len(drawn))))
-    apart = left_out.mean() - left_out
-    size = float(np.square(apart).sum())
-    skew = float((apart**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
+    deviations = left_out.mean() - left_out
+    size = float(np.square(deviations).sum())
+    skew = float((deviations**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
     wide = np.sqrt(students / (students - 1.0)) * float(stdtrit(students - 1, 0.975))
     moved = bias + np.array([-wide, wide])
     # Beyond the pole of the correction the bound is the end of what was drawn.
-    low, high = np.quantile(drawn, ndtr(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
-    return float(low), float(high)
+    lower, upper = np.quantile(drawn, ndtr(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
+    return float(lower), float(upper)
 
 
 def weights_of(students: int, random: np.random.Generator) -> FloatArray:
@@ -54,10 +54,10 @@ def with_intervals(
 
     ``statistic`` makes figures (B, k) of weights (B, n), how often each student counts.
     """
-    (found,), drawn = statistic(np.ones((1, students))), statistic(weights_of(students, random))
+    (estimates,), drawn = statistic(np.ones((1, students))), statistic(weights_of(students, random))
     left_out = statistic(1.0 - np.eye(students))
-    ends = [interval(drawn[:, k], float(value), left_out[:, k]) for k, value in enumerate(found)]
-    return found, np.array(ends)
+    ends = [interval(drawn[:, k], float(value), left_out[:, k]) for k, value in enumerate(estimates)]
+    return estimates, np.array(ends)
 
 
 @dataclass(frozen=True)
@@ -87,12 +87,12 @@ class Resampling:
         top, base, students = above[counted], below[counted], len(counted)
         if not students:
             return Estimate(np.nan, np.nan, np.nan, 0)
-        found = float(top.sum() / base.sum())
+        estimate = float(top.sum() / base.sum())
         if np.all(top == 0.0) or np.array_equal(top, base):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
-            return Estimate(found, *wilson(found * students, students), students)
+            return Estimate(estimate, *wilson(estimate * students, students), students)
         weights = self._weights[:, counted]
         with np.errstate(invalid="ignore", divide="ignore"):
             drawn = (weights @ top) / (weights @ base)
             left_out = (top.sum() - top) / (base.sum() - base)
-        return Estimate(found, *interval(drawn, found, left_out), students)
+        return Estimate(estimate, *interval(drawn, estimate, left_out), students)

@@ -65,7 +65,12 @@ def make_class(
     _check_folder(out, truth)
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
     _write(out / TRUTH, truth)
-    answers = DataFrame([{"student": one.pseudonym, "group": one.group, **one.answers} for one in drawn])
+    answers = DataFrame(
+        [
+            {"student": drawn_student.pseudonym, "group": drawn_student.group, **drawn_student.answers}
+            for drawn_student in drawn
+        ]
+    )
     _write(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
     book = files("replay.studies.class_study").joinpath("class_codebook.yaml")
     _write(out / CODEBOOK, book.read_text(encoding="utf-8"))
@@ -99,8 +104,8 @@ def _student(k: int, seed: int) -> Student:
     answers = {}
     for short, trait in traits.items():
         for item in range(1, ITEMS_EACH + 1):
-            turned = -1.0 if item == ITEMS_EACH else 1.0
-            answer = 3.0 + turned * trait + MODEL["item_noise"] * random.normal()
+            sign = -1.0 if item == ITEMS_EACH else 1.0
+            answer = 3.0 + sign * trait + MODEL["item_noise"] * random.normal()
             answers[f"{short}{item}"] = int(np.clip(np.round(answer), 1, 5))
     drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsy
     count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))

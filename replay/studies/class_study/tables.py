@@ -41,8 +41,8 @@ def headlines(study: Study) -> list[str]:
     """Headlines: the associations, most pronounced first, or a sentence that there are none."""
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
-        held = "" if c.kind == "simple" else ", the other predictors held equal"
-        what = f"{_capital(c.name)} is associated with {_more(c)} {readable_name(c.outcome)}{held}"
+        condition = "" if c.kind == "simple" else ", the other predictors held equal"
+        what = f"{_capital(c.name)} is associated with {_more(c)} {readable_name(c.outcome)}{condition}"
         lines.append(f"{what}: {_between(c)}, n = {c.students}")
     for two in study.groups:
         if two.associated:
@@ -116,8 +116,8 @@ IN_FILES: Final = ("associated", "changes", "tested")
 def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
     """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
     named = (column.partition("=") for column in columns.split())
-    shown = WORDS | NUMBERS
-    kept = (Column(name, str if name in WORDS else float, of=of, show=shown.get(name, "")) for name, _, of in named)
+    displayed = WORDS | NUMBERS
+    kept = (Column(name, str if name in WORDS else float, of=of, show=displayed.get(name, "")) for name, _, of in named)
     return Table.of(kept, rows, title, notes)
 
 

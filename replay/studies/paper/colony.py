@@ -40,14 +40,14 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
     bodies = fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
     rng = random_stream(seed, "paper/near", family)
-    ways = Ways(rng, bodies, count)
-    low, high = np.full(count, 0.3 * ways.reach), np.full(count, ways.reach)
+    paths = Ways(rng, bodies, count)
+    lower, upper = np.full(count, 0.3 * paths.reach), np.full(count, paths.reach)
     for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        meets = ways.meet(middle)
-        low, high = np.where(meets, middle, low), np.where(meets, high, middle)
-    distances = low + rng.uniform(-DEEPER, FARTHER, size=count)
-    posed, meets = ways.motion(distances), ways.meet(distances)
+        middle = (lower + upper) / 2
+        meets = paths.meet(middle)
+        lower, upper = np.where(meets, middle, lower), np.where(meets, upper, middle)
+    distances = lower + rng.uniform(-DEEPER, FARTHER, size=count)
+    posed, meets = paths.motion(distances), paths.meet(distances)
     return NearPoses(family, bodies, posed.take(np.flatnonzero(meets)), posed.take(np.flatnonzero(~meets)))
 
 

@@ -57,8 +57,10 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
     groups = groups_of(fixtures)
     complete = joined(each("measuring times", ask_to_completion, [(group,) for group in groups]))
     short = {
-        share: joined(each(f"Table I, B = {share:g}", ask_cut_short, [(group, complete, share) for group in groups]))
-        for share in SHARES
+        fraction: joined(
+            each(f"Table I, B = {fraction:g}", ask_cut_short, [(group, complete, fraction) for group in groups])
+        )
+        for fraction in SHARES
     }
     near = [(family, size.near, seed, size.search_seeds) for family in FAMILY_NAMES]
     colony = each("searches near contact", colony_rows, near)

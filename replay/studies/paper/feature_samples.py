@@ -78,8 +78,8 @@ def search_samples(family: str, near: int, seed: int) -> Drawn:
 def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
     """The least budget within which ``RATE`` of ``of`` poses are detected; ``None``: ``LIMIT`` does not do."""
     hits = sorted(hit for hit in spent if hit is not None)
-    wanted = ceil(RATE * of)
-    return hits[wanted - 1] if 0 < wanted <= len(hits) else None
+    target = ceil(RATE * of)
+    return hits[target - 1] if 0 < target <= len(hits) else None
 
 
 def feature_sample_tables(families: Sequence[Drawn]) -> list[Table]:
@@ -110,9 +110,11 @@ def _search(families: Sequence[Drawn]) -> Table:
                 missed = sum(hit is None or hit > BUDGET for hit in spent)
                 least = least_evaluations(spent, len(spent)) if len(spent) >= ENOUGH else None
                 rate = (missed / len(spent), *wilson(missed, len(spent))) if spent else (None, None, None)
-                share = (len(spent) - missed) / of
+                success_rate = (len(spent) - missed) / of
                 whole = least_evaluations(spent, of)
-                rows.append((drawn.family, searcher, _word(size), len(spent), missed, *rate, share, least, whole))
+                rows.append(
+                    (drawn.family, searcher, _word(size), len(spent), missed, *rate, success_rate, least, whole)
+                )
     head = (
         "family", "search", "faces sampled", "poses covered", f"misses at {BUDGET:,}", "rate", "low", "high",
         "detected of all poses", f"evaluations to {RATE:g} of covered", f"evaluations to {RATE:g} of all",

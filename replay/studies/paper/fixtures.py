@@ -121,38 +121,38 @@ class Ways:
         return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(distances))])
 
 
-def _with_faces(way: Ways, target: int) -> Motion | None:
+def _with_faces(path: Ways, target: int) -> Motion | None:
     """The frame in which the number of faces is nearest to the target, if near enough."""
-    distances = np.linspace(0.0, way.reach, LOOKS, endpoint=False)
-    counts = way.faces(distances)
+    distances = np.linspace(0.0, path.reach, LOOKS, endpoint=False)
+    counts = path.faces(distances)
     crossing = np.flatnonzero((counts[1:] > target) != (counts[:-1] > target))[:BRACKETS]
     if len(crossing):
         between = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
-        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, way.faces(between)])
+        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, path.faces(between)])
     best = int(np.argmin(np.abs(counts - target)))
     if abs(int(counts[best]) - target) > TOLERANCE * target:
         return None
-    return way.motion(distances[best : best + 1])
+    return path.motion(distances[best : best + 1])
 
 
 @cache
 def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
     """The coarsest tessellation at which half of the best distance's faces are the target, by bisection."""
-    make, low, high = FAMILIES[family]
-    while high - low > max(1, low // 16):
-        middle = (low + high) // 2
+    make, lower, upper = FAMILIES[family]
+    while upper - lower > max(1, lower // 16):
+        middle = (lower + upper) // 2
         if _typical_faces(make(middle), family, seed) < target:
-            low = middle
+            lower = middle
         else:
-            high = middle
-    return make(high)
+            upper = middle
+    return make(upper)
 
 
 def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     """The largest number of faces along some random ways, three quarters of their median."""
     rng = random_stream(seed, "table-1/tessellation", family)
-    ways = [Ways(rng, bodies, away=0.1) for _ in range(PROBES)]
-    most = [way.faces(np.linspace(0.0, way.reach, 12, endpoint=False)).max() for way in ways]
+    paths = [Ways(rng, bodies, away=0.1) for _ in range(PROBES)]
+    most = [path.faces(np.linspace(0.0, path.reach, 12, endpoint=False)).max() for path in paths]
     return 0.75 * float(np.median(most))
 
 
@@ -189,7 +189,7 @@ def _turned(angle: FloatArray, radius: FloatArray, height: FloatArray) -> FloatA
 
 def _faces(*corners: tuple[NDArray[np.int64], ...]) -> NDArray[np.int64]:
     """Faces (f, 3) from the numbers of their first, second and third corners."""
-    return np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in corners])
+    return np.concatenate([np.stack(indices, axis=-1).reshape(-1, 3) for indices in corners])
 
 
 @cache

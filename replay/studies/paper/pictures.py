@@ -31,7 +31,7 @@ def require_matplotlib() -> None:
 
 def write_pictures(tables: Sequence[Table], out: Path) -> list[Path]:
     """Write ``figure_7.png`` and ``figure_8.png`` into a folder, which is made; returns their paths."""
-    by_key = {one.key: one for one in tables}
+    by_key = {table.key: table for table in tables}
     out.mkdir(parents=True, exist_ok=True)
     written = []
     for name, draw in (("figure_7.png", figure_7), ("figure_8.png", figure_8)):
@@ -46,18 +46,18 @@ def figure_7(tables: Mapping[str, Table]) -> bytes:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained")
-    parts: Any = figure.subfigures(2, 1)
+    subfigures: Any = figure.subfigures(2, 1)
     accuracy, times, rates = (tables[key] for key in ("F7ab", "F7c", "F7e"))
-    shares, families = _distinct(accuracy, "B"), _distinct(rates, "family")
-    above = parts[0].subplots(1, len(shares), squeeze=False, sharey="row")[0]
-    for axes, share in zip(above, shares, strict=True):
-        part = accuracy.where(B=share)
-        names = _by_algorithm(axes, part, "mean", "mean, low", "mean, high")
-        axes.plot(_numbers(part, f"mean: {PRINTED}"), names, "x", color=GREY, label=PRINTED)
-        axes.set(title=f"7a, b: accuracy, B = {share:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
+    budgets, families = _distinct(accuracy, "B"), _distinct(rates, "family")
+    above = subfigures[0].subplots(1, len(budgets), squeeze=False, sharey="row")[0]
+    for axes, budget in zip(above, budgets, strict=True):
+        rows = accuracy.where(B=budget)
+        names = _by_algorithm(axes, rows, "mean", "mean, low", "mean, high")
+        axes.plot(_numbers(rows, f"mean: {PRINTED}"), names, "x", color=GREY, label=PRINTED)
+        axes.set(title=f"7a, b: accuracy, B = {budget:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
     above[0].invert_yaxis()
-    _legend(parts[0], above[0])
-    first, *others = parts[1].subplots(1, 1 + len(families))
+    _legend(subfigures[0], above[0])
+    first, *others = subfigures[1].subplots(1, 1 + len(families))
     _by_algorithm(first, times, "median, ms", "lower quartile, ms", "upper quartile, ms")
     first.set(title="7c: time of a pose", xlabel="ms for all faces: median, lower to upper quartile", xscale="log")
     first.xaxis.set_major_formatter("{x:g}")
@@ -81,13 +81,13 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
     figure = Figure(figsize=(12.0, 10.0), dpi=110, layout="constrained")
     panels = figure.subplots(3, len(families), squeeze=False, sharey="row")
     for (covered, rates, work), family in zip(panels.T, families, strict=True):
-        part, searches = coverage.where(family=family), search.where(family=family)
-        _by_size(covered, part)
+        rows, searches = coverage.where(family=family), search.where(family=family)
+        _by_size(covered, rows)
         covered.set(title=f"8: coverage, {family}", ylim=(-0.03, 1.03))
         for name in _distinct(search, "search"):
-            part = searches.where(search=name)
-            _by_size(rates, part)
-            work.plot(_sizes(work, part), _numbers(part, spent), "o-", label=name)
+            rows = searches.where(search=name)
+            _by_size(rates, rows)
+            work.plot(_sizes(work, rows), _numbers(rows, spent), "o-", label=name)
         rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))
         # A logarithm cannot show a panel in which nothing was measured.
         measured = (_numbers(searches, spent) > 0).any()
@@ -102,17 +102,17 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
 def _by_algorithm(axes: Axes, table: Table, *columns: str) -> list[str]:
     """A bar a row, of a value between its ends; returns the names of the rows."""
     names = table.column("algorithm")
-    middle, low, high = (_numbers(table, column) for column in columns)
+    middle, lower, upper = (_numbers(table, column) for column in columns)
     (line,) = axes.plot(middle, names, "o", label="mean, with bootstrap interval")
-    axes.hlines(names, low, high, color=line.get_color())
+    axes.hlines(names, lower, upper, color=line.get_color())
     return names
 
 
 def _by_size(axes: Axes, table: Table) -> None:
     """Rates over the sampled faces, each with its interval."""
-    places = _sizes(axes, table)
-    (line,) = axes.plot(places, _numbers(table, "rate"), "o-")
-    axes.vlines(places, _numbers(table, "low"), _numbers(table, "high"), color=line.get_color())
+    positions = _sizes(axes, table)
+    (line,) = axes.plot(positions, _numbers(table, "rate"), "o-")
+    axes.vlines(positions, _numbers(table, "low"), _numbers(table, "high"), color=line.get_color())
 
 
 def _legend(figure: Any, axes: Axes) -> None:
@@ -143,11 +143,11 @@ def _distinct(table: Table, name: str) -> list[Any]:
 
 def _sizes(axes: Axes, table: Table) -> list[float]:
     """Places of the sampled faces along a logarithm, and their words below."""
-    words = table.column("faces sampled")
-    largest = max(float(word) for word in words if word != ALL)
-    places = [BEYOND_LARGEST * largest if word == ALL else float(word) for word in words]
+    cells = table.column("faces sampled")
+    largest = max(float(word) for word in cells if word != ALL)
+    positions = [BEYOND_LARGEST * largest if word == ALL else float(word) for word in cells]
     axes.set_xscale("log", base=2)
-    axes.set_xticks(places, words)
+    axes.set_xticks(positions, cells)
     axes.minorticks_off()
     axes.set_xlabel("faces sampled of each mesh")
-    return places
+    return positions

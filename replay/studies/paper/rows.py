@@ -84,6 +84,6 @@ def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]
         both = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
         right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
         done = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
-        found = faces_of_pairs(right), pose.faces, len(pairs), len(pose.pairs), len(right)
-        answers.append((pose.target, *found, done, seconds))
+        counts = faces_of_pairs(right), pose.faces, len(pairs), len(pose.pairs), len(right)
+        answers.append((pose.target, *counts, done, seconds))
     return np.array(answers, ANSWER)

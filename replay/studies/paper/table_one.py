@@ -33,22 +33,22 @@ def ask_to_completion(group: Sequence[Fixture]) -> Answers:
     return joined(rounds[1:])
 
 
-def budget(complete: Answers, name: str, target: int, share: float) -> int:
-    """Operations that row ``name`` does in ``share`` medians of ``hybrid``; 1 at least."""
+def budget(complete: Answers, name: str, target: int, fraction: float) -> int:
+    """Operations that row ``name`` does in ``fraction`` medians of ``hybrid``; 1 at least."""
     hybrid, row = (of_target(complete[row], target) for row in ("hybrid", name))
     rate = row["operations"].sum() / row["seconds"].sum()
-    return max(1, round(share * float(np.median(hybrid["seconds"])) * float(rate)))
+    return max(1, round(fraction * float(np.median(hybrid["seconds"])) * float(rate)))
 
 
-def ask_cut_short(group: Sequence[Fixture], complete: Answers, share: float) -> Answers:
-    """Ask every row that takes a budget in every pose of a group, with ``share`` medians of ``hybrid``."""
-    budgets = {name: budget(complete, name, group[0].target, share) for name in BUDGETED}
+def ask_cut_short(group: Sequence[Fixture], complete: Answers, fraction: float) -> Answers:
+    """Ask every row that takes a budget in every pose of a group, with ``fraction`` medians of ``hybrid``."""
+    budgets = {name: budget(complete, name, group[0].target, fraction) for name in BUDGETED}
     return {name: ask(name, make(name, group[0].bodies, budget=most), group) for name, most in budgets.items()}
 
 
-def joined(parts: Sequence[Answers]) -> Answers:
+def joined(answers: Sequence[Answers]) -> Answers:
     """The answers of all groups, in their order."""
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return {name: np.concatenate([answer[name] for answer in answers]) for name in answers[0]}
 
 
 def of_target(answers: NDArray[Any], target: int) -> NDArray[Any]:
@@ -61,11 +61,13 @@ def table_one(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for target in np.unique(complete["exact"]["target"]).tolist():
         for name, paper in PAPER.items():
-            asked = [of_target(by[name], target) for by in (complete, *(equal[share] for share in SHARES))]
-            cells = [float(answers["faces"].mean()) for answers in asked]
-            true, theirs = float(asked[0]["true_faces"].mean()), paper["detected"].get(str(target))
-            rows.append((target, f"{name} ({paper['name']})", true, *cells, theirs))
-    head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
+            answers_of_budget = [
+                of_target(by[name], target) for by in (complete, *(equal[fraction] for fraction in SHARES))
+            ]
+            cells = [float(answers["faces"].mean()) for answers in answers_of_budget]
+            true, printed_faces = float(answers_of_budget[0]["true_faces"].mean()), paper["detected"].get(str(target))
+            rows.append((target, f"{name} ({paper['name']})", true, *cells, printed_faces))
+    head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {fraction:g}" for fraction in SHARES), PRINTED)
     return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
         "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations. "
@@ -102,10 +104,10 @@ def accuracy(equal: Mapping[float, Answers]) -> Table:
     """Fig. 7 a and b: face recall of single poses."""
     rows = []
     for name in BUDGETED:
-        for share in SHARES:
-            answers = equal[share][name]
+        for fraction in SHARES:
+            answers = equal[fraction][name]
             recalls = answers["faces"] / answers["true_faces"]
-            rows.append((name, share, *spread(recalls), printed(name, "accuracy"), printed(name, "variance")))
+            rows.append((name, fraction, *spread(recalls), printed(name, "accuracy"), printed(name, "variance")))
     head = (
         "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",
         f"mean: {PRINTED}", f'"variance": {PRINTED}',
@@ -121,8 +123,8 @@ def times(complete: Answers) -> Table:
     }
     to = quartiles["rapid-style"][1]
     rows = [
-        (name, 1e3 * middle, 1e3 * low, 1e3 * high, middle / to, printed(name, "time"))
-        for name, (low, middle, high) in quartiles.items()
+        (name, 1e3 * middle, 1e3 * lower, 1e3 * upper, middle / to, printed(name, "time"))
+        for name, (lower, middle, upper) in quartiles.items()
     ]
     head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
     where = ", ".join(f"{key} {value}" for key, value in machine().items())
@@ -141,6 +143,6 @@ def spread(given: FloatArray) -> tuple[int, float, float, float, float, float]:
     2.0
     """
     draws = random_stream(0, "paper/bootstrap").integers(0, len(given), size=(RESAMPLES, len(given)))
-    low, high = np.quantile(given[draws].mean(axis=1), [0.025, 0.975])
+    lower, upper = np.quantile(given[draws].mean(axis=1), [0.025, 0.975])
     variance = float(given.var(ddof=1)) if len(given) > 1 else 0.0
-    return len(given), float(given.mean()), float(low), float(high), variance**0.5, variance
+    return len(given), float(given.mean()), float(lower), float(upper), variance**0.5, variance

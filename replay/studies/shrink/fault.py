@@ -59,8 +59,8 @@ class Fault:
             return False
 
     def _says(self, name: str, settings: Mapping[str, Any]) -> bool | None:
-        found = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
-        return None if is_undecided(found)[0] else bool(counts_as_contact(found)[0])
+        verdict = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
+        return None if is_undecided(verdict)[0] else bool(counts_as_contact(verdict)[0])
 
     def corners(self, body: int) -> FloatArray:
         """The triangles (F, 3, 3) of a body in the last frame."""
@@ -134,36 +134,36 @@ def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]
     yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
 
 
-def _row(run: RunFolder, miss: int | None, false: int | None, wanted: str | None) -> dict[str, Any]:
+def _row(run: RunFolder, miss: int | None, false: int | None, detector: str | None) -> dict[str, Any]:
     """The row of a fault in the tables of a run.
 
-    ``wanted``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
+    ``detector``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
     """
     names = {label: run.document.detectors[label].name for label in run.document.audit}
     among = [
         label
         for label, name in names.items()
-        if wanted in (None, label) or (":" in name and wanted in (name, f"{label}={name}"))
+        if detector in (None, label) or (":" in name and detector in (name, f"{label}={name}"))
     ]
-    if wanted is not None and not among:
-        raise ShrinkError(f"{run.path} audited no {wanted}; it audited: {', '.join(names) or 'nothing'}")
+    if detector is not None and not among:
+        raise ShrinkError(f"{run.path} audited no {detector}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
     table, number, what = ("misses", miss, "miss") if miss is not None else ("false", false, "false contact")
-    found = [row for row in run.rows(table) if row["number"] == number and row["detector"] in among]
-    if len(found) > 1:
-        labels = ", ".join(row["detector"] for row in found)
+    rows = [row for row in run.rows(table) if row["number"] == number and row["detector"] in among]
+    if len(rows) > 1:
+        labels = ", ".join(row["detector"] for row in rows)
         raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {labels}")
-    if not found:
-        raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {wanted}" if wanted else ""))
-    return found[0]
+    if not rows:
+        raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {detector}" if detector else ""))
+    return rows[0]
 
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    found = run.recording(session, scene)
-    ready = prepared(read_session(found, scene=scene), policy=run.document.policy, **asdict(run.document.window))
-    run.require_digest(found, ready.treatment.digest)
+    recording = run.recording(session, scene)
+    ready = prepared(read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window))
+    run.require_digest(recording, ready.treatment.digest)
     replayed, assembly = run.document.session, ready.assembly
     if len(assembly.motion) != replayed.frames or {*assembly.names} != {*replayed.bodies}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")

@@ -142,14 +142,14 @@ class Shrinking:
         """Whether any one of a few faces can go."""
         rows = np.arange(len(self.fault.bodies[body].mesh.faces))
         some = np.linspace(0, len(rows) - 1, 4).astype(int).tolist()
-        return any(self._takes(_with_faces, self.fault, {body: np.delete(rows, one)}) for one in some)
+        return any(self._takes(_with_faces, self.fault, {body: np.delete(rows, face)}) for face in some)
 
     def _plain_rotations(self) -> None:
         """No rotation at all, of all bodies or of one."""
         every = list(range(len(self.fault.bodies)))
-        for turned in (every, *([k] for k in every)):
+        for bodies in (every, *([k] for k in every)):
             rotations = self.fault.motion.rotations.copy()
-            rotations[:, turned] = np.eye(3)
+            rotations[:, bodies] = np.eye(3)
             if np.array_equal(rotations, self.fault.motion.rotations) or self._takes(
                 _with_poses, self.fault, "rotations", rotations
             ):
@@ -177,25 +177,25 @@ def fewest(items: IntArray, stands: Callable[[IntArray], bool]) -> IntArray:
     """
     if len(items) and stands(items[:0]):
         return items[:0]
-    parts = 2
+    chunks = 2
     while len(items) >= 2:
-        for kept in _tried(items, min(parts, len(items))):
+        for kept in _tried(items, min(chunks, len(items))):
             if stands(kept):
                 # A part of its own begins anew; what is left without one part goes on as finely.
-                parts = 2 if len(kept) <= -(-len(items) // parts) else max(parts - 1, 2)
+                chunks = 2 if len(kept) <= -(-len(items) // chunks) else max(chunks - 1, 2)
                 items = kept
                 break
         else:
-            if parts >= len(items):
+            if chunks >= len(items):
                 break
-            parts = min(2 * parts, len(items))
+            chunks = min(2 * chunks, len(items))
     return items
 
 
-def _tried(items: IntArray, parts: int) -> Iterator[IntArray]:
-    chunks = np.array_split(np.arange(len(items)), parts)
+def _tried(items: IntArray, count: int) -> Iterator[IntArray]:
+    chunks = np.array_split(np.arange(len(items)), count)
     yield from (items[chunk] for chunk in chunks)
-    if parts > 2:
+    if count > 2:
         yield from (np.delete(items, chunk) for chunk in chunks)
 
 
@@ -232,5 +232,5 @@ def _with_mesh(fault: Fault, body: int, mesh: TriangleMesh) -> Fault:
 
 def _with_poses(fault: Fault, name: str, values: FloatArray) -> Fault:
     motion = fault.motion
-    arrays = {one: getattr(motion, one) for one in ("times", "translations", "rotations")} | {name: values}
+    arrays = {field: getattr(motion, field) for field in ("times", "translations", "rotations")} | {name: values}
     return replace(fault, motion=Motion(**arrays, valid=motion.valid, linked=motion.linked))

@@ -48,14 +48,14 @@ def thin_faces(mesh: TriangleMesh) -> BoolArray:
 
 def _margin(fault: Fault) -> Iterable[Doubt]:
     first, second = fault.pairs[0].tolist()
-    turn, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
+    rotations, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
     stage, pair = MarginStage(fault.bodies, TAU), (first, second)
     if fault.contact:
         meeting = meeting_faces_exhaustive(fault.corners(first), fault.corners(second))
         if len(meeting):
-            if not stage.shallow(pair, meeting, turn, move):
+            if not stage.shallow(pair, meeting, rotations, move):
                 return ()
-            return (Doubt.SHALLOW, Doubt.LOOSE) if stage.loose(pair, meeting, turn, move) else (Doubt.SHALLOW,)
+            return (Doubt.SHALLOW, Doubt.LOOSE) if stage.loose(pair, meeting, rotations, move) else (Doubt.SHALLOW,)
         if fault.oracle == "continuous":
             return ()
-    return (Doubt.NEAR,) if stage.near(pair, turn[None], move[None])[0] else ()
+    return (Doubt.NEAR,) if stage.near(pair, rotations[None], move[None])[0] else ()

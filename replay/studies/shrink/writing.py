@@ -108,8 +108,8 @@ def _poses(fault: Fault) -> Iterator[list[Any]]:
     motion = fault.motion
     for frame, time in enumerate(motion.times.tolist()):
         for body, kept in enumerate(fault.bodies):
-            place, turn = motion.translations[frame, body], motion.rotations[frame, body]
-            numbers = [*place.tolist(), *turn.ravel().tolist()]
+            translation, rotation = motion.translations[frame, body], motion.rotations[frame, body]
+            numbers = [*translation.tolist(), *rotation.ravel().tolist()]
             yield [repr(time), kept.name, int(motion.valid[frame, body]), *map(repr, numbers)]
 
 

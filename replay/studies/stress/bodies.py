@@ -33,35 +33,43 @@ def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, 
     counts: Counter[str] = Counter()
     why, promised = "", True
     for scene in scenes:
-        words, reason, within_promise = _ask_scene(spec, scene, tau)
-        counts.update(words)
+        verdicts, reason, within_promise = _ask_scene(spec, scene, tau)
+        counts.update(verdicts)
         promised &= within_promise
-        if any(words.get(word) for word in ("missed", "invented", "refused")):
+        if any(verdicts.get(word) for word in ("missed", "invented", "refused")):
             why = why or reason
     if not promised and counts["missed"]:
         why = why or AT_FRAMES
-    asked = sum(len(scene.truth) for scene in scenes)
+    questions = sum(len(scene.truth) for scene in scenes)
     return Tally(
-        spec.label, "case", number, CASES[number], seed, asked, **dict[str, Any](counts), reason=why, promised=promised
+        spec.label,
+        "case",
+        number,
+        CASES[number],
+        seed,
+        questions,
+        **dict[str, Any](counts),
+        reason=why,
+        promised=promised,
     )
 
 
 def _ask_again(spec: DetectorSpec, seed: int) -> Tally:
     """One digest for any size of blocks."""
-    place = np.linspace(-1.3, 1.3, 97)
-    motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
+    offsets = np.linspace(-1.3, 1.3, 97)
+    motion = at(np.stack([offsets, 0.1 * np.sin(9 * offsets), np.full(97, 0.2)], axis=1))
     sizes = (1, 10, 64, 4096)
-    told: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     try:
         engine = create_detector(spec.name, two(ball_mesh(0.5), box_mesh()), **spec.settings)
         whole = engine.detect(motion).digest
         other = [size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != whole]
     except CollisionCoreError as error:
-        told = {"refused": len(sizes), "reason": str(error)}
+        options = {"refused": len(sizes), "reason": str(error)}
     else:
         if other:
-            told = {"changed": len(other), "reason": f"blocks {other[0]}: another digest"}
-    return Tally(spec.label, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **told)
+            options = {"changed": len(other), "reason": f"blocks {other[0]}: another digest"}
+    return Tally(spec.label, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **options)
 
 
 def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
@@ -73,18 +81,18 @@ def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict
     verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])
     reason = next((why for detection in detections for why in detection.reasons.values()), "")
     if scene.covers == "intervals":
-        said = _over_crossings(verdict.reshape(len(scene.truth), -1))
+        answers = _over_crossings(verdict.reshape(len(scene.truth), -1))
         truth = scene.truth * np.uint8(Verdict.CONTACT)
         promised = detections[0].covers == "intervals"
     else:
-        said, truth, promised = verdict, scene.truth, True
-    refused = is_undecided(said)
+        answers, truth, promised = verdict, scene.truth, True
+    refused = is_undecided(answers)
     word = (detections[0].containment or ("",))[0]
     if word.startswith("refused: "):
-        silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(said) & ~refused
+        silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(answers) & ~refused
         reason = word.removeprefix("refused: ") if silent.any() else reason
         refused |= silent
-    counts = judged(said, truth, refused, lambda wrong: _within(scene, wrong, tau))
+    counts = judged(answers, truth, refused, lambda wrong: _within(scene, wrong, tau))
     return {word: int(rows.sum()) for word, rows in counts.items()}, reason, promised
 
 
@@ -101,13 +109,13 @@ def _over_crossings(verdict: ByteArray) -> ByteArray:
 
     The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
     """
-    said = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
+    combined = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
     open_ = is_undecided(verdict)
     open_[:, 0] &= verdict[:, 0] != Verdict.NO_POSE
-    said[open_.any(axis=1)] = Verdict.UNRESOLVED
-    said[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
-    said[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
-    return said
+    combined[open_.any(axis=1)] = Verdict.UNRESOLVED
+    combined[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
+    combined[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
+    return combined
 
 
 def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
@@ -117,10 +125,10 @@ def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
         return within
     stage = MarginStage(scene.bodies, tau)
     for frame in np.flatnonzero(wrong & (scene.truth != Verdict.CONTAINED)).tolist():
-        turn, move = scene.motion.rotations[frame], scene.motion.translations[frame]
+        rotation, move = scene.motion.rotations[frame], scene.motion.translations[frame]
         if scene.truth[frame] == Verdict.CONTACT:
-            question = (0, 1), meeting(scene.bodies, scene.motion, frame), turn, move
+            question = (0, 1), meeting(scene.bodies, scene.motion, frame), rotation, move
             within[frame] = stage.shallow(*question) and stage.loose(*question)
         else:
-            within[frame] = stage.near((0, 1), turn[None], move[None])[0]
+            within[frame] = stage.near((0, 1), rotation[None], move[None])[0]
     return within

@@ -80,9 +80,9 @@ COARSE = partial(grid, half=16, step=1.0)
 WHOLE = partial(grid, half=32, step=1.0)
 
 
-def log_uniform(rng: Generator, low: float, high: float, shape: int | tuple[int, ...]) -> FloatArray:
+def log_uniform(rng: Generator, lower: float, upper: float, shape: int | tuple[int, ...]) -> FloatArray:
     """Ten to a power uniform in [low, high)."""
-    return np.asarray(10.0 ** rng.uniform(low, high, shape), dtype=np.float64)
+    return np.asarray(10.0 ** rng.uniform(lower, upper, shape), dtype=np.float64)
 
 
 def face_point(rng: Generator, triangles: FloatArray, weight: float = 1.0) -> FloatArray:
@@ -229,10 +229,10 @@ def _glass_facets(rng: Generator, t: FloatArray) -> None:
     n, width, height, radius = len(t), 0.002, 6e-5, 0.03
     start = rng.uniform(0, 2 * np.pi, n)
     outside = radius + rng.choice([0.0, 1e-6, 1e-4], n)
-    turn, lift = rng.uniform(-width, width, n), rng.uniform(-3e-5, 3e-5, n)
+    tilt, lift = rng.uniform(-width, width, n), rng.uniform(-3e-5, 3e-5, n)
     for row, (step, level) in enumerate([(0, 0), (1, 0), (0, 1)] * 2):
         second = row >= 3
-        angle = start + step * width + turn * second
+        angle = start + step * width + tilt * second
         r = outside if second else radius
         t[:, row] = np.stack([r * np.cos(angle), r * np.sin(angle), level * height + lift * second], axis=-1)
     t[:] = t.astype(np.float32)

@@ -61,17 +61,17 @@ def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
         return []
     if text == ALL:
         return [*known]
-    wanted: set[int] = set()
+    chosen: set[int] = set()
     least, most = min(known), max(known)
-    for part in text.split(","):
-        first, _, last = (word.strip() for word in part.partition("-"))
+    for entry in text.split(","):
+        first, _, last = (word.strip() for word in entry.partition("-"))
         ends = first, last or first
         inside = all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most
         numbers = {number for number in known if inside and int(ends[0]) <= number <= int(ends[1])}
         if not numbers:
-            raise StressError(f"there is no {what} {part!r}; they go from {least} to {most}, written as 9 or 3-5,12")
-        wanted |= numbers
-    return sorted(wanted)
+            raise StressError(f"there is no {what} {entry!r}; they go from {least} to {most}, written as 9 or 3-5,12")
+        chosen |= numbers
+    return sorted(chosen)
 
 
 def stress(

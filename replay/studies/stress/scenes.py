@@ -66,21 +66,23 @@ def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
 
 def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
     """The face pairs (k, 2) that meet in a frame, from all there are, placed as every detector places them."""
-    turns, moves = motion.rotations[frame], motion.translations[frame]
-    placed = (place_points(body.mesh.triangles, turns[k], moves[k]) for k, body in enumerate(bodies))
+    rotations, moves = motion.rotations[frame], motion.translations[frame]
+    placed = (place_points(body.mesh.triangles, rotations[k], moves[k]) for k, body in enumerate(bodies))
     return meeting_faces_exhaustive(*placed)
 
 
 def in_worlds(rng: Generator, count: int) -> Motion:
     """Both bodies in the same random pose, ``count`` times; the first time as they stand."""
-    turn, place = random_rotations(rng, count), rng.normal(size=(count, 3))
-    turn[0], place[0] = np.eye(3), 0.0
-    return Motion(np.arange(count) / HEADSET_HZ, np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+    rotations, translations = random_rotations(rng, count), rng.normal(size=(count, 3))
+    rotations[0], translations[0] = np.eye(3), 0.0
+    return Motion(
+        np.arange(count) / HEADSET_HZ, np.repeat(translations[:, None], 2, 1), np.repeat(rotations[:, None], 2, 1)
+    )
 
 
-def at(places: ArrayLike) -> Motion:
+def at(translations: ArrayLike) -> Motion:
     """The first body unturned at places (T, 3), the second at the origin."""
-    first = np.asarray(places, dtype=np.float64)
+    first = np.asarray(translations, dtype=np.float64)
     both = np.stack([first, np.zeros_like(first)], axis=1)
     return Motion(np.arange(len(first)) / HEADSET_HZ, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
 
@@ -191,14 +193,16 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     before = int(np.ceil(0.012 / step)) + 1
     frames = 2 * before + 2
     phase = (np.arange(phases) + 0.5) / phases
-    place = np.zeros((phases, frames, 2, 3))
-    place[:, :, 0, 2] = REACH + (phase[:, None] - 1 - np.arange(-before, frames - before)) * step
-    place[:, :, 0, 0] = np.broadcast_to(aside, phases)[:, None]
+    translations = np.zeros((phases, frames, 2, 3))
+    translations[:, :, 0, 2] = REACH + (phase[:, None] - 1 - np.arange(-before, frames - before)) * step
+    translations[:, :, 0, 0] = np.broadcast_to(aside, phases)[:, None]
     linked = np.ones((phases, frames, 2), dtype=bool)
     linked[:, 0] = False
     count = phases * frames
-    turn = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
-    return Motion(np.arange(count) / HEADSET_HZ, place.reshape(count, 2, 3), turn, linked=linked.reshape(count, 2))
+    rotations = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
+    return Motion(
+        np.arange(count) / HEADSET_HZ, translations.reshape(count, 2, 3), rotations, linked=linked.reshape(count, 2)
+    )
 
 
 def thin_wall(_rng: Generator) -> Iterator[StressScene]:
@@ -253,11 +257,13 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
         start, end = np.array([*rng.uniform(-0.02, 0.02, 2), 0.05]), np.array([*rng.uniform(-0.02, 0.02, 2), -0.05])
         for aside, meets in ((0.0, True), (0.5, False)):
             shift = np.array([aside, 0, 0])
-            ways: dict[str, FloatArray] = {"forth": np.array([start, end]), "back": np.array([end, start])}
-            ways |= {f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)}
-            for way, places in ways.items():
-                name = f"path {number} {'through' if meets else 'beside'} {way}"
-                yield of_intervals(name, meshes, at(places + shift), meets)
+            paths: dict[str, FloatArray] = {"forth": np.array([start, end]), "back": np.array([end, start])}
+            paths |= {
+                f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)
+            }
+            for direction, points in paths.items():
+                name = f"path {number} {'through' if meets else 'beside'} {direction}"
+                yield of_intervals(name, meshes, at(points + shift), meets)
 
 
 def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
@@ -267,19 +273,19 @@ def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
     for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TAU / 2, 2 * TAU, 1e-4, 2e-3)):
         for side, travel in product((1, -1), (0.0, 0.02)):
             wall = box_mesh((0.01, 0.1, 0.2), (reach + side * gap + 0.005, 0, 0))
-            place = np.zeros((2, 2, 3))
-            place[:, 0, 2] = -travel, travel
+            translations = np.zeros((2, 2, 3))
+            translations[:, 0, 2] = -travel, travel
             name = f"{degrees:g} degrees, gap {side * gap:g} m, {travel:g} m along"
-            yield of_intervals(name, (rod, wall), moved_away(turning(degrees), place), side < 0)
+            yield of_intervals(name, (rod, wall), moved_away(turning(degrees), translations), side < 0)
 
 
 def flush(_rng: Generator) -> Iterator[StressScene]:
     """45: a block that slides along a table and past its end, or stands on it, or in a slot of its own width."""
     table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
-    way = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
+    offsets = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
     for lift in (0.0, HAIR, -HAIR, 2.0**-20, -(2.0**-20)):
-        meets = _contact_where((lift <= 0) & (np.abs(way) <= 1.125))
-        along = np.outer(way, [1.0, 0, 0])
+        meets = _contact_where((lift <= 0) & (np.abs(offsets) <= 1.125))
+        along = np.outer(offsets, [1.0, 0, 0])
         lifted = along.copy()
         lifted[:, 2] += 0.125 + lift
         yield of_instants(f"lifted by {lift:g} m", (block, table), at(lifted), meets)
@@ -293,13 +299,13 @@ def nested_shells(_rng: Generator) -> Iterator[StressScene]:
     inner, outer = merged(box, _inside_out(box_mesh((0.5,) * 3))), merged(box_mesh((3.0,) * 3), _inside_out(solid))
     axes = np.array([[1, 0, 0], [1, 1, 0], [1, -1, 1], [0, 0, -1]])
     away = np.array([0.0, 0.25, 0.5 - HAIR, 0.5, 0.5 + HAIR, 0.5 + 2.0**-10])
-    places = (away[:, None, None] * axes).reshape(-1, 3)
+    positions = (away[:, None, None] * axes).reshape(-1, 3)
     meets = np.repeat(away >= 0.5, len(axes))
     for inside, around in product({"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()):
         free = Verdict.CONTAINED if around[0] == "solid" else Verdict.CLEAR
         name, truth = f"{inside[0]} in a {around[0]}", _contact_where(meets, free)
-        yield of_instants(name, (inside[1], around[1]), at(places), truth)
-        yield of_instants(f"{name}, outer first", (around[1], inside[1]), at(-places), truth)
+        yield of_instants(name, (inside[1], around[1]), at(positions), truth)
+        yield of_instants(f"{name}, outer first", (around[1], inside[1]), at(-positions), truth)
 
 
 def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
@@ -309,9 +315,9 @@ def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
     for value, axis, sign in product(GONE, range(3), (1, -1)):
         lost = np.zeros((1, 3))
         lost[0, axis] = sign * value
-        places = np.concatenate([sound, lost, sound, -lost, lost, sound])
-        meets = _contact_where(np.abs(places).max(axis=1) <= 1.0)
-        yield of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, at(places), meets)
+        translations = np.concatenate([sound, lost, sound, -lost, lost, sound])
+        meets = _contact_where(np.abs(translations).max(axis=1) <= 1.0)
+        yield of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, at(translations), meets)
     tiny = [[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]]
     yield of_instants("the smallest numbers", boxes, at(tiny), met)
     motion = at(sound)
@@ -322,8 +328,8 @@ def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
 def far_crossings(_rng: Generator) -> Iterator[StressScene]:
     """48: a cube through a thin plate, and beside it, a kilometre to eight thousand from the origin."""
     for far, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
-        there = moved_away(crossing(1.0, 10, aside), [far, -far, far])
-        yield of_intervals(f"{far:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, there, not aside, 10)
+        far_motion = moved_away(crossing(1.0, 10, aside), [far, -far, far])
+        yield of_intervals(f"{far:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10)
 
 
 Maker = Callable[[Generator], Iterator[StressScene]]

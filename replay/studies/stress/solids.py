@@ -26,9 +26,9 @@ def revolved_mesh(profile: Sequence[tuple[float, float]], sides: int = 16) -> Tr
     counts = np.where(radius[:, 0] > 0, sides, 1)
     points = [ring[:count] for ring, count in zip(np.stack(around, axis=-1), counts, strict=True)]
     ring = (np.cumsum(counts) - counts)[:, None] + np.arange(sides) * (radius > 0)
-    low, high = ring[:-1], ring[1:]
-    low_next, high_next = (np.roll(part, -1, axis=1) for part in (low, high))
-    faces = np.stack([low, low_next, high_next, low, high_next, high], axis=-1).reshape(-1, 3)
+    lower, upper = ring[:-1], ring[1:]
+    lower_next, upper_next = (np.roll(ring_edge, -1, axis=1) for ring_edge in (lower, upper))
+    faces = np.stack([lower, lower_next, upper_next, lower, upper_next, upper], axis=-1).reshape(-1, 3)
     whole = (np.diff(np.sort(faces), axis=1) > 0).all(axis=1)
     return TriangleMesh(np.concatenate(points), faces[whole])
 
@@ -57,7 +57,7 @@ def icosphere_mesh() -> TriangleMesh:
     half axis.
     """
     golden = (1 + np.sqrt(5)) / 2
-    corners = [np.roll([0.0, a, b * golden], turn) for turn in range(3) for a in (-1, 1) for b in (-1, 1)]
+    corners = [np.roll([0.0, a, b * golden], shift) for shift in range(3) for a in (-1, 1) for b in (-1, 1)]
     middles = [(a + b) / 2 for a, b in combinations(corners, 2) if np.linalg.norm(a - b) < 2.1]
     points = np.array(corners + middles)
     sphere = hull_of(points / np.linalg.norm(points, axis=1, keepdims=True))

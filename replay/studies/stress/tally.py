@@ -80,18 +80,18 @@ class StressResult:
 
 
 def judged(
-    said: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
+    answers: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
 ) -> Mapping[str, BoolArray]:
     """By the fields of a tally, of which of n verdicts (n,) beside true ones (n,) it is said.
 
     ``refused`` (n,): not decided; ``within``: which of the wrong ones (n,) are wrong about at most a tolerance.
     """
-    unconfirmed = (said == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
-    answer = np.where(said == Verdict.NOT_FOUND, Verdict.CLEAR, said)
-    answer[(said == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
+    unconfirmed = (answers == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
+    answer = np.where(answers == Verdict.NOT_FOUND, Verdict.CLEAR, answers)
+    answer[(answers == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
     wrong = (answer != truth) & ~refused & ~unconfirmed
     excused = wrong & within(wrong)
-    missed = wrong & ~excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
+    missed = wrong & ~excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(answers))
     return {
         "missed": missed,
         "invented": wrong & ~excused & ~missed,

@@ -54,4 +54,4 @@ def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> ByteAr
         if len(pairs) == 1:
             return np.array([Verdict.INVALID], dtype=np.uint8)
         half = len(pairs) // 2
-        return np.concatenate([_batch(detector, part, settings) for part in (pairs[:half], pairs[half:])])
+        return np.concatenate([_batch(detector, half_batch, settings) for half_batch in (pairs[:half], pairs[half:])])
