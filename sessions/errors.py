@@ -13,7 +13,7 @@ class SessionError(Exception):
 
 
 class WrongInputError(SessionError, TypeError):
-    """What was given is of another kind than what was asked for."""
+    """The input is of another kind than the requested one."""
 
 
 class MeshFileError(SessionError):

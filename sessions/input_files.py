@@ -19,7 +19,7 @@ def _as_path(path: str | Path) -> Path:
 
 
 def special_kind(path: str | Path) -> str:
-    """What stands under a name where it is no regular file, such as "a device"; empty for a file and for nothing."""
+    """The kind of what a path leads to where it is no regular file, such as "a device"; else empty."""
     try:
         mode = _as_path(path).stat().st_mode
     except (OSError, ValueError):

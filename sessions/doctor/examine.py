@@ -171,7 +171,7 @@ def _attached(file: McapFile, planned: "Planned") -> Checked:
 
 
 def _noted(decoder: FrameDecoder, damaged: Damaged, pose_pass: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
-    """What a strict reader would have refused."""
+    """Findings of what a strict reader refuses."""
     zero = int(pose_pass.stamp_ns[0]) if len(pose_pass.stamp_ns) else 0
     for region, error in (*damaged.unpacked, *damaged.unread):
         finding = refusal(error)

@@ -14,7 +14,7 @@ from sessions.mcap_format.refusals import CURES
 
 
 class Severity(IntEnum):
-    """How much a finding matters; a gate asks for this much or more."""
+    """Rank of a finding; a gate fails at a given rank or above."""
 
     NOTE = 0
     """Worth knowing; no answer changes."""
@@ -73,17 +73,17 @@ class Finding:
 
     @property
     def severity(self) -> Severity:
-        """How much it matters here."""
+        """The rank of the finding in this session."""
         return CODES[self.code].severity if self.own_severity is None else self.own_severity
 
     @property
     def meaning(self) -> str:
-        """What the finding means for a user of the recording."""
+        """The consequence for a user of the recording."""
         return CODES[self.code].meaning
 
     @property
     def fix(self) -> str:
-        """What to do about it."""
+        """The repair to make."""
         return CODES[self.code].fix
 
     def as_json(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What is wrong with a surface, before any collision detection; and its repair, as a mesh editor would do it."""
+"""Faults of a surface, before any collision detection; and its repair, as a mesh editor would do it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
@@ -45,7 +45,7 @@ def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
 
 
 def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:
-    """Which faces are points or segments, (f,)."""
+    """Mask (f,) of the faces that are points or segments."""
     corners = mesh.triangles
     edges = corners - np.roll(corners, 1, axis=1)
     longest = np.sqrt((edges * edges).sum(axis=2).max(axis=1))

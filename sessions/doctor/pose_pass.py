@@ -31,7 +31,7 @@ JOINED_FRAMES: Final = 1024  # Frames examined together; smaller blocks are join
 
 @dataclass(frozen=True, eq=False)
 class PosePass:
-    """What one pass over T frames of N bodies leaves.
+    """The results of one pass over T frames of N bodies.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class PosePass:
     digest: str
 
     def has(self, mark: Mark, column: int | slice = slice(None)) -> NDArray[np.bool_]:
-        """Where any of these marks is set, (T,) of one body, (T, N) of all."""
+        """Mask of samples with any of these marks, (T,) of one body, (T, N) of all."""
         return marked(self.marks[:, column], mark)
 
     def usable_rows(self, column: int) -> NDArray[np.int64]:

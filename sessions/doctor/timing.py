@@ -46,7 +46,7 @@ COUNTED: Final = (
 
 
 def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which frames lie before, and which exactly at, the latest stamp so far, (T,) each."""
+    """Masks (T,) of frames before, and of frames exactly at, the latest stamp so far."""
     peak = np.maximum.accumulate(np.concatenate([[np.iinfo(np.int64).min], stamps]))[:-1]
     return stamps < peak, stamps == peak
 

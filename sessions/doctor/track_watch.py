@@ -32,7 +32,7 @@ KEPT: Final = 4
 
 
 class Mark(IntFlag):
-    """What is odd about one sample (stored as uint32)."""
+    """Flags of one sample (stored as uint32)."""
 
     NOT_FINITE = 1
     ZERO_QUATERNION = 2
@@ -51,7 +51,7 @@ class Mark(IntFlag):
 
 
 def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
-    """Where any of these marks is set, in the shape of ``marks``."""
+    """Mask of samples with any of these marks, in the shape of ``marks``."""
     return np.asarray((marks & np.uint32(mark)) != 0)
 
 
@@ -115,7 +115,7 @@ class TrackWatch:
 
 
 def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
-    """Which of consecutive velocities (n, 3) are no motion."""
+    """Mask of consecutive velocities (n, 3) that are no motion."""
     speed = np.sqrt((velocity * velocity).sum(axis=1))
     if len(velocity) < 3:
         return np.asarray(speed > SPEED_BOUND)

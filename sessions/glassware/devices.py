@@ -1,4 +1,4 @@
-"""What a student wears and holds: hands, and a wand and a headset in the manner of the VIVE.
+"""Tracked devices of a student: hands, and a wand and a headset in the manner of the VIVE.
 
 The meshes were made once, by ``python .ci/device_meshes.py``, and are shipped with many faces and with some 3,000; the
 finer or the coarser one is simplified to the number asked for. The hands hold a cylinder whose axis is +Y through the

@@ -1,4 +1,4 @@
-"""What an instrument is: a closed mesh, what it weighs, where liquid stands in it, and places that procedures name.
+"""Instruments: a closed mesh, its mass, its cavity for liquid, and named points for procedures.
 
 Conventions: metres, +Y up; the origin is the centre of the base, unless the instrument's function names another place.
 """

@@ -92,7 +92,7 @@ class _Body:
 
     @property
     def rotation(self) -> tuple[str, list[str]]:
-        """What the rotation is, and its columns; three numbers called a rotation are angles."""
+        """The kind of the rotation, and its columns; three numbers called a rotation are angles."""
         for kind, axes in ((XYZW, "xyzw"), (MATRIX, NINE)):
             if columns := self.columns_of(kind, axes):
                 return kind, columns

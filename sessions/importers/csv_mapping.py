@@ -61,7 +61,7 @@ class Guessable(StrEnum):
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Where a pose stands: three columns of position, and a rotation of one of the kinds of ``ROTATION_KINDS``.
+    """The columns of a pose: three of position, and a rotation of one of the kinds of ``ROTATION_KINDS``.
 
     A rotation vector is the axis times the angle; ``degrees`` is for it and for Euler angles. A matrix is row by row.
     """
@@ -303,7 +303,7 @@ def _letter(table: TomlTable, key: str, default: str) -> str:
 
 
 def pose_columns(table: TomlTable) -> PoseColumns:
-    """Where a pose stands, from a table of a mapping; nothing else may be in it."""
+    """Reads the columns of a pose from a table of a mapping; nothing else may be in it."""
     kinds = [kind for kind in ROTATION_KINDS if kind in table]
     if len(kinds) != 1:
         table.refuse(

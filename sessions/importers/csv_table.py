@@ -258,7 +258,7 @@ class CsvTable:
 
     @property
     def notes(self) -> list[str]:
-        """What is not as it should be in its rows, a sentence each."""
+        """Irregularities of the rows, a sentence each."""
         notes = []
         if self._is_cut_short:
             notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")

@@ -31,7 +31,7 @@ MeshSource = str | Path | MeshData
 
 @dataclass(frozen=True)
 class MeshOptions:
-    """What a user says of meshes; the options of ``replay import``.
+    """The user's options for meshes, as in ``replay import``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an import read and what became of it: kept, dropped or merged, by kind, body and reason.
+"""The account of an import: items read, kept, dropped or merged, by kind, body and reason.
 
 Every reader books here, and nothing is booked that does not add up: ``read = kept + dropped + merged``. Merged is what
 says the same as something kept, such as a row that is there twice; dropped is lost. The session's fact ``ledger`` holds
@@ -109,7 +109,7 @@ class Ledger:
         return iter(self._entries.values())
 
     def sentences(self) -> list[str]:
-        """What was dropped and merged; bodies that lost alike share a sentence."""
+        """Sentences on dropped and merged items; bodies with equal losses share a sentence."""
         bodies_of: dict[str, list[str]] = {}
         for entry in self:
             texts = [entry.loss] if entry.dropped else []

@@ -72,7 +72,7 @@ def _rotation_assumptions(rotation_type: str) -> tuple[Assumption, ...]:
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
-    """What line 1 says, how many lines stand above those that name columns, and how many of these there are."""
+    """The fields of line 1, the number of lines above those that name columns, and the number of these."""
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
             lines = iter(lambda: file.readline(LONGEST_LINE), "")

@@ -49,7 +49,7 @@ class Stream(NamedTuple):
 
 @dataclass(frozen=True)
 class SourceFrame:
-    """What the numbers of a source mean, and who says so; ``clock`` is a sentence for a reader.
+    """The units and axes of a source, and their origin; ``clock`` is a sentence for a reader.
 
     ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
     """

@@ -1,4 +1,4 @@
-"""What a recording is, by its first bytes and its names; ``import auto`` asks this and says why."""
+"""Recognises the format of a recording by its first bytes and its names, with the reason, for ``import auto``."""
 
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""Which samples of a series stay where its stamps do not increase, and what becomes of the others.
+"""Selects the samples of a series so that its stamps increase, and accounts for the others.
 
 A few wild stamps cost their own rows and no others. A clock that starts again is refused, because nobody knows how much
 time lies between the two recordings that the series then is.
@@ -32,7 +32,7 @@ Rows = NDArray[np.bool_]
 
 
 def increasing(name: str, stamps: Stamps, values: Sequence[Numbers], ledger: Ledger, *, kind: str = "samples") -> Rows:
-    """Which samples stay, (n,): the longest part of a series whose stamps increase, of equal stamps the first.
+    """Mask (n,) of the kept samples: the longest subsequence whose stamps increase, of equal stamps the first.
 
     The account of this ``kind`` and name says what became of the others. ``values``: what the samples hold, arrays
     (n,) or (n, k); they tell a sample that is there twice from two samples of one stamp.

@@ -1,4 +1,4 @@
-"""What an MCAP file holds beside its messages, and where these are; no chunk is unpacked.
+"""The catalogue of an MCAP file: its other records, and the extents of its messages; no chunk is unpacked.
 
 One walk over the records serves everybody: a reader refuses the first fault, the doctor names it, and `recover` goes
 on behind it. It does not need the index at the end, so a file without one, or with messages outside chunks, is read
@@ -48,7 +48,7 @@ class ChannelInfo(NamedTuple):
 
     @property
     def schema_name(self) -> str:
-        """What its messages are."""
+        """The name of the schema of its messages."""
         return "" if self.schema is None else str(self.schema.name)
 
     @property
@@ -274,7 +274,7 @@ def attachment_name(content: bytes) -> str:
 
 
 def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Catalogue:
-    """What a file holds, from its magic to its footer or to where it is cut short (see ``tear``); memory is one record.
+    """Lists a file from its magic to its footer or to where it is cut short (see ``tear``); memory is one record.
 
     SessionFileError where it is empty or no MCAP; where a record is damaged or too long, which only a strict reader
     refuses: else it is left out and among the ``faults``.

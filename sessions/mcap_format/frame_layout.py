@@ -29,7 +29,7 @@ DOUBLE_BYTES = 9
 
 
 class ByteOffsets(NamedTuple):
-    """Where the numbers of a body begin in a message."""
+    """The first bytes of the numbers of a body in a message."""
 
     seconds: int
     nanos: int
@@ -71,7 +71,7 @@ class FrameLayout:
         return self.table(stamps, stamps, poses[..., :3], poses)[0]
 
     def fits(self, table: Bytes) -> NDArray[np.bool_]:
-        """Which messages, a row each, hold these bodies with their numbers in these places."""
+        """Mask of the messages, a row each, that hold these bodies with their numbers at these offsets."""
         fixed, pattern = self._fixed
         return ((table & fixed) == pattern).all(axis=1)
 

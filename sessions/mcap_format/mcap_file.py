@@ -84,7 +84,7 @@ class McapFile:
                 yield int(table.publish_ns[row]), table.payload(row)
 
     def topics_below(self, prefix: str) -> list[str]:
-        """What follows the prefix in the topics that start with it, each once."""
+        """The topics that start with a prefix, without it, each once."""
         topics = [channel.topic for channel in self.catalogue.channels.values() if channel.topic.startswith(prefix)]
         return [topic.removeprefix(prefix) for topic in dict.fromkeys(topics)]
 

@@ -172,7 +172,7 @@ def attached_scene(file: McapFile) -> Scene:
 
 
 def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
-    """What is wrong with a part of a file as a refusal of the file."""
+    """Turns an error in a part of a file into a refusal of the file."""
     failure = SessionFileError(f"{file.path}: {error}")
     failure.code = code
     return failure
@@ -205,7 +205,7 @@ def is_session_topic(topic: str) -> bool:
 
 
 def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
-    """What a session makes of the messages of a topic; ``last_ns`` ends intervals that do not."""
+    """Decodes the messages of a topic; ``last_ns`` closes intervals without an end."""
     try:
         return _TOPIC_READERS[schemas.topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
@@ -213,7 +213,7 @@ def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) ->
 
 
 def topic_content(file: McapFile, topic: str) -> Any:
-    """What a session holds of a topic."""
+    """Reads and decodes the messages of a topic."""
     messages = list(file.payloads(topic))
     last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
     return read_topic(file.path, topic, messages, last_ns)

@@ -46,5 +46,5 @@ def refused(path: Path | str, code: str, what: str, cure: str = "") -> SessionFi
 
 
 def brief(error: SessionFileError) -> str:
-    """What is wrong, without the file and the cure."""
+    """The problem, without the file and the cure."""
     return error.what or str(error).partition(": ")[2] or str(error)

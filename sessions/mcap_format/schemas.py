@@ -47,7 +47,7 @@ def message_class(name: str) -> Any:
 
 @dataclass(frozen=True)
 class ChannelSpec:
-    """What the messages of a channel are: the full name of their schema, and their class."""
+    """The type of the messages of a channel: the full name of their schema, and their class."""
 
     schema: str
     message: Any

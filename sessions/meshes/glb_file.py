@@ -53,7 +53,7 @@ REFUSED: Final = {
 
 
 class GlbFile:
-    """What a binary glTF 2.0 file holds.
+    """The contents of a binary glTF 2.0 file.
 
     Raises ``MeshFileError``: no GLB, another version of glTF, cut short, a required extension that may change shapes;
     and an error of any kind where it is damaged.

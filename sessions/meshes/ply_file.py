@@ -38,7 +38,7 @@ Surface = tuple[Indices, Indices]
 
 @dataclass
 class Header:
-    """What a header declares; ``order``: byte order, ``""`` for text; ``size``: bytes of the header."""
+    """The declarations of a header; ``order``: byte order, ``""`` for text; ``size``: bytes of the header."""
 
     order: str = ""
     elements: list[Element] = field(default_factory=list)

@@ -91,7 +91,7 @@ class Assumption:
 
     @property
     def title(self) -> str:
-        """What it is about: ``axes of beaker.obj and rod.obj``."""
+        """The subject: ``axes of beaker.obj and rod.obj``."""
         if not self.files:
             return self.title_by_bodies
         *first, last = self.files

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 class Status(IntEnum):
-    """What a body's sample in a frame is worth (stored as uint8)."""
+    """Quality of a body's sample in a frame (stored as uint8)."""
 
     ABSENT = 0
     """The frame holds no sample of this body."""

@@ -64,7 +64,7 @@ class SceneEffect:
 
 @dataclass(frozen=True)
 class Scene:
-    """What was declared, and the text it was read from.
+    """The declarations of a scene, and the text they were read from.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class FrameSource(Protocol):
-    """Where frames come from: `Frames` in memory, or a file read block by block."""
+    """A source of frames: `Frames` in memory, or a file read block by block."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -34,7 +34,7 @@ class FrameSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SessionPart:
-    """Where the frames of a session stand in the recording that they are a part of.
+    """The position of the frames of a session in the recording that they are a part of.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What was recorded over time on a clock of its own: poses of a body, presses of a hand, gaze, numbers."""
+"""Series on a clock of their own: poses of a body, presses of a hand, gaze, numbers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from sessions.errors import SessionError
 
 
 class Column(NamedTuple):
-    """What was given for a column: the shape of a row, its type, and what stands there when ``None`` was given."""
+    """The input for a column: the shape of a row, its type, and the default for ``None``."""
 
     given: ArrayLike | None
     width: tuple[int, ...] = ()
@@ -105,7 +105,7 @@ class HandTrack(Samples):
 
 @dataclass(frozen=True, eq=False, init=False)
 class GazeTrack(Samples):
-    """Where one participant looked: a ray per sample, in the world.
+    """The gaze of one participant: a ray per sample, in the world.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 @dataclass(frozen=True)
 class Recovery:
-    """What became of a file.
+    """The result of recovering a file.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Recovery:
         return not self.lost
 
     def sentences(self) -> list[str]:
-        """What was kept and lost, for a reader."""
+        """Sentences on what was kept and lost, for a reader."""
         return [f"kept {self.frames:,} frames and {self.messages:,} messages", *self.lost, *self.mended]
 
 
@@ -160,7 +160,7 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
 def _losses(
     declared: Catalogue, kept: "_KeptMessages", bodies: Sequence[str], attachments: Sequence[str]
 ) -> Iterator[str]:
-    """What was lost of a file, a sentence each."""
+    """The losses of a file, a sentence each."""
     yield from kept.lost
     if declared.tear is not None and (skipped := declared.size - declared.tear):
         yield f"skipped {skipped:,} bytes that are no records"

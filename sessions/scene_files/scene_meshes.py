@@ -122,7 +122,7 @@ Planned = Callable[[Scene, str], Sequence[str]]
 def checked_scene(
     text: str, file: str, planned: Planned, folder: Path | None = None
 ) -> tuple[Scene, dict[str, MeshData], list[str]]:
-    """What can be read of a scene's text, the meshes it declares, and everything that is wrong with both.
+    """Reads as much of a scene's text as possible, the meshes it declares, and lists every problem of both.
 
     ``file`` is the name used in messages. ``folder``: where its mesh files lie; ``None``: no mesh is looked at.
     """

@@ -44,7 +44,7 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
 
 
 def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
-    """What can be read of a scene, defaults in place of what is wrong, and all faults; SceneError: it is no TOML."""
+    """Reads a scene with defaults in place of wrong values, and lists all faults; SceneError: it is no TOML."""
     faults: list[str] = []
     whole = parse_toml(text, file, SceneError, faults)
     head = whole.table("scene") or whole.within({}, "[scene]")
@@ -73,7 +73,7 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
 
 
 def bodies_by_selector(bodies: tuple[SceneBody, ...]) -> Selected:
-    """What stands for which of these bodies."""
+    """The bodies of each selector."""
     selected: dict[str, list[str]] = {}
     for body in bodies:
         if not body.id.startswith(TAG):
@@ -262,7 +262,7 @@ def table_lines(kind: str, entries: Mapping[str, Any]) -> list[str]:
 
 
 def body_keys(body: SceneBody) -> dict[str, Any]:
-    """What a scene says of a body, key by key; nothing that is as it is without being said."""
+    """The keys of a body in a scene file, without those that have their default."""
     keys: dict[str, Any] = {"id": body.id}
     plain = SceneBody(id=body.id)
     for key in ("mesh", "node", "shape", "instrument", "scale", "mesh_axes", "group", "parent", "tags", "proxy"):

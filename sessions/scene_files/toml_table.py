@@ -132,7 +132,7 @@ class TomlTable:
         return tuple(value)
 
     def vector(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """As many finite numbers as the default has."""
+        """Reads a vector of finite numbers of the default's length."""
         size = len(default)
         fits = lambda value: isinstance(value, list) and len(value) == size and all(map(is_number, value))  # noqa: E731
         return tuple(map(float, self._checked(key, list(default), f"give {size} finite numbers", fits)))

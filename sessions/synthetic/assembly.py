@@ -74,7 +74,7 @@ class Recording:
 
     @property
     def latency_s(self) -> float:
-        """How much older a pose is than its stamp."""
+        """The age of a pose at its stamp."""
         return self.tracker.latency_s if self.tracker else 0.0
 
 

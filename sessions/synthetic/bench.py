@@ -66,7 +66,7 @@ class Instruments:
         return cavity
 
     def at(self, name: str) -> Array:
-        """Where the body stands at first, (3,)."""
+        """The initial position of a body, (3,)."""
         return np.array(self.placed[name].position)
 
     def site(self, name: str, site: str) -> Array:
@@ -95,7 +95,7 @@ class Instruments:
 
 @dataclass(frozen=True)
 class Declaration:
-    """What stands on the bench of a session, what is done there, which effects its scene calls for."""
+    """The declaration of a session at the bench: its bodies, its steps, the effects of its scene."""
 
     name: str
     remarks: tuple[str, ...]

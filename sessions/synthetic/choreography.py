@@ -52,7 +52,7 @@ class Script:
 
     @property
     def position(self) -> Array:
-        """Where it rests now."""
+        """The current position."""
         return np.asarray(self._keys[-1].position)
 
     @property
@@ -112,7 +112,7 @@ class Script:
 
 
 def controllers(presses: Mapping[str, Sequence[Interval]], stamps_ns: NDArray[np.int64]) -> Mapping[str, HandTrack]:
-    """What the controllers report at the stamps; the first stamp is the zero of all times.
+    """The reports of the controllers at the stamps; the first stamp is the zero of all times.
 
     ``presses``, by side: the trigger passes `GRASP_LEVEL` at the start of each and falls below `RELEASE_LEVEL` at its
     end. The grip follows the trigger at 0.9 of its way, as a closing hand does.

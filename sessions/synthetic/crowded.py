@@ -72,7 +72,7 @@ def make_crowded_lab(
 
 
 def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
-    """Where each glass stands: a row of its kind along x, a hair apart; rows behind one another."""
+    """The position of each glass: a row of its kind along x, `GAP_M` apart; rows behind one another."""
     depth = -0.25
     for row in range(len(ROWS)):
         width, _, deep = np.ptp(layout.meshes[names[row * COLUMNS]].bounds, axis=0).tolist()

@@ -54,7 +54,7 @@ class Approach:
         return 0.5 * (self.possible - self.sure)
 
     def origin_at(self, target: ArrayLike, gap: float) -> Array:
-        """Where the mover's origin is when it is ``gap`` metres short of first contact (negative: deeper)."""
+        """The mover's origin when it is ``gap`` metres short of first contact (negative: deeper)."""
         right = np.cross(self.direction, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
         return np.asarray(target) - (self.distance + gap) * self.direction + self.aside * right + up

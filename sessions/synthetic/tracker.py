@@ -1,4 +1,4 @@
-"""What a VIVE-style tracker makes of a true motion: late, noisy, sometimes lost, and off when it comes back."""
+"""The output of a VIVE-style tracker for a true motion: late, noisy, sometimes lost, and off when it comes back."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

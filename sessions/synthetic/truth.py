@@ -128,12 +128,12 @@ def ordered(a: str, b: str) -> Pair:
 
 
 def inside(times: NDArray[np.float64], span: Interval) -> NDArray[np.bool_]:
-    """Which times (n,) lie in a closed interval."""
+    """Mask of the times (n,) in a closed interval."""
     return (times >= span[0]) & (times <= span[1])
 
 
 def truth_path(session_path: str | Path) -> Path:
-    """Where the truth of a session file lies: ``x.mcap`` -> ``x.truth.json``."""
+    """The path of the truth of a session file: ``x.mcap`` -> ``x.truth.json``."""
     path = Path(session_path)
     return path.with_name(f"{path.stem}.truth.json")
 

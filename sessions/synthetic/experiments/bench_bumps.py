@@ -1,4 +1,4 @@
-"""What is done in `bench-bumps`: bumps of thin glasses that are brief, or stay, at moments that only the seed decides.
+"""The steps of `bench-bumps`: bumps of thin glasses that are brief, or stay, at moments that only the seed decides.
 
 The right hand stirs in a beaker with a glass rod and then taps things with it; the left raps its knuckles against
 glasses, carries a graduated cylinder, clinks it against a flask and sets it down too hard.

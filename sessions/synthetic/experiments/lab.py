@@ -89,7 +89,7 @@ class Lab:
     def approach(
         self, mover: str, target: str, height: float, direction: ArrayLike = AWAY, rotation: ArrayLike = IDENTITY
     ) -> Approach:
-        """The poses at which ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
+        """Bounds the first contact of ``mover``, ``height`` metres over the target's base, with ``target``."""
         return approach(self.layout.meshes[mover], rotation, self.layout.meshes[target], direction, height)
 
     def declared(self, kind: str) -> Mapping[str, Any]:

@@ -26,7 +26,7 @@ EYES = np.array([0.0, 1.55, 0.62])
 
 
 class Experiment(Declaration):
-    """What was declared, and what makes sessions of it."""
+    """A declared experiment, and the functions that make sessions of it."""
 
     def __call__(
         self,
@@ -77,7 +77,7 @@ class Experiment(Declaration):
         return replace(session, hands=controllers(lab.presses, observed.stamps + START_NS)), truth
 
     def scene(self, faces: int = FACES) -> Scene:
-        """What the experiment declares, with its text."""
+        """The scene of the experiment, with its text."""
         return with_text(Scene(self.name, tuple(self.layout(faces).bodies()), effects=self.effects), self.remarks)
 
 
@@ -134,6 +134,6 @@ def _watching(lab: Lab) -> KeyPath:
 
 
 def _event(fact: Fact, text: str) -> Event:
-    """What a program would log: it knows what was taken, let go and broken, not what was poured."""
+    """The event that a program logs: it knows what was taken, let go and broken, not what was poured."""
     thing = next((body for body in fact.bodies if not body.startswith("hand-")), "")
     return Event(START_NS + round(fact.start * 1e9), fact.kind, text.format(thing), thing)

@@ -1,4 +1,4 @@
-"""What can be done at the bench besides what a `Lab` does itself, step by step, each with its truth.
+"""Steps at the bench beside those of `Lab`, each with its truth.
 
 Pour, stir, swirl, rap, come close; a titration; the flame test; collecting a gas over its delivery tube; and what the
 chemistry makes of it all, from formulas, written down as facts.
