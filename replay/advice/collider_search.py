@@ -1,4 +1,8 @@
-"""The fewest convex pieces a body that keep false and missed contact below limits, and the front of what was tried."""
+"""The fewest convex pieces a body that keep false and missed contact below limits, and the front of what was tried.
+
+Choices are weighed by the loss of ``replay.auditing.loss``: pieces of which a body misses more than they save are not
+taken, whatever they do to false contact alone.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +44,7 @@ WORTH: Final = 0.8
 """The next step of a body fills at most this fraction of the volume that its pieces filled before."""
 
 SLACK: Final = 0.02
-"""Where a limit is not reached, so much more wrong contact is no reason to keep pieces."""
+"""So much more is no reason to keep pieces: of the loss, and of its missed part where the limits are reached."""
 
 CUTTING: Final = 0.5
 """Fraction of the time that bodies may be cut ahead of the search."""
@@ -82,9 +86,9 @@ class Limits:
     false: float
     missed: float | None = None
 
-    def excess(self, false: float, missed: float) -> float:
-        """The false fraction, and how much more than allowed is missed."""
-        return false + (0.0 if self.missed is None else max(0.0, missed - self.missed))
+    def hold(self, false: float, missed: float) -> bool:
+        """Whether both fractions are at most what was asked for."""
+        return false <= self.false and (self.missed is None or missed <= self.missed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +99,13 @@ class Tried:
     pieces: int
     false: float
     missed: float
-    excess: float
+    loss: float
     false_frames: IntArray
+
+    @property
+    def contact_loss(self) -> float:
+        """The part of the loss that is contact missed or not reported."""
+        return self.loss - self.false
 
 
 class Ladder:
@@ -182,9 +191,10 @@ class ColliderSearch:
         """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then."""
         hulls = self._wrong(self.steps)
         try:
-            if hulls.excess > self._limits.false:
+            if not self._is_enough(hulls):
                 self._cut_ahead(hulls.false_frames)
-                self._descend(self._climb())
+                self._climb()
+                self._descend()
         except TimeUpError:
             self.time_up = True
 
@@ -195,41 +205,61 @@ class ColliderSearch:
     def front(self) -> list[Tried]:
         """Pareto front of the tried choices: excess against pieces, fewest pieces first."""
         front: list[Tried] = []
-        for tried in sorted(self._tried.values(), key=lambda tried: (tried.pieces, tried.excess)):
-            if not front or tried.excess < front[-1].excess:
+        for tried in sorted(self._tried.values(), key=lambda tried: (tried.pieces, tried.loss)):
+            if not front or tried.loss < front[-1].loss:
                 front.append(tried)
         return front
 
-    def _climb(self) -> float:
+    def _is_enough(self, tried: Tried) -> bool:
+        """Whether a choice keeps to the limits."""
+        return self._limits.hold(tried.false, tried.missed)
+
+    def _climb(self) -> None:
+        """Take more pieces as long as the loss falls and the limits are not reached."""
         tried = self._wrong(self.steps)
         spent: set[int] = set()
-        while tried.excess > self._limits.false:
+        while not self._is_enough(tried):
             frames = tried.false_frames
             order = np.argsort(-frames, kind="stable").tolist()
             worst = next((column for column in order if column not in spent and frames[column]), None)
             if worst is None:
                 break
             choices = [(self._wrong(steps), steps) for steps in self._above(self.steps, worst)]
-            better = min(choices, key=lambda choice: (choice[0].excess, choice[0].pieces), default=None)
-            if better is None or better[0].false_frames[worst] >= frames[worst]:
+            better = min(choices, key=lambda choice: (choice[0].loss, choice[0].pieces), default=None)
+            if better is None or better[0].loss >= tried.loss:
                 spent.add(worst)
                 continue
             tried, self.steps = better
-        return tried.excess
 
-    def _descend(self, excess: float) -> None:
+    def _descend(self) -> None:
         """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
-        most = max(excess + SLACK, self._limits.false)
+        reached = self._wrong(self.steps)
         for name in sorted(self.steps, key=lambda body: -len(self.ladders[body].pieces(self.steps[body]))):
-            self.steps = {**self.steps, name: self._least(self.steps, name, most)}
+            self.steps = {**self.steps, name: self._least(self.steps, name, reached)}
+        self._drop_losers()
 
-    def _least(self, steps: Mapping[str, int], name: str, most: float) -> int:
-        """The first step of a body with which little enough is wrong: more pieces make it less."""
+    def _least(self, steps: Mapping[str, int], name: str, reached: Tried) -> int:
+        """The first step of a body with which little enough is wrong: the hull, or the first that is good enough."""
+        within_limits = self._is_enough(reached)
 
         def enough(step: int) -> bool:
-            return self._wrong({**steps, name: step}).excess <= most
+            tried = self._wrong({**steps, name: step})
+            if within_limits:
+                return self._is_enough(tried) and tried.contact_loss <= reached.contact_loss + SLACK
+            return tried.loss <= reached.loss + SLACK
 
-        return bisect_left(range(steps[name]), True, key=enough)
+        # A few pieces may be worse than the hull, so that it is tried by itself.
+        return 0 if enough(0) else bisect_left(range(steps[name]), True, key=enough)
+
+    def _drop_losers(self) -> None:
+        """Give bodies their hull back whose pieces lose as much as they save, the worst of them first."""
+        while True:
+            loss = self._wrong(self.steps).loss
+            with_hull = [{**self.steps, name: 0} for name, step in self.steps.items() if step]
+            best = min(with_hull, key=lambda steps: self._wrong(steps).loss, default=None)
+            if best is None or self._wrong(best).loss > loss:
+                return
+            self.steps = best
 
     def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
@@ -258,7 +288,7 @@ class ColliderSearch:
                 pieces=sum(map(len, pieces.values())),
                 false=false,
                 missed=missed,
-                excess=self._limits.excess(false, missed),
+                loss=figures["loss"],
                 false_frames=self._scoring.false_frames(detection),
             )
         return self._tried[key]
@@ -266,4 +296,4 @@ class ColliderSearch:
 
 def as_row(tried: Tried) -> dict[str, Any]:
     """One row of the front, as plain data."""
-    return {"pieces": tried.pieces, "false": tried.false, "missed": tried.missed}
+    return {"pieces": tried.pieces, "loss": tried.loss, "false": tried.false, "missed": tried.missed}

@@ -141,14 +141,19 @@ class _Measuring:
         ready, late = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
         if not ready:
             return self._not_cut([*uncut, *late])
-        best = self._figures(self._fewest(ready, meshes), ready)
-        rest = " ".join(["", *uncut, *late]) if uncut or late else ""
+        most, loss = self._fewest(ready, meshes)
+        kept = self._worth_cutting(ready, most, loss)
+        best = self._figures(self._spec(kept, most), kept)
+        losers = [f"{name} is not cut: its pieces do not lower the loss." for name in ready if name not in kept]
         seconds = duration(round(monotonic() - self._began, 1))
-        names = _names(ready)
         if best.counts["loss"] >= self._rank.loss:
-            tried = f"Convex pieces of {names} make it no better (measured here in {seconds})."
+            rest = "".join(f" {sentence}" for sentence in (*uncut, *late))
+            tried = f"Convex pieces of {_names(ready)} make it no better (measured here in {seconds})."
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
-        text = f"Split {names} into {_pieces_words(best.pieces)}: {self._words(best)} (measured here in {seconds})."
+        rest = "".join(f" {sentence}" for sentence in (*uncut, *losers, *late))
+        text = (
+            f"Split {_names(kept)} into {_pieces_words(best.pieces)}: {self._words(best)} (measured here in {seconds})."
+        )
         setting = spec_text(best.spec.name, best.spec.settings)
         return Fix(f"{text}{rest} To ship it:", True, f"replay fix {SESSION} --engine unity", setting)
 
@@ -184,8 +189,8 @@ class _Measuring:
                 late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more} more).")
         return ready, late
 
-    def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> DetectorSpec:
-        """The fewest pieces a body with nearly the smallest loss at every frame, of those that are cut in time."""
+    def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> tuple[int, float]:
+        """The fewest pieces a body with nearly the smallest loss at every frame, of those cut in time; that loss."""
         losses = {FIRST: self._loss_at_every_frame(self._spec(names, FIRST))}
         half, quarter, double = FIRST // 2, FIRST // 4, 2 * FIRST
         for most in (half, quarter, double):
@@ -199,7 +204,21 @@ class _Measuring:
             if left > needed and not cut_ahead(cuts, self._clock.check, left):
                 losses[most] = self._loss_at_every_frame(self._spec(names, most))
             self._clock.check()
-        return self._spec(names, _fewest_enough(losses))
+        fewest = _fewest_enough(losses)
+        return fewest, losses[fewest]
+
+    def _worth_cutting(self, names: Sequence[str], most: int, loss: float) -> list[str]:
+        """The bodies whose pieces save more than they miss, at least one; ``loss`` is that of pieces of them all."""
+        kept = list(names)
+        for name in names:
+            others = [other for other in kept if other != name]
+            if not others or self._clock.left() <= 0.0:
+                break
+            without = self._loss_at_every_frame(self._spec(others, most))
+            if without <= loss:
+                kept, loss = others, without
+            self._clock.check()
+        return kept
 
     def _spec(self, names: Sequence[str], most: int) -> DetectorSpec:
         pieces = {"shape": "compound", "pieces": most, "method": "auto", "cut": names_as_setting(names)}

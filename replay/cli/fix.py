@@ -42,6 +42,8 @@ def command(
 ) -> int:  # fmt: skip
     """Find the colliders to ship for SESSION: the fewest convex pieces a body that keep false contact low.
 
+    A body whose pieces miss as much contact as they save keeps its hull.
+
     It cuts the bodies, replays the motion with many choices of pieces, and prints a report card. With --engine it
     writes files that the engine takes, and the command that counts them again. Ctrl-C keeps the pieces that are cut:
     the same command goes on from them. Exit code 1: a limit is not reached.
@@ -94,15 +96,17 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
 
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
     lines.append(f"False contact: {_share(fixed.after['false'])}; at most {_share(fixed.limits.false)} was asked for.")
+    missed, missed_before = _share(fixed.after["not_reported"]), _share(fixed.before["not_reported"])
     if fixed.limits.missed is not None:
-        missed = _share(fixed.after["not_reported"])
         lines.append(f"Missed contact: {missed}; at most {_share(fixed.limits.missed)} was asked for.")
+    elif missed != missed_before:
+        lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
     uncut = [row for row in fixed.bodies if row["reason"] not in ("", CONVEX)]
     lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
     if fixed.time_up:
         lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
     elif not fixed.reached:
-        lines.append("No pieces that were tried keep to the limits.")
+        lines.append("No pieces that were tried keep to the limits at so small a loss.")
     if fixed.folder is None:
         return ["", *lines, "To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
     again = f'replay run {quote(str(fixed.folder / "session.mcap"))} --detectors "{fixed.setting}"'

@@ -20,6 +20,7 @@ COLUMNS: Final = columns_of(
     "outputs/fix_table.toml",
     {
         "row_of": lambda row: row,
+        "loss": words.loss_number,
         "missed_range": lambda row: Marked(count_words(row, "missed"), IN_RED if row["missed"] else ""),
         "late_range": lambda row: Marked(count_words(row, "late"), PARTLY if row["late"] else ""),
         "share": _share,
@@ -39,7 +40,7 @@ def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float
 
 def front_table(front: Iterable[Row]) -> Table:
     """The choices that nothing with as few pieces beats."""
-    return Table.of(COLUMNS["front"], front, "Pieces against false contact, of all choices that were tried")
+    return Table.of(COLUMNS["front"], front, "Pieces against loss, of all choices that were tried")
 
 
 def card_table(bodies: Iterable[Row]) -> Table:

@@ -149,3 +149,16 @@ def test_shipped_pieces_are_those_that_cutting_gives(monkeypatch, tmp_path):
             assert cut.seconds > 0
             again = piece_store.convex_pieces(cut)
         assert [piece.content_hash for piece in again] == [piece.content_hash for piece in shipped]
+
+
+def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
+    result = run(two_beakers, detectors="subject=hull50,exact", fix_time=60)
+    fix = result.answers[0].fix
+    assert fix.measured and fix.text.startswith("Split beaker into ")
+    assert "second is not cut: its pieces do not lower the loss." in fix.text
+    assert ",cut=beaker," in fix.setting
+
+
+def test_good_pieces_of_both_bodies_are_advised(two_beakers):
+    fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    assert fix.measured and "Split beaker and second into " in fix.text

@@ -1,0 +1,59 @@
+"""Two stirred beakers, and pieces of the second that miss every contact."""
+
+import numpy as np
+import pytest
+import trimesh
+from support.shapes import revolved_mesh
+from support.small_worlds import STEP_NS
+
+from cdcore import TriangleMesh
+from replay.advice import collider_search
+from replay.cutting import compound, piece_store
+from sessions import MeshData, Session
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+FRAMES = 60
+LEANS = FRAMES - 5
+
+
+@pytest.fixture
+def two_beakers():
+    """A rod stirs in a beaker, nearly always free; another leans at the wall of a second one, nearly always."""
+    meshes = {
+        "beaker": revolved_mesh(WALL, 24),
+        "rod": revolved_mesh(ROD, 8),
+        "second": revolved_mesh(WALL, 21),
+        "leaning": revolved_mesh(ROD, 8),
+    }
+    axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
+    side = (axis + 1) % 3
+    frames = np.arange(FRAMES)
+    positions = {body: np.zeros((FRAMES, 3)) for body in meshes}
+    positions["rod"][:, axis] = positions["leaning"][:, axis] = 0.05
+    positions["rod"][:, side] = np.where(frames % 15 < 3, 0.031, 0.001 * (frames % 15))
+    positions["leaning"][:, side] = np.where(frames < LEANS, 0.031, 0.001)
+    for body in ("second", "leaning"):
+        positions[body][:, side] += 1.0
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (FRAMES, 1))
+    poses = {body: (position, still) for body, position in positions.items()}
+    data = {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()}
+    return Session.from_arrays(frames * STEP_NS, poses, data)
+
+
+@pytest.fixture
+def missing_pieces(monkeypatch, tmp_path, two_beakers):
+    """Pieces of the second beaker are a cube of a tenth of a millimetre: no false contact, and every contact missed."""
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
+    data = two_beakers.meshes["second"]
+    second = TriangleMesh(data.vertices, data.faces).content_hash
+    tiny = trimesh.creation.box((1e-4, 1e-4, 1e-4))
+    original = piece_store.convex_pieces
+
+    def planted(cut, *limits):
+        if cut.most == 1 or cut.mesh.content_hash != second:
+            return original(cut, *limits)
+        return (TriangleMesh(tiny.vertices + 5.0, tiny.faces),)
+
+    for module in (collider_search, compound):
+        monkeypatch.setattr(module, "convex_pieces", planted)
