@@ -82,7 +82,7 @@ def prepared(
         advance(1)
         chosen_pairs = _chosen_pairs(planned, pairs, treatment.session, looking)
         assembly = assemble(
-            treatment.session, pairs=chosen_pairs, start=start, end=end, looking=looking, seen=treatment.scan
+            treatment.session, pairs=chosen_pairs, start=start, end=end, looking=looking, session_scan=treatment.scan
         )
         advance(1)
     return Prepared(planned, treatment, assembly)

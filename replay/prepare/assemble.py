@@ -39,7 +39,7 @@ Pairs = Sequence[tuple[str, str]]
 
 def assemble(
     session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    looking: bool = True, seen: SessionScan | None = None,
+    looking: bool = True, session_scan: SessionScan | None = None,
 ) -> Assembly:  # fmt: skip
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
 
@@ -63,8 +63,8 @@ def assemble(
     >>> assemble(session).pair_name(0)
     'a-b'
     """
-    seen = scan(session) if seen is None else seen
-    if not len(seen.stamp_ns):
+    session_scan = scan(session) if session_scan is None else session_scan
+    if not len(session_scan.stamp_ns):
         raise AssemblyError("the session has no frames; record some, or check the file with `replay info`")
     scene = session.scene
     fixed = [body.id for body in scene.bodies if body.fixed is not None and body.id not in session.names]
@@ -74,30 +74,31 @@ def assemble(
         tracked = shown(", ".join(session.names))
         raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; {GIVE_MESHES}")
     kinematics = Kinematics(scene, session.names, names)
-    moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
+    moves = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
     rows = chosen_pairs(scene, names, moves, pairs)
     if not len(rows) and looking:
         raise AssemblyError(f"no pair to replay: {_why_no_pair(session, names, moves, pairs)}")
-    stamps = _window(seen, start, end)
+    stamps = _window(session_scan, start, end)
     placed = _placed(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
     return Assembly(
-        bodies=bodies, motion=_motion(stamps, placed, seen, session, names, looking=len(rows) > 0), pairs=rows,
+        bodies=bodies, motion=_motion(stamps, placed, session_scan, session, names, looking=len(rows) > 0), pairs=rows,
         held=held_pairs(scene, names, rows), stamp_ns=stamps, origin=placed.origin,
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
+        notes=(*session_scan.notes(), *_absent(session)), live_contacts=session.live_contacts,
+        live_residual=_residual(session),
     )  # fmt: skip
 
 
-def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], asked: Pairs | None) -> str:
+def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], requested: Pairs | None) -> str:
     bare = [name for name in session.names if name not in session.meshes]
     without = f"{bare[0]} has no mesh" if len(bare) == 1 else f"{len(bare)} bodies have no mesh"
     if len(names) == 1:
         only = names[0]
         return f"{without}, only {only} has one; {GIVE_MESHES}" if bare else f"{only} is the only body"
     why = f"{', '.join(names)} do not move against each other"
-    if asked is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
+    if requested is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
         why = "the scene, or the request, leaves no pair of bodies with a mesh"
     return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
 
@@ -117,15 +118,15 @@ def _placed(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: 
 
 
 def _motion(
-    stamps: IntArray, placed: Placed, seen: SessionScan, session: Session, names: list[str], *, looking: bool
+    stamps: IntArray, placed: Placed, scan: SessionScan, session: Session, names: list[str], *, looking: bool
 ) -> Motion:
-    times = (stamps - seen.first_ns) / 1e9
+    times = (stamps - scan.first_ns) / 1e9
     valid = placed.origin != PoseOrigin.NONE
     linked = valid & np.roll(valid, 1, axis=0)
     linked[:1] = False
     for column, name in enumerate(names):
         # A frame lies in a break that begins before it and does not end before it.
-        breaks = _breaks(seen, chain_of(name, session.scene))
+        breaks = _breaks(scan, chain_of(name, session.scene))
         begun, ended = (np.searchsorted(edge, stamps) for edge in breaks.T)
         linked[:, column] &= begun == ended
     if looking:
@@ -139,33 +140,33 @@ def window_ns(first: int, last: int, start: float | None, end: float | None) -> 
     for seconds in (start, end):
         if seconds is not None and not abs(seconds) <= LARGEST_SECONDS:
             raise AssemblyError(f"{seconds:g} s is no time of a recording; give seconds from its first frame")
-    low = first if start is None else first + round(start * 1e9)
-    high = last if end is None else first + round(end * 1e9)
-    return low, high
+    lower = first if start is None else first + round(start * 1e9)
+    upper = last if end is None else first + round(end * 1e9)
+    return lower, upper
 
 
-def _window(seen: SessionScan, start: float | None, end: float | None) -> IntArray:
+def _window(scan: SessionScan, start: float | None, end: float | None) -> IntArray:
     """The stamps asked for."""
-    low, high = window_ns(seen.first_ns, int(seen.stamp_ns[-1]), start, end)
-    stamps = seen.stamp_ns[(seen.stamp_ns >= low) & (seen.stamp_ns <= high)]
+    lower, upper = window_ns(scan.first_ns, int(scan.stamp_ns[-1]), start, end)
+    stamps = scan.stamp_ns[(scan.stamp_ns >= lower) & (scan.stamp_ns <= upper)]
     if not len(stamps):
-        asked = f"between {start or 0.0:g} and {seen.duration if end is None else end:g} s"
-        raise AssemblyError(f"no frame lies {asked}; the session runs from 0 to {seen.duration:.3f} s")
+        interval_text = f"between {start or 0.0:g} and {scan.duration if end is None else end:g} s"
+        raise AssemblyError(f"no frame lies {interval_text}; the session runs from 0 to {scan.duration:.3f} s")
     return stamps
 
 
-def _breaks(seen: SessionScan, chain: Sequence[str]) -> IntArray:
+def _breaks(scan: SessionScan, chain: Sequence[str]) -> IntArray:
     """Stamps (k, 2) between which a body, or one of those that carry it, has no known path: gaps and teleports."""
-    gaps = seen.stamp_ns[gap_rows(seen.stamp_ns)[:, None] + [0, 1]]
-    return np.sort(np.concatenate([gaps, *(seen.jumps[one] for one in chain if one in seen.jumps)]), axis=0)
+    gaps = scan.stamp_ns[gap_rows(scan.stamp_ns)[:, None] + [0, 1]]
+    return np.sort(np.concatenate([gaps, *(scan.jumps[body] for body in chain if body in scan.jumps)]), axis=0)
 
 
 def body_of(session: Session, name: str) -> Body:
     """Returns a body with its mesh and its colliders; InvalidMeshError names it."""
     mesh = session.meshes[name]
     try:
-        parts = [_solid(one) for one in session.colliders.get(name, ())]
-        return Body(name, _solid(mesh), solids_of(parts) if parts else None)
+        solids = [_solid(collider) for collider in session.colliders.get(name, ())]
+        return Body(name, _solid(mesh), solids_of(solids) if solids else None)
     except InvalidMeshError as error:
         raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
 
@@ -186,7 +187,7 @@ def _residual(session: Session) -> float:
 
 def _absent(session: Session) -> list[str]:
     """A note on every declared body that has neither a track nor a fixed pose."""
-    there = {*session.names, *(body.id for body in session.scene.bodies if body.fixed is not None)}
-    declared = [body.id for body in session.scene.bodies if body.id not in there]
-    missing = dict.fromkeys([*declared, *absent_bodies(session.scene, [*there])])
+    present = {*session.names, *(body.id for body in session.scene.bodies if body.fixed is not None)}
+    declared = [body.id for body in session.scene.bodies if body.id not in present]
+    missing = dict.fromkeys([*declared, *absent_bodies(session.scene, [*present])])
     return [f"body {name!r} is declared in the scene but was not recorded" for name in missing]

@@ -72,8 +72,8 @@ class Flags:
 
     def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint16]:
         """(n, P) flags of pairs in some frames: those of either body."""
-        part = self.bodies[start:stop]
-        return part[:, pairs[:, 0]] | part[:, pairs[:, 1]]
+        flags = self.bodies[start:stop]
+        return flags[:, pairs[:, 0]] | flags[:, pairs[:, 1]]
 
 
 def flag_word(value: int) -> str:

@@ -69,16 +69,16 @@ def held(session: Session, start: float | None, end: float | None) -> Session:
     stamps, bodies = session.stamps(), max(1, len(session.names))
     if len(stamps) * bodies <= MOST_POSES:
         return decoded_once(session)
-    low, high = window_ns(int(stamps[0]), int(stamps.max()), start, end)
-    count = int(((stamps >= low) & (stamps <= high)).sum())
+    lower, upper = window_ns(int(stamps[0]), int(stamps.max()), start, end)
+    count = int(((stamps >= lower) & (stamps <= upper)).sum())
     if count * bodies > MOST_POSES:
-        seconds = (min(high, int(stamps.max())) - max(low, int(stamps[0]))) / 1e9
+        seconds = (min(upper, int(stamps.max())) - max(lower, int(stamps[0]))) / 1e9
         raise AssemblyError(
             f"{count:,} frames of {bodies} bodies ({seconds / 3600:.1f} h) do not fit into memory, which holds "
             f"{MOST_POSES / 1e6:.0f} million poses (two hours of twelve bodies); replay a part of at most "
             f"{seconds * MOST_POSES / (count * bodies):,.0f} s with --start and --end"
         )
-    return decoded_once(session.between(low - MARGIN_NS, high + MARGIN_NS))
+    return decoded_once(session.between(lower - MARGIN_NS, upper + MARGIN_NS))
 
 
 def begun(session: Session) -> Session:

@@ -33,12 +33,12 @@ def inside_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:
 
 def part_findings(name: str, mesh: TriangleMesh) -> Iterator[Finding]:
     """Findings of one mesh; ``count`` is in pairs of parts."""
-    parts = connected_components(mesh)
-    near = components_near_each_other(parts) if len(parts) <= MOST_PARTS else []
+    components = connected_components(mesh)
+    near = components_near_each_other(components) if len(components) <= MOST_PARTS else []
     if not near:
         return
-    crossing = int(components_that_meet(parts, near).sum())
+    crossing = int(components_that_meet(components, near).sum())
     if crossing:
         yield Finding("mesh-parts-cross", f"{crossing} of {len(near)} pairs of parts cross", name, count=crossing)
-    elif mesh.is_closed and components_inside_alike(parts, near):
+    elif mesh.is_closed and components_inside_alike(components, near):
         yield Finding("mesh-parts-nested", "parts lie inside others that are wound alike", name, count=1)

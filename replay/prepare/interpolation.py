@@ -95,23 +95,23 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
         origin[r, c] = PoseOrigin.HELD
         between = near_before & near_after
         r, c, b, a = rows[between], columns[between], before[between], after[between]
-        share = since[between] / (since[between] + until[between])
+        fraction = since[between] / (since[between] + until[between])
         start, end = (np.hstack([window.position[k, c], window.quaternion_xyzw[k, c]]) for k in (b, a))
-        position[r, c], quaternion[r, c] = np.split(blended(start, end, share), [3], axis=1)
+        position[r, c], quaternion[r, c] = np.split(blended(start, end, fraction), [3], axis=1)
         origin[r, c] = PoseOrigin.INTERPOLATED
     return FilledFrames(head.stamp_ns, position, quaternion, origin)
 
 
-def neighbours(there: BoolArray) -> tuple[IntArray, IntArray]:
+def neighbours(present: BoolArray) -> tuple[IntArray, IntArray]:
     """Indices of the last present row up to each row (T, ...), -1: none, and of the first from it on, T: none."""
-    count = len(there)
-    numbers = np.arange(count).reshape(-1, *[1] * (there.ndim - 1))
-    before = np.maximum.accumulate(np.where(there, numbers, -1), axis=0)
-    return before, np.minimum.accumulate(np.where(there, numbers, count)[::-1], axis=0)[::-1]
+    count = len(present)
+    numbers = np.arange(count).reshape(-1, *[1] * (present.ndim - 1))
+    before = np.maximum.accumulate(np.where(present, numbers, -1), axis=0)
+    return before, np.minimum.accumulate(np.where(present, numbers, count)[::-1], axis=0)[::-1]
 
 
-def blended(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
-    """Poses (n, 7), place and quaternion, at ``share`` (n,) of the way from one to another: straight, and by slerp."""
-    place = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
+def blended(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArray:
+    """Poses (n, 7), position and quaternion, at ``fraction`` (n,) between two: straight, and by slerp."""
+    translation = start[:, :3] + (end[:, :3] - start[:, :3]) * fraction[:, None]
     first, last = (pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True) for pose in (start, end))
-    return np.hstack([place, slerp(first, last, share)])
+    return np.hstack([translation, slerp(first, last, fraction)])

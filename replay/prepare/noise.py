@@ -44,7 +44,7 @@ class NoiseSpec:
     own: Mapping[str, TrackerNoise]
 
 
-def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
+def parse_noise(texts: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
     """Read ``[BODY=]vive`` or ``[BODY=]0.3 mm, 0.05 deg, 0.1 s``; ``None`` of no words.
 
     Sizes are root mean squares: of the length of the position error and of the angle of the rotation error; the time is
@@ -58,18 +58,18 @@ def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
     if not 1 <= copies <= MOST_COPIES:
         raise NoiseError(f"{copies} noisy copies cannot be drawn; give 1 to {MOST_COPIES}")
     sizes: dict[str, TrackerNoise] = {}
-    for text in words:
+    for text in texts:
         body, _, size = text.rpartition("=")
         sizes[body.strip()] = _size(size)
-    return NoiseSpec(copies, sizes.pop("", None), sizes) if words else None
+    return NoiseSpec(copies, sizes.pop("", None), sizes) if texts else None
 
 
 def _size(text: str) -> TrackerNoise:
     if text.strip() == "vive":
         return VIVE
     sizes: dict[str, Any] = {}
-    for part in text.split(","):
-        match = _PART.fullmatch(part)
+    for term in text.split(","):
+        match = _PART.fullmatch(term)
         name, unit = _UNITS[match[2]] if match else ("", 0.0)
         value = float(match[1]) * unit if match else 0.0
         if not name or name in sizes or value > MOST[name] or (name == "correlation_s" and not value):
@@ -98,10 +98,10 @@ class BodyNoise:
 
         ``levers``: metres of a surface from the origin of each body.
         """
-        one, other = (self.roots[body] for body in ends)
-        if one == other:
+        first, other = (self.roots[body] for body in ends)
+        if first == other:
             return 0.0
-        sizes = [self.noise.get(root) for root in (one, other)]
+        sizes = [self.noise.get(root) for root in (first, other)]
         reaches = [size.margin(lever, bodies=1) for size, lever in zip(sizes, levers, strict=True) if size is not None]
         return float(np.linalg.norm(reaches))
 
@@ -144,30 +144,30 @@ class NoisyCopies:
         """
         gaps = np.diff(times, prepend=self._time)
         self._time = float(times[-1])
-        found = {}
+        magnitudes = {}
         for root, noise in self.noise.noise.items():
             keep = np.exp(-gaps / noise.correlation_s)
             series = self._streams[root].standard_normal((len(times), self.copies, 6))
             series *= np.sqrt(1.0 - keep**2)[:, None, None]
             before = self._last[root]
-            for row, share in enumerate(keep.tolist()):
-                before = np.add(series[row], share * before, out=series[row])
+            for row, fraction in enumerate(keep.tolist()):
+                before = np.add(series[row], fraction * before, out=series[row])
             self._last[root] = before.copy()
             sigma = noise.position_rms_m, np.radians(noise.rotation_rms_deg)
-            found[root] = series * np.repeat(sigma, 3) / np.sqrt(3.0)
-        return found
+            magnitudes[root] = series * np.repeat(sigma, 3) / np.sqrt(3.0)
+        return magnitudes
 
     def poses(
         self, motion: Motion, errors: Mapping[str, FloatArray], body: int, rows: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
         """Rotations (C k, 3, 3) and places (C k, 3) of a body at k rows of a block, copy after copy."""
-        turn, place = motion.rotations[rows, body], motion.translations[rows, body]
+        rotations, translation = motion.rotations[rows, body], motion.translations[rows, body]
         own = errors.get(self.noise.roots[body])
         if own is None:
-            return np.tile(turn, (self.copies, 1, 1)), np.tile(place, (self.copies, 1))
-        moved, turned = np.split(own[rows].swapaxes(0, 1), 2, axis=2)
-        rotation = Rotation.from_rotvec(turned.reshape(-1, 3)).as_matrix().reshape(*moved.shape, 3)
+            return np.tile(rotations, (self.copies, 1, 1)), np.tile(translation, (self.copies, 1))
+        moved, rotated = np.split(own[rows].swapaxes(0, 1), 2, axis=2)
+        rotation = Rotation.from_rotvec(rotated.reshape(-1, 3)).as_matrix().reshape(*moved.shape, 3)
         if self.noise.anchors[body] != body:
-            lever = place - motion.translations[rows, self.noise.anchors[body]]
+            lever = translation - motion.translations[rows, self.noise.anchors[body]]
             moved = moved + (rotation @ lever[None, :, :, None])[..., 0] - lever
-        return (rotation @ turn).reshape(-1, 3, 3), (place + moved).reshape(-1, 3)
+        return (rotation @ rotations).reshape(-1, 3, 3), (translation + moved).reshape(-1, 3)

@@ -30,18 +30,18 @@ def rest_frames(scene: Scene, names: Sequence[str], moves: Mapping[str, bool]) -
 
 
 def chosen_pairs(
-    scene: Scene, names: Sequence[str], moves: Mapping[str, bool], asked: Sequence[tuple[str, str]] | None
+    scene: Scene, names: Sequence[str], moves: Mapping[str, bool], requested: Sequence[tuple[str, str]] | None
 ) -> NDArray[np.int64]:
     """The pairs to examine, (P, 2) body numbers, first below second, in order.
 
     Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
     """
     number = {name: index for index, name in enumerate(names)}
-    wanted = list(asked) if asked is not None else candidate_pairs(scene, names)
-    if asked is None and scene.pairs is None:
+    candidates = list(requested) if requested is not None else candidate_pairs(scene, names)
+    if requested is None and scene.pairs is None:
         rest = rest_frames(scene, names, moves)
-        wanted = [(a, b) for a, b in wanted if rest[a] != rest[b]]
-    rows = {_numbers(pair, number) for pair in wanted}
+        candidates = [(a, b) for a, b in candidates if rest[a] != rest[b]]
+    rows = {_numbers(pair, number) for pair in candidates}
     return np.array(sorted(rows), dtype=np.int64).reshape(-1, 2)
 
 
@@ -52,11 +52,11 @@ def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> 
     """
     known = {body.id: body for body in scene.bodies}
     ends = [[known.get(names[k], SceneBody(names[k])) for k in pair] for pair in pairs.tolist()]
-    held = [
+    grasped = [
         a.parent == b.id or b.parent == a.id or (a.group == b.group != "" and ("hand" in a.tags) != ("hand" in b.tags))
         for a, b in ends
     ]
-    return np.array(held, dtype=np.bool_)
+    return np.array(grasped, dtype=np.bool_)
 
 
 def _numbers(pair: Sequence[str], number: Mapping[str, int]) -> tuple[int, int]:

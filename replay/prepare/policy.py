@@ -74,7 +74,7 @@ class Policy:
         return {kind: str(rule) for kind, rule in self.rules.items()}
 
 
-def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
+def parse_policy(overrides: PolicyLike | Policy | None = None) -> Policy:
     """Defaults, changed by ``KIND=ACTION`` or ``KIND=ACTION:SECONDS``, or by a mapping from kind to action.
 
     Several stand in a sequence, or in one text between commas.
@@ -87,12 +87,12 @@ def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
     >>> str(parse_policy(["frozen=interpolate:0.2"]).rule("frozen"))
     'interpolate:0.2'
     """
-    if isinstance(words, Policy):
-        return words
-    if isinstance(words, str):
-        words = words.split(",")
+    if isinstance(overrides, Policy):
+        return overrides
+    if isinstance(overrides, str):
+        overrides = overrides.split(",")
     rules = {kind: PolicyRule(actions[0]) for kind, actions in KINDS.items()}
-    pairs = words.items() if isinstance(words, Mapping) else [_split(word) for word in words or ()]
+    pairs = overrides.items() if isinstance(overrides, Mapping) else [_split(word) for word in overrides or ()]
     for kind, action in pairs:
         rules[kind] = _rule(kind, action)
     return Policy(rules)
@@ -108,10 +108,10 @@ def _split(word: str) -> tuple[str, str]:
 LONGEST_S: Final = 86_400.0  # nobody holds a pose for longer than a day
 
 
-def _rule(kind: str, words: str) -> PolicyRule:
+def _rule(kind: str, text: str) -> PolicyRule:
     if kind not in CODES:
         raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
-    action, colon, limit = words.partition(":")
+    action, colon, limit = text.partition(":")
     allowed = KINDS.get(kind, (KEEP, REFUSE))
     if action not in allowed:
         raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed)}")
@@ -123,5 +123,5 @@ def _rule(kind: str, words: str) -> PolicyRule:
         seconds = 0.0
     if not 0.0 < seconds <= LONGEST_S or action not in (HOLD, INTERPOLATE):
         what = "a limit is a positive number of seconds, up to a day, after hold: or interpolate:"
-        raise PolicyError(f"{kind}={words}: {what}")
+        raise PolicyError(f"{kind}={text}: {what}")
     return PolicyRule(action, seconds)

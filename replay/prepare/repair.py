@@ -70,21 +70,21 @@ class RepairedFrames:
         for block in self.original(frames):
             position, quaternion = block.position.copy(), block.quaternion_xyzw.copy()
             status = block.status.copy()
-            for column, one in self.replaced.items():
-                part = slice(*np.searchsorted(one.rows, [first, first + len(block)]))
-                rows, pose = one.rows[part] - first, one.pose[part]
-                status[rows, column] = one.status[part]
-                there = one.status[part] != Status.LOST
-                position[rows[there], column] = pose[there, :3]
-                quaternion[rows[there], column] = pose[there, 3:]
+            for column, replacement in self.replaced.items():
+                replaced_rows = slice(*np.searchsorted(replacement.rows, [first, first + len(block)]))
+                rows, pose = replacement.rows[replaced_rows] - first, replacement.pose[replaced_rows]
+                status[rows, column] = replacement.status[replaced_rows]
+                present = replacement.status[replaced_rows] != Status.LOST
+                position[rows[present], column] = pose[present, :3]
+                quaternion[rows[present], column] = pose[present, 3:]
             yield replace(block, position=position, quaternion_xyzw=quaternion, status=status)
             first += len(block)
 
 
-def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
+def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
     """Replacement of the samples of one body in its spans under the policy; ``None``: nothing changes."""
-    column, stamps = spans[0].column, looked.stamp_ns
-    present = np.flatnonzero(looked.has(Mark.PRESENT, column))
+    column, stamps = spans[0].column, pose_pass.stamp_ns
+    present = np.flatnonzero(pose_pass.has(Mark.PRESENT, column))
     rank, limit = np.zeros(len(present), dtype=np.uint8), np.zeros(len(present), dtype=np.int64)
     rules = [(RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)]
     # The strictest is written last, and of equals the first.
@@ -93,24 +93,24 @@ def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, bl
         rank[samples], limit[samples] = strictness, round(rule.limit * 1e9)
     # The good samples around each bad one, by their place among those present.
     good, none = rank == 0, len(present)
-    before, after = (places[~good] for places in neighbours(good))
+    before, after = (indices[~good] for indices in neighbours(good))
     rows, rank, limit = present[~good], rank[~good], limit[~good]
     start, end = present[before], present[np.minimum(after, none - 1)]
     since, width = stamps[rows] - stamps[start], stamps[end] - stamps[start]
-    held = (rank == RANKS[HOLD]) & (before >= 0) & (since >= 0) & (since <= limit)
+    repeated = (rank == RANKS[HOLD]) & (before >= 0) & (since >= 0) & (since <= limit)
     inside = (before >= 0) & (after < none) & (since > 0) & (since < width)
     between = (rank == RANKS[INTERPOLATE]) & inside & (width <= limit)
     status = np.full(len(rows), Status.LOST, dtype=np.uint8)
-    status[held], status[between] = Status.HELD, Status.INTERPOLATED
+    status[repeated], status[between] = Status.HELD, Status.INTERPOLATED
     pose = np.full((len(rows), 7), np.nan)
-    if held.any() or between.any():
-        parts = [
+    if repeated.any() or between.any():
+        chunks = [
             np.hstack([block.position[:, column], block.quaternion_xyzw[:, column]]) for block in blocks(BLOCK_FRAMES)
         ]
-        poses = np.concatenate(parts)
-        pose[held] = poses[start[held]]
+        poses = np.concatenate(chunks)
+        pose[repeated] = poses[start[repeated]]
         pose[between] = blended(poses[start[between]], poses[end[between]], since[between] / width[between])
-    elif looked.has(Mark.LOST, column)[rows].all():
+    elif pose_pass.has(Mark.LOST, column)[rows].all():
         return None
     return Replacement(rows, status, pose)
 
@@ -150,28 +150,28 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
 
     Raises ``RefusedError``: the session has a fault that the policy refuses; ``InvalidPoseError``: as ``scan``.
     """
-    looked = run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    findings = tuple(in_order([*_in_recording(session, examine_session(session, looked, needed))]))
+    poses = run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
+    findings = tuple(in_order([*_in_recording(session, examine_session(session, poses, needed))]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
             raise RefusedError(_refusal(session, finding))
-    spans = pose_spans(looked)
+    spans = pose_spans(poses)
     of_column: dict[int, list[PoseSpan]] = {}
     for span in spans:
         of_column.setdefault(span.column, []).append(span)
-    found = {column: _replacement(looked, own, policy, session.blocks) for column, own in of_column.items()}
-    replaced = {column: replacement for column, replacement in found.items() if replacement is not None}
+    replacements = {column: _replacement(poses, own, policy, session.blocks) for column, own in of_column.items()}
+    replaced = {column: replacement for column, replacement in replacements.items() if replacement is not None}
     repaired = session
     if replaced:
         repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
-    first_ns = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
+    first_ns = int(poses.stamp_ns[0]) if len(poses.stamp_ns) else 0
     zero = first_ns if session.part is None else session.part.first_ns
     # The frame after a gap is flagged: the path into it is not known.
-    gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
-    flagged = tuple(_flagged(looked, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
-    as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
-    seen = scan_of(looked, session.part) if as_recorded else scan(repaired)
-    return Repair(repaired, policy, findings, flagged, looked.digest, seen)
+    gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(poses.stamp_ns) + 1).tolist()]
+    flagged = tuple(_flagged(poses, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
+    as_recorded = not replaced and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
+    session_scan = scan_of(poses, session.part) if as_recorded else scan(repaired)
+    return Repair(repaired, policy, findings, flagged, poses.digest, session_scan)
 
 
 def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
@@ -187,25 +187,25 @@ def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Fin
             yield finding
 
 
-def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
+def _flagged(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
     """A fault and what became of its samples; ``zero`` is the stamp of second 0."""
-    became = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
+    statuses = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
     if replaced is not None:
-        low, high = np.searchsorted(replaced.rows, [span.first, span.last + 1])
-        became = Counter(replaced.status[low:high].tolist())
-    start, end = (int(looked.stamp_ns[row]) for row in (span.first, span.last))
+        first_row, last_row = np.searchsorted(replaced.rows, [span.first, span.last + 1])
+        statuses = Counter(replaced.status[first_row:last_row].tolist())
+    start, end = (int(poses.stamp_ns[row]) for row in (span.first, span.last))
     return FlagSpan(
         kind=span.code,
-        body="" if span.column == ALL_BODIES else looked.names[span.column],
+        body="" if span.column == ALL_BODIES else poses.names[span.column],
         start_ns=start,
         end_ns=end,
         start=(start - zero) / 1e9,
         end=(end - zero) / 1e9,
         samples=span.count,
         action=str(policy.rule(span.code)),
-        dropped=became[Status.LOST],
-        held=became[Status.HELD],
-        interpolated=became[Status.INTERPOLATED],
+        dropped=statuses[Status.LOST],
+        held=statuses[Status.HELD],
+        interpolated=statuses[Status.INTERPOLATED],
     )
 
 

@@ -53,7 +53,7 @@ def drafted(session: Session) -> Draft:
         return Draft()
     beginning = begun(bare)
     repair = repair_session(beginning, parse_policy(None))
-    assembly = assemble(repair.session, looking=False, seen=repair.scan)
+    assembly = assemble(repair.session, looking=False, session_scan=repair.scan)
     if not len(assembly.pairs):
         return Draft()
     near = assembly.pairs[_near(assembly)].tolist()
@@ -61,31 +61,31 @@ def drafted(session: Session) -> Draft:
     samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_S), prepend=-1.0)))
     rigid = [pair for pair in near if _rigid(samples, *pair)]
     groups = [*nx.connected_components(nx.Graph(rigid))]
-    loose = [pair for pair in near if not any({*pair} <= group for group in groups)]
+    free_pairs = [pair for pair in near if not any({*pair} <= group for group in groups)]
     names = assembly.names
-    held = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
-    seen = "" if beginning.part is None else f"its first {repair.scan.duration / 3600:.1f} h, which fit into memory"
-    return Draft(tuple((names[i], names[j]) for i, j in loose), held, seen)
+    grasped = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
+    examined = "" if beginning.part is None else f"its first {repair.scan.duration / 3600:.1f} h, which fit into memory"
+    return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped, examined)
 
 
 def _near(assembly: Assembly) -> BoolArray:
     """(P,) which pairs come near."""
     boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_M / 2)
     near = np.zeros(len(assembly.pairs), dtype=np.bool_)
-    for found in boxes.stream(assembly.motion.blocks(BLOCK_FRAMES)):
-        near |= (counts_as_contact(found.verdict) | (found.verdict == Verdict.UNRESOLVED)).any(axis=0)
+    for detection in boxes.stream(assembly.motion.blocks(BLOCK_FRAMES)):
+        near |= (counts_as_contact(detection.verdict) | (detection.verdict == Verdict.UNRESOLVED)).any(axis=0)
     return near
 
 
 def _rigid(samples: Motion, i: int, j: int) -> bool:
     """Whether two bodies move and never move against each other."""
-    seen = samples.valid[:, i] & samples.valid[:, j]
-    if not seen.any():
+    both_valid = samples.valid[:, i] & samples.valid[:, j]
+    if not both_valid.any():
         return False
-    at, turn = samples.translations[seen], samples.rotations[seen]
-    back = Rotation.from_matrix(turn[:, i]).inv()
-    place, between = back.apply(at[:, j] - at[:, i]), back * Rotation.from_matrix(turn[:, j])
-    still = np.ptp(place, axis=0).max() <= RIGID_M and (between[0].inv() * between).magnitude().max() <= RIGID_RAD
+    at, rotation = samples.translations[both_valid], samples.rotations[both_valid]
+    back = Rotation.from_matrix(rotation[:, i]).inv()
+    translation, between = back.apply(at[:, j] - at[:, i]), back * Rotation.from_matrix(rotation[:, j])
+    still = np.ptp(translation, axis=0).max() <= RIGID_M and (between[0].inv() * between).magnitude().max() <= RIGID_RAD
     return bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M)
 
 

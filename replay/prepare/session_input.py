@@ -10,14 +10,14 @@ from sessions import Session
 
 def require_session(given: object, *, path: bool = True) -> None:
     """Refuse what is neither a session nor, where ``path``, the path of one, with a ``WrongInputError``."""
-    place = _is_path(given)
-    if isinstance(given, Session) or (path and place):
+    is_path = _is_path(given)
+    if isinstance(given, Session) or (path and is_path):
         return
-    wanted = "a session or the path of one" if path else "a session"
+    expected = "a session or the path of one" if path else "a session"
     how = "of arrays make one with replay.Session.from_arrays(times_ns, {body: (positions, quaternions_xyzw)}, meshes)"
-    if place:
+    if is_path:
         how = "read the file with replay.read_session(path)"
-    raise WrongInputError(f"{wanted} is needed, not {type(given).__name__}; {how}")
+    raise WrongInputError(f"{expected} is needed, not {type(given).__name__}; {how}")
 
 
 def require_folder(given: Any) -> Path:

@@ -76,29 +76,29 @@ def scan(session: Session) -> SessionScan:
             stamps.append(block.stamp_ns)
             yield block
 
-    looked = run_pose_pass(in_order(noted()), session.scene.space_radius)
-    bad = looked.has(NO_ROTATION)
+    poses = run_pose_pass(in_order(noted()), session.scene.space_radius)
+    bad = poses.has(NO_ROTATION)
     if bad.any():
         row, body = (int(k) for k in np.argwhere(bad)[0])
-        raise InvalidPoseError(_no_pose(session, int(looked.stamp_ns[row]), body))
+        raise InvalidPoseError(_no_pose(session, int(poses.stamp_ns[row]), body))
     backwards, repeated = out_of_order(np.concatenate(stamps))
-    return scan_of(looked, session.part, int(repeated.sum()), int(backwards.sum()))
+    return scan_of(poses, session.part, int(repeated.sum()), int(backwards.sum()))
 
 
-def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backwards: int = 0) -> SessionScan:
+def scan_of(poses: PosePass, window: SessionPart | None, repeated: int = 0, backwards: int = 0) -> SessionScan:
     """The figures of a pass over frames whose stamps increase and whose samples are poses or lost."""
-    stamps = looked.stamp_ns
+    stamps = poses.stamp_ns
     first_ns = int(stamps[0]) if len(stamps) else 0
     # A sample out of the room is not compared with others; what has one is not at rest.
-    same = looked.has(Mark.SAME_POSITION) & looked.has(Mark.SAME_ROTATION)
-    moves = np.any((np.isfinite(looked.steps) & ~same) | looked.has(Mark.OUT_OF_SPACE), axis=0)
+    same = poses.has(Mark.SAME_POSITION) & poses.has(Mark.SAME_ROTATION)
+    moves = np.any((np.isfinite(poses.steps) & ~same) | poses.has(Mark.OUT_OF_SPACE), axis=0)
     return SessionScan(
-        first_ns=first_ns if part is None else part.first_ns,
+        first_ns=first_ns if window is None else window.first_ns,
         stamp_ns=stamps,
         repeated=repeated,
         backwards=backwards,
         moves=np.asarray(moves),
-        jumps=teleports(looked),
+        jumps=teleports(poses),
     )
 
 
