@@ -78,25 +78,25 @@ def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
     return sorted(rows, key=lambda row: (not counts(row), row["loss"], row["mean_ms"] or inf))
 
 
-def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]:
+def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[str]:
     """Sentences on the cost of full and of lower accuracy; or one sentence why there is no advice.
 
     On a busy machine times are upper bounds: then the sentences say what is right and advise nothing about cost.
-    ``processor_share``: of the seconds on the clock those in which this process was at work.
+    ``processor_fraction``: of the seconds on the clock those in which this process was at work.
     """
     candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
     if len(candidates) < FEWEST:
         were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
         return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
-    if busy := busy_sentence(1 - processor_share):
+    if busy := busy_sentence(1 - processor_fraction):
         return [_most_accurate(candidates), f"{busy} No advice about cost until then."]
     by_label = {row["label"]: row for row in candidates}
     front = front_of(candidates)
     best = by_label[front[-1]]
     cost = f"The smallest loss, {words.loss_number(best['loss'])}, costs" if best["loss"] else "Missing nothing costs"
-    share = words.share(best["mean_ms"] * HEADSET_HZ / 1e3)
+    fraction = words.share(best["mean_ms"] * HEADSET_HZ / 1e3)
     wrong = f" It gets wrong: {wrong_words(best)}." if best["loss"] else ""
-    first = f"{cost} {_ms(best)} a frame ({best['label']}), {share} of a {HEADSET_HZ:g} Hz frame.{wrong}"
+    first = f"{cost} {_ms(best)} a frame ({best['label']}), {fraction} of a {HEADSET_HZ:g} Hz frame.{wrong}"
     other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
     if other is None:
         return [first, "No other setting is faster beyond doubt."]
@@ -134,13 +134,13 @@ def count_words(row: Row, name: str) -> str:
 
 def wrong_words(row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
-    parts = [
+    phrases = [
         f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed",
         f"{count_words(row, 'late')} late or cut short",
     ]
     if row["false"] is not None:
-        parts.append(f"{words.share(row['false'])} of its contact time false")
-    return ", ".join(parts)
+        phrases.append(f"{words.share(row['false'])} of its contact time false")
+    return ", ".join(phrases)
 
 
 def _slow_frames(row: Row, best: Row) -> str:

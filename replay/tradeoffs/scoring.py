@@ -33,10 +33,12 @@ def wrong_counts(
         counts = {"missed": [once.missed], "late": [once.late_or_cut_short], "false_contacts": [false_contacts]}
         contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
     else:
-        missed, late = (part.sum(axis=1).tolist() for part in offsets.faults.values())
+        missed, late = (fault_counts.sum(axis=1).tolist() for fault_counts in offsets.faults.values())
         counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
-        shares = offsets.proportions()
-        contacts_missed, time_missed, false = (shares[name] for name in ("contacts_missed", "missed", "false_contact"))
+        proportions = offsets.proportions()
+        contacts_missed, time_missed, false = (
+            proportions[name] for name in ("contacts_missed", "missed", "false_contact")
+        )
     row: dict[str, Any] = {
         "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
         "not_reported": time_missed.value,
@@ -95,8 +97,8 @@ class Scoring:
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
         always = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
-        seen, detection = self._every_frame.get(str(always), (None, None))
-        if seen is not assembly or detection is None:
+        key, detection = self._every_frame.get(str(always), (None, None))
+        if key is not assembly or detection is None:
             detection = make_detector(always, assembly, self._seed).detect(assembly.motion)
             self._every_frame[str(always)] = assembly, detection
         return detection

@@ -67,11 +67,11 @@ def settings_list(*, frames_hz: float = inf, shipped: bool = False) -> tuple[Set
     """
     text = files("replay.tradeoffs").joinpath("settings.toml").read_text("utf-8")
     made = {setting.label: setting for row in tomllib.loads(text)["row"] for setting in _of_row(**row)}
-    there = {"shipped": shipped}
+    available = {"shipped": shipped}
     return tuple(
         setting
         for setting in made.values()
-        if there.get(setting.settings.get("shape", ""), True) and (setting.rate_hz or 0.0) < FASTEST * frames_hz
+        if available.get(setting.settings.get("shape", ""), True) and (setting.rate_hz or 0.0) < FASTEST * frames_hz
     )
 
 

@@ -86,7 +86,7 @@ def tradeoff(
     *,
     time_limit: float | None = TIME_LIMIT,
     watch: Watch = lambda *_: None,
-    **asked: Any,
+    **options: Any,
 ) -> Tradeoff:
     """Run many settings over a session, beside the oracle, and time them frame by frame.
 
@@ -102,10 +102,10 @@ def tradeoff(
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
-    unknown = ", ".join(sorted(asked.keys() - {*ASKED}))
+    unknown = ", ".join(sorted(options.keys() - {*ASKED}))
     if unknown:
         raise TypeError(f"tradeoff takes no {unknown}; it takes time_limit, watch, {', '.join(ASKED)}")
-    run = RunSettings(**asked)
+    run = RunSettings(**options)
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
         ready = prepared(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
@@ -127,31 +127,31 @@ class _Deadline:
     def __init__(self, limit: float | None, compiled: Compiled) -> None:
         self.limit, self.compiled, self._began = limit, compiled, perf_counter()
 
-    def left(self, share: float = 1.0) -> float:
+    def left(self, fraction: float = 1.0) -> float:
         """Seconds until this share of the limit is used up."""
         if self.limit is None:
             return float("inf")
-        return share * self.limit + self.compiled.seconds - (perf_counter() - self._began)
+        return fraction * self.limit + self.compiled.seconds - (perf_counter() - self._began)
 
 
 class _Sweep:
     """The trials of one tradeoff: round by round begun, counted and timed in turns."""
 
     def __init__(
-        self, assembly: Assembly, scoring: Scoring, seed: int, deadline: _Deadline, wanted: Sequence[Setting]
+        self, assembly: Assembly, scoring: Scoring, seed: int, deadline: _Deadline, settings: Sequence[Setting]
     ) -> None:
         self._assembly, self._scoring, self._seed, self._deadline = assembly, scoring, seed, deadline
-        self._wanted, self._left = wanted, [*wanted]
+        self._wanted, self._left = settings, [*settings]
         self._pair = [_Trial(Setting(TRUSTED, TRUSTED), assembly, seed) for _ in range(2)]
         self._clock: Clock | None = None
         self._trials: list[_Trial] = []
 
     def run(self, watch: Watch) -> None:
         """Rounds until everything was tried or the time is up; what is left of it goes to the front."""
-        size, share = FIRST_ROUND, BEGIN
-        while batch := self._begun(size, share, watch):
+        size, fraction = FIRST_ROUND, BEGIN
+        while batch := self._begun(size, fraction, watch):
             self._timed(batch)
-            size, share = LATER_ROUNDS, REFINE
+            size, fraction = LATER_ROUNDS, REFINE
         for _ in range(FRONT_PASSES - PASSES):
             near = {*front_of(self._rows()), *contenders_of(self._rows())}
             front = [trial for trial in self._trials if trial.label in near]
@@ -164,12 +164,12 @@ class _Sweep:
         """Those that have a price by now."""
         return [trial.row for trial in self._trials if trial.passes]
 
-    def _begun(self, size: int, share: float, watch: Watch) -> list[_Trial]:
+    def _begun(self, size: int, fraction: float, watch: Watch) -> list[_Trial]:
         """The next settings, made and counted, as many as can be timed too within the limit."""
         batch: list[_Trial] = []
         for setting in next_to_front(self._left, self._wanted, front_of(self._rows())):
             # The first setting is tried whatever it takes: a table without rows says nothing.
-            if len(batch) == size or (self._trials and self._deadline.left(share) <= 0):
+            if len(batch) == size or (self._trials and self._deadline.left(fraction) <= 0):
                 break
             watch(len(self._trials), len(self._wanted))
             self._left.remove(setting)
@@ -182,8 +182,8 @@ class _Sweep:
     def _counted(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
         """Make a setting, warm it up, let it answer and count; ``None``: it cannot be timed too within the limit."""
         left = self._deadline.left() if self._trials else float("inf")
-        turned = setting.settings
-        if turned.get("shape") == "compound" and left <= seconds_to_cut(self._assembly.bodies, turned):
+        options = setting.settings
+        if options.get("shape") == "compound" and left <= seconds_to_cut(self._assembly.bodies, options):
             return None
         twin = self._pair[1]
         trial = twin if setting == twin.setting else _Trial(setting, self._assembly, self._seed)
@@ -251,5 +251,5 @@ class _Sweep:
         }  # fmt: skip
         tried = {row["label"] for row in rows}
         cut = tuple(setting.label for setting in self._wanted if setting.label not in tried)
-        advice = tuple(advice_of(rows, processor_share=at_work))
+        advice = tuple(advice_of(rows, processor_fraction=at_work))
         return Tradeoff(tuple(sorted_rows(rows)), tuple(front), advice, cut, about)

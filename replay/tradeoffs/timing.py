@@ -100,25 +100,25 @@ class Clock:
 
     def time(self, settings: Sequence[Timed]) -> None:
         """One pass over all of these."""
-        timed = [self._reference, self.twin, *(one for one in settings if one is not self.twin)]
+        timed = [self._reference, self.twin, *(candidate for candidate in settings if candidate is not self.twin)]
         for _ in range(TRIES):
             spent = 0.0 if self._compiled is None else self._compiled.seconds
             began, at_work = perf_counter(), process_time()
-            reference, *found = self.frames.live_pass(timed, self.twin.passes)
+            reference, *passes = self.frames.live_pass(timed, self.twin.passes)
             taken, worked = perf_counter() - began, process_time() - at_work
             if self._compiled is None or self._compiled.seconds == spent:
                 break
         self.seconds += taken
         self.at_work += worked
-        for setting, own in zip(timed[1:], found, strict=True):
+        for setting, own in zip(timed[1:], passes, strict=True):
             setting.own.append(own)
             setting.reference.append(reference)
 
     @property
     def widened(self) -> float:
         """The factor by which intervals are widened: 1 where the same setting twice comes out as a tie."""
-        ratio, low, high = self.twin.ratio(MEAN).tolist()
-        return max(ratio, 1.0 / ratio) if low > 1.0 or high < 1.0 else 1.0
+        ratio, lower, upper = self.twin.ratio(MEAN).tolist()
+        return max(ratio, 1.0 / ratio) if lower > 1.0 or upper < 1.0 else 1.0
 
     def price(self, setting: Timed, level: float | None) -> FloatArray:
         """Seconds of a setting and the ends of their interval (3,): its ratio times the reference's in all passes."""
@@ -128,9 +128,9 @@ class Clock:
 
     def as_json(self) -> dict[str, Any]:
         """The self-check: how often the reference was timed twice, and what came out."""
-        ratio, low, high = known(self.twin.ratio(MEAN))
+        ratio, lower, upper = known(self.twin.ratio(MEAN))
         return {
-            "passes": self.twin.passes, "ratio": ratio, "low": low, "high": high,
+            "passes": self.twin.passes, "ratio": ratio, "low": lower, "high": upper,
             "tie": self.widened == 1.0, "widened": self.widened,
         }  # fmt: skip
 
@@ -145,12 +145,12 @@ class LiveFrames:
 
     def __init__(self, motion: Motion, most: int) -> None:
         starts = np.arange(0, len(motion), TURN_FRAMES)
-        turns = max(1, min(len(starts), most // TURN_FRAMES))
+        rounds = max(1, min(len(starts), most // TURN_FRAMES))
         self.turns: list[tuple[list[Motion], list[Motion]]] = []
         self.count = 0
         """How many frames are timed in a pass."""
         last = 0
-        for start in starts[np.linspace(0, len(starts) - 1, turns).round().astype(np.int64)].tolist():
+        for start in starts[np.linspace(0, len(starts) - 1, rounds).round().astype(np.int64)].tolist():
             stop = min(start + TURN_FRAMES, len(motion))
             lead = [] if start == last else _singly(motion, max(last, start - LEAD_FRAMES), start)
             self.turns.append((lead, _singly(motion, start, stop)))
@@ -159,22 +159,22 @@ class LiveFrames:
 
     def samples(self, rate_hz: float | None) -> BoolArray:
         """Mask of timed frames that a detector of this rate runs on, (count,): at its ticks, or all without a rate."""
-        found = []
+        masks = []
         for lead, timed in self.turns:
             times = np.array([now.times[0] for now in (*lead, *timed)])
-            found.append(sampled_frames(times, rate_hz)[len(lead) :])
-        return np.concatenate(found)
+            masks.append(sampled_frames(times, rate_hz)[len(lead) :])
+        return np.concatenate(masks)
 
-    def live_pass(self, asked: Sequence[Timed], number: int = 0) -> list[FloatArray]:
+    def live_pass(self, timed_settings: Sequence[Timed], number: int = 0) -> list[FloatArray]:
         """Seconds of every timed frame, (count,) a setting; each begins a session of its own.
 
         A detector that is not asked frame by frame answers the whole motion at once: each frame takes the mean.
         """
         # Whoever follows its twin finds the caches warm: in a fixed order, one setting timed twice differed by 1.4.
         shuffled = np.random.default_rng(number)
-        seconds = np.zeros((len(asked), self.count))
+        seconds = np.zeros((len(timed_settings), self.count))
         live: dict[int, Live] = {}
-        for k, setting in enumerate(asked):
+        for k, setting in enumerate(timed_settings):
             if setting.detector.online:
                 live[k] = live_session(setting.detector)
             else:

@@ -43,7 +43,7 @@ def test_one_pass_ties_with_nothing_and_is_advised_never():
     ],
 )
 def test_fewer_than_three_prices_give_no_advice_and_say_why(found, share, why):
-    (sentence,) = advice_of(found, processor_share=share)
+    (sentence,) = advice_of(found, processor_fraction=share)
     assert sentence.startswith("No advice") and why in sentence
 
 
@@ -71,9 +71,9 @@ def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves
 @pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])
 def test_a_busy_machine_leaves_advice_on_accuracy_and_none_on_cost(at_work, busy):
     right = [price_row(name, 1.0, 0) for name in "abcde"]
-    accuracy, cost = advice_of(right, processor_share=at_work)
+    accuracy, cost = advice_of(right, processor_fraction=at_work)
     assert accuracy == "Every contact is right with a, b, c and 2 more."
     assert cost == f"The machine was busy ({busy}): run again for reliable times. No advice about cost until then."
     wrong = [price_row("a", 1.0, 2), price_row("b", 1.0, 1), price_row("c", 1.0, 3)]
-    accuracy = advice_of(wrong, processor_share=at_work)[0]
+    accuracy = advice_of(wrong, processor_fraction=at_work)[0]
     assert accuracy.startswith("The smallest loss, 0.056, has b: 1 of 18 contacts missed") and "ms" not in accuracy
