@@ -19,8 +19,8 @@ MACOS_PROCESSOR: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of every package in ``PACKAGES`` that is installed."""
-    found = {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
-    return {name: number for name, number in found.items() if number is not None}
+    versions_of = {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    return {name: number for name, number in versions_of.items() if number is not None}
 
 
 @cache
@@ -42,8 +42,8 @@ def machine() -> dict[str, str | int]:
 
 def processor() -> str:
     """Name of the processor, ``AMD EPYC`` or ``Apple M2``; its architecture if it has no name."""
-    asked = {"Linux": _of_linux, "Darwin": _of_macos}.get(platform.system(), platform.processor)
-    return " ".join(asked().split()) or platform.machine()
+    read_name = {"Linux": _of_linux, "Darwin": _of_macos}.get(platform.system(), platform.processor)
+    return " ".join(read_name().split()) or platform.machine()
 
 
 def _of_linux() -> str:

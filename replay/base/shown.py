@@ -8,7 +8,9 @@ def shown(text: str, *, lines: bool = False) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(one if _plain(one) or (lines and one == "\n") else repr(one)[1:-1] for one in text)
+    return "".join(
+        character if _plain(character) or (lines and character == "\n") else repr(character)[1:-1] for character in text
+    )
 
 
 def drawable(text: str) -> str:

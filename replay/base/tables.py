@@ -64,15 +64,15 @@ class Column:
         """Value of a row in this column; ``None`` if a step of the path is ``None`` or the value is NaN."""
         if callable(self.of):
             return self.of(row)
-        found = row
-        for part in (self.of or self.name).split("."):
-            if found is None:
+        value = row
+        for step in (self.of or self.name).split("."):
+            if value is None:
                 return None
-            if isinstance(found, Mapping):
-                found = found[part]
+            if isinstance(value, Mapping):
+                value = value[step]
             else:
-                found = found[int(part)] if part.isdigit() else getattr(found, part)
-        return None if found != found else found
+                value = value[int(step)] if step.isdigit() else getattr(value, step)
+        return None if value != value else value
 
     @property
     def stored(self) -> "Column":
@@ -120,19 +120,19 @@ class Table:
 
     def column(self, name: str) -> list[Any]:
         """The values below a name."""
-        place = self.head.index(name)
-        return [row[place] for row in self.rows]
+        index = self.head.index(name)
+        return [row[index] for row in self.rows]
 
-    def where(self, **wanted: Any) -> "Table":
+    def where(self, **values: Any) -> "Table":
         """The rows with these values."""
-        places = {self.head.index(name): value for name, value in wanted.items()}
-        rows = (row for row in self.rows if all(row[place] == value for place, value in places.items()))
+        indices = {self.head.index(name): value for name, value in values.items()}
+        rows = (row for row in self.rows if all(row[index] == value for index, value in indices.items()))
         return replace(self, rows=tuple(rows))
 
     def only(self, *names: str, heads: Mapping[str, str] = NO_HEADS) -> "Table":
         """The columns of these names, in this order, some below other words; one that is not there is left out."""
-        place = {name: k for k, name in enumerate(self.head)}
-        chosen = [place[name] for name in names if name in place]
+        index = {name: k for k, name in enumerate(self.head)}
+        chosen = [index[name] for name in names if name in index]
         columns = (replace(self.columns[k], name=heads.get(self.columns[k].name, self.columns[k].name)) for k in chosen)
         return replace(self, columns=tuple(columns), rows=tuple(tuple(row[k] for k in chosen) for row in self.rows))
 
@@ -264,5 +264,5 @@ def _line(cells: list[str]) -> str:
 
 def _cell(cell: Cell) -> str:
     around = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
-    words = text_of(cell) if around else markdown_words(text_of(cell))
-    return around + words.replace("|", "\\|") + around
+    text = text_of(cell) if around else markdown_words(text_of(cell))
+    return around + text.replace("|", "\\|") + around

@@ -64,16 +64,16 @@ def do_all(
     failed: dict[str, str] = {}
     deaths: dict[str, list[str]] = {}
 
-    def died(name: str, place: str) -> None:
-        deaths.setdefault(name, []).append(place)
+    def died(name: str, worker: str) -> None:
+        deaths.setdefault(name, []).append(worker)
         if on_died is not None:
-            on_died(name, place)
+            on_died(name, worker)
 
-    def note(name: str, became: str) -> None:
-        if became and became != KEPT:
-            failed[name] = became
+    def note(name: str, outcome: str) -> None:
+        if outcome and outcome != KEPT:
+            failed[name] = outcome
         if on_done is not None:
-            on_done(name, became or DONE)
+            on_done(name, outcome or DONE)
 
     if not tasks or (jobs <= 1 and scheduler is None):
         for name, arguments in tasks.items():
@@ -95,17 +95,17 @@ def _shared_out(workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died
     waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
     working = dict[Any, tuple[str, str]]()
     while waiting or working:
-        busy = [place for _, place in working.values()]
-        free = [place for place in workers.places() if place not in busy]
-        for place in free[: len(waiting)]:
+        busy = [worker for _, worker in working.values()]
+        free = [worker for worker in workers.places() if worker not in busy]
+        for worker in free[: len(waiting)]:
             name = waiting.popleft()
-            working[workers.submit(place, work, tasks[name])] = name, place
-        for task, answer in workers.finished({task: place for task, (_, place) in working.items()}):
-            name, place = working.pop(task)
+            working[workers.submit(worker, work, tasks[name])] = name, worker
+        for task, answer in workers.finished({task: worker for task, (_, worker) in working.items()}):
+            name, worker = working.pop(task)
             if answer is not LOST:
                 note(name, answer)
                 continue
-            died(name, place)
+            died(name, worker)
             ended[name] += 1
             (waiting if ended[name] < attempts else lost).append(name)
     return lost
@@ -122,8 +122,8 @@ class Workers(AbstractContextManager["Workers"]):
             import dask
             from distributed import Client, LocalCluster
         except ImportError as error:
-            words = f"--jobs and --scheduler need {error.name}, which is not installed"
-            raise WorkerError(f'{words}; pip install "vrlab-replay[cluster]"') from error
+            message = f"--jobs and --scheduler need {error.name}, which is not installed"
+            raise WorkerError(f'{message}; pip install "vrlab-replay[cluster]"') from error
         self._cluster: Any = None
         self._jobs = jobs
         self._settings = ExitStack()
@@ -177,7 +177,7 @@ class Workers(AbstractContextManager["Workers"]):
         self._cluster.shutdown_on_close = False
 
     def _kill_workers(self) -> None:
-        workers = [one for one in multiprocessing.active_children() if one.pid not in self._foreign_processes]
+        workers = [child for child in multiprocessing.active_children() if child.pid not in self._foreign_processes]
         for process in workers:
             process.kill()
         for process in workers:
@@ -185,25 +185,25 @@ class Workers(AbstractContextManager["Workers"]):
 
     def places(self) -> Iterable[str]:
         """Addresses of the workers that are there and have our versions."""
-        there = self._there()
-        if self._cluster is not None and len(there) < self._jobs:
+        present = self._there()
+        if self._cluster is not None and len(present) < self._jobs:
             # Dask gives up a worker that is killed while it starts; this brings it back.
             self._cluster.scale(self._jobs)
-        if new := [one for one in there if one not in self._alike]:
-            for place, found in self._client.run(versions, workers=new, on_error="return").items():
-                if not isinstance(found, OSError):  # it died before it could say
-                    _require_same(place, found)
-                    self._alike.add(place)
-        if self._alike & there:
+        if new := [worker for worker in present if worker not in self._alike]:
+            for worker, installed in self._client.run(versions, workers=new, on_error="return").items():
+                if not isinstance(installed, OSError):  # it died before it could say
+                    _require_same(worker, installed)
+                    self._alike.add(worker)
+        if self._alike & present:
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > PATIENCE_S:
             todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
             raise WorkerError(f"the scheduler has had no worker for {PATIENCE_S:.0f} s; {todo}")
-        return sorted(self._alike & there)
+        return sorted(self._alike & present)
 
-    def submit(self, place: str, work: Work, arguments: tuple[Any, ...]) -> Any:
+    def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:
         """Give a task to the worker at a place; what stands for its answer."""
-        return self._client.submit(work, *arguments, workers=[place], pure=False)
+        return self._client.submit(work, *arguments, workers=[worker], pure=False)
 
     def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
         """Tasks of these (with their places) that are over, each with its answer or ``LOST``; may wait a while.
@@ -216,15 +216,15 @@ class Workers(AbstractContextManager["Workers"]):
             time.sleep(POLL_S)
         with suppress(TimeoutError, CancelledError):
             wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
-        there = self._there()
-        for task, place in working.items():
-            if task.done() or place not in there:
-                yield task, self._answer(task, place)
+        present = self._there()
+        for task, worker in working.items():
+            if task.done() or worker not in present:
+                yield task, self._answer(task, worker)
 
-    def _answer(self, task: Any, place: str) -> Any:
+    def _answer(self, task: Any, worker: str) -> Any:
         from distributed import CancelledError, KilledWorker
 
-        while place in self._there():  # an answer that waits for us at a worker dies with it
+        while worker in self._there():  # an answer that waits for us at a worker dies with it
             try:
                 return task.result(timeout=10 * POLL_S)
             except (KilledWorker, CancelledError):
@@ -242,14 +242,14 @@ class Workers(AbstractContextManager["Workers"]):
             raise WorkerError(f"the scheduler is gone ({error}); the same command goes on where it stopped") from error
 
 
-def _require_same(place: str, found: Any) -> None:
+def _require_same(worker: str, installed: Any) -> None:
     """Refuse a worker with other versions of what can change a verdict, a time or a file, or without it."""
-    if isinstance(found, Exception):
+    if isinstance(installed, Exception):
         todo = "install it there, with the same versions"
-        raise WorkerError(f"the worker {place} cannot load vrlab-replay ({found}); {todo}")
+        raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed}); {todo}")
     here = versions()
     for name in PACKAGES:
-        if found.get(name) != here.get(name):
-            is_there, is_here = (of.get(name, "none") for of in (found, here))
+        if installed.get(name) != here.get(name):
+            is_remote, is_here = (of.get(name, "none") for of in (installed, here))
             todo = "install the same everywhere"
-            raise WorkerError(f"the worker {place} has {name} {is_there}, this machine {is_here}; {todo}")
+            raise WorkerError(f"the worker {worker} has {name} {is_remote}, this machine {is_here}; {todo}")
