@@ -35,7 +35,7 @@ def compile_beside() -> None:
     """
     if (os.cpu_count() or 1) < 2 or not sys.executable:
         return
-    paths = os.pathsep.join(one or str(Path.cwd()) for one in sys.path)
+    paths = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
     with suppress(OSError):  # a machine that lets nobody start a process compiles everything here
         started = subprocess.Popen(
             [sys.executable, "-P", "-m", "cdcore.detectors.compile_beside"], env=os.environ | {"PYTHONPATH": paths},
@@ -56,14 +56,14 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
         return
     from cdcore.kernels.compiling import compiling_reported
 
-    told = -TELL_EVERY
+    announced_at = -TELL_EVERY
 
     def tell(seconds: float) -> None:
-        nonlocal told
+        nonlocal announced_at
         if not alone:
             compile_beside()
-        if seconds - told >= TELL_EVERY:
-            told = seconds
+        if seconds - announced_at >= TELL_EVERY:
+            announced_at = seconds
             so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
             listener.say(f"Compiling kernels for this machine, once{so_far}")
 

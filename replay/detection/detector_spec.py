@@ -66,8 +66,8 @@ class DetectorSpec:
 
 def spec_text(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]``: how a command line asks for a detector."""
-    words = ",".join(f"{key}={_written(value)}" for key, value in settings.items())
-    return f"{name}[{words}]" if words else name
+    text = ",".join(f"{key}={_written(value)}" for key, value in settings.items())
+    return f"{name}[{text}]" if text else name
 
 
 def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
@@ -103,8 +103,8 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
         specs = [parse_detector(value, label) for label, value in given.items()]
     else:
         alone = isinstance(given, str | DetectorSpec) or _is_pair(given)
-        parts = cast("Iterable[SpecLike]", [given] if alone else given)
-        specs = [parse_detector(spec) for part in parts for spec in _single_specs(part)]
+        given_specs = cast("Iterable[SpecLike]", [given] if alone else given)
+        specs = [parse_detector(spec) for given_spec in given_specs for spec in _single_specs(given_spec)]
     labels = [spec.label for spec in specs]
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
@@ -129,7 +129,7 @@ def _parse_text(text: str) -> DetectorSpec:
     match = _FORM.fullmatch(text)
     if match is None:
         raise DetectorSpecError(f"{text!r} names no detector; {_HOW}")
-    settings = dict(_setting(text, part) for part in (match["settings"] or "").split(",") if part.strip())
+    settings = dict(_setting(text, setting) for setting in (match["settings"] or "").split(",") if setting.strip())
     label = match["label"].strip() if match["label"] else None
     return _named_spec(match["name"].strip(), settings, label=label)
 
@@ -151,10 +151,10 @@ def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) ->
     return DetectorSpec(label, row, {**implied, **rate, **settings})
 
 
-def _setting(text: str, part: str) -> tuple[str, Any]:
-    key, equals, value = part.partition("=")
+def _setting(text: str, setting: str) -> tuple[str, Any]:
+    key, equals, value = setting.partition("=")
     if not equals or not key.strip().isidentifier() or not value.strip():
-        raise DetectorSpecError(f"{part.strip()!r} in {text!r} is no setting; {_HOW}")
+        raise DetectorSpecError(f"{setting.strip()!r} in {text!r} is no setting; {_HOW}")
     return key.strip(), _value(value.strip())
 
 
@@ -175,5 +175,5 @@ def _written(value: Any) -> str:
 
 def _default_label(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]`` is called ``discrete-22.5``, ``package.module:Class`` is called ``Class``."""
-    words = [name.rpartition(":")[2], *(_written(value) for value in settings.values())]
-    return "-".join(_UNSAFE.sub("_", word).lstrip("._-") or "x" for word in words)
+    tokens = [name.rpartition(":")[2], *(_written(value) for value in settings.values())]
+    return "-".join(_UNSAFE.sub("_", word).lstrip("._-") or "x" for word in tokens)

@@ -98,10 +98,14 @@ class RecordedDetector(PairDetector[RecordedSettings]):
             )
         names = [body.name for body in bodies]
         columns = {tuple(sorted((names[i], names[j]))): column for column, (i, j) in enumerate(pairs.tolist())}
-        self._spans = {columns[pair]: _seconds(found, first_ns) for pair, found in spans.items() if pair in columns}
-        self._elsewhere = sum(len(found) for pair, found in spans.items() if pair not in columns)
+        self._spans = {
+            columns[pair]: _seconds(intervals, first_ns) for pair, intervals in spans.items() if pair in columns
+        }
+        self._elsewhere = sum(len(intervals) for pair, intervals in spans.items() if pair not in columns)
         self._collider = self._make_collider()
-        self._steps = physics_steps([span for found in self._spans.values() for span in found], settings.rate_hz)
+        self._steps = physics_steps(
+            [span for intervals in self._spans.values() for span in intervals], settings.rate_hz
+        )
         # A report waits for the next physics step: of the residual, one step says nothing about the clock.
         step = 0.0 if self._steps is None else 1.0 / self._steps[0]
         self.clock_uncertainty = max(0.0, (settings.residual or 0.0) - step)
@@ -193,9 +197,9 @@ def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -
     moments = moments[np.isfinite(moments)]
     tried = (rate_hz,) if rate_hz is not None else STEP_RATES if len(moments) >= FEWEST_STAMPS else ()
     for rate in tried:
-        places = np.exp(2j * np.pi * moments * rate)
-        phase = np.angle(places.sum()) / (2 * np.pi)
-        if (np.abs(np.angle(places * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK).all():
+        phases = np.exp(2j * np.pi * moments * rate)
+        phase = np.angle(phases.sum()) / (2 * np.pi)
+        if (np.abs(np.angle(phases * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK).all():
             return rate, float(phase)
     return None if rate_hz is None else (rate_hz, 0.0)
 
@@ -235,13 +239,13 @@ def reported_spans(contacts: Iterable[LiveContact]) -> dict[tuple[str, str], lis
     """
     spans: dict[tuple[str, str], list[Span]] = {}
     begun: dict[tuple[str, str], int | None] = {}
-    for contact in sorted(contacts, key=lambda one: one.time_ns):
+    for contact in sorted(contacts, key=lambda reported: reported.time_ns):
         pair = (min(contact.body_a, contact.body_b), max(contact.body_a, contact.body_b))
         first = pair not in spans
-        found = spans.setdefault(pair, [])
+        intervals = spans.setdefault(pair, [])
         if contact.phase == "exit":
             if pair in begun or first:
-                found.append((begun.pop(pair, None), contact.time_ns))
+                intervals.append((begun.pop(pair, None), contact.time_ns))
         elif pair not in begun:
             begun[pair] = None if first and contact.phase == "stay" else contact.time_ns
     for pair, start in begun.items():

@@ -84,7 +84,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
 
 
 @contextmanager
-def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
+def blamed(spec: DetectorSpec, kind: type, action: str) -> Iterator[None]:
     """An exception in a detector that is not of our table is a fault of its code, and says where."""
     try:
         yield
@@ -93,7 +93,7 @@ def blamed(spec: DetectorSpec, kind: type, doing: str) -> Iterator[None]:
     except Exception as error:
         if spec.name in (*TABLE, RECORDED):
             raise
-        raise own_failure(doing, kind, error) from error
+        raise own_failure(action, kind, error) from error
 
 
 def run_detector(
@@ -119,19 +119,21 @@ def run_detector(
         clock.append(perf_counter())
         at_work = process_time()
         if live:
-            looks = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
+            live_detection = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
             at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
-            whole = detect_all(detector, assembly, faces=True) if faces else looks
-            detection = replace(whole, verdict=looks.verdict, work=looks.work, seconds=looks.seconds)
+            whole = detect_all(detector, assembly, faces=True) if faces else live_detection
+            detection = replace(
+                whole, verdict=live_detection.verdict, work=live_detection.work, seconds=live_detection.seconds
+            )
         else:
             detection = detect_all(detector, assembly, faces=faces, advance=advance)
     clock.append(perf_counter())
     prepare, warm, detect = np.diff(clock).tolist()
-    share = None
+    fraction = None
     if live:
-        detect, share = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
+        detect, fraction = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
     return Run(
-        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, share
+        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, fraction
     )  # fmt: skip
 
 
@@ -142,8 +144,8 @@ def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, a
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
         return detection
-    parts = _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
-    return _joined(parts, detector, assembly) if len(motion) > HELD_FRAMES else join(parts)
+    blocks = _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+    return _joined(blocks, detector, assembly) if len(motion) > HELD_FRAMES else join(blocks)
 
 
 def watched_again(detector: object, motion: Motion) -> Watched | None:
@@ -154,16 +156,16 @@ def watched_again(detector: object, motion: Motion) -> Watched | None:
     return detector.watch(motion) if len(motion) <= HELD_FRAMES and isinstance(detector, Watchable) else None
 
 
-def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
+def _joined(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
     """Join the blocks of a motion of hours; their faces are dropped when there are too many."""
     kept: list[Detection] = []
     rows = 0
-    for part in parts:
-        rows += 0 if part.face_sets is None else len(part.face_sets.faces)
+    for block in blocks:
+        rows += 0 if block.face_sets is None else len(block.face_sets.faces)
         if rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
-            kept = [replace(one, face_sets=None) for one in kept]
-            part = replace(part, face_sets=None)
-        kept.append(replace(part, section_source=None))
+            kept = [replace(detection, face_sets=None) for detection in kept]
+            block = replace(block, face_sets=None)
+        kept.append(replace(block, section_source=None))
     whole = join(kept)
     if whole.face_sets is None:
         return whole
@@ -175,10 +177,10 @@ def holds_answers(settings: Mapping[str, Any]) -> bool:
     return settings.get("rate_hz") is not None
 
 
-def _advancing(parts: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
-    for part in parts:
-        yield part
-        advance(len(part.times))
+def _advancing(blocks: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
+    for block in blocks:
+        yield block
+        advance(len(block.times))
 
 
 def warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
