@@ -99,7 +99,7 @@ def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_S
     with suppress(Exception):  # whatever a damaged file raises, it is made again
         return _read_pieces(file)
     corners = _ladder(cut).pieces(cut.most)
-    pieces = tuple(within_triangles(piece) for part in corners if (piece := hull_of(part)) is not None)
+    pieces = tuple(within_triangles(piece) for points in corners if (piece := hull_of(points)) is not None)
     if not pieces:
         raise CutError(f"{cut.row.words} gives no solid piece of this mesh; take another method")
     if cut.row.seconds:
@@ -241,8 +241,17 @@ def _started(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
     """A process that cuts a mesh from a file and leaves its pieces in another one: libraries cannot be interrupted."""
     given = folder / f"{cut.key}.npz"
     np.savez(given, vertices=cut.mesh.vertices, faces=cut.mesh.faces)
-    words = [sys.executable, "-P", "-c", CHILD, str(given), cut.name, str(cut.most), str(folder / f"{cut.key}.out.npz")]
-    return subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    arguments = [
+        sys.executable,
+        "-P",
+        "-c",
+        CHILD,
+        str(given),
+        cut.name,
+        str(cut.most),
+        str(folder / f"{cut.key}.out.npz"),
+    ]
+    return subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def _end(running: dict[subprocess.Popen[bytes], Cut]) -> None:

@@ -73,25 +73,25 @@ def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
     corners = mesh.referenced_vertices
     size = float(np.ptp(corners, axis=0).max())
     best: tuple[float, FloatArray, FloatArray] | None = None
-    for way in np.eye(3):
-        across = np.flatnonzero(way == 0)
-        point = _middle_of_rings(corners, way)
+    for axis in np.eye(3):
+        across = np.flatnonzero(axis == 0)
+        point = _middle_of_rings(corners, axis)
         flat = (corners - point)[:, across]
-        places = np.column_stack([np.hypot(*flat.T), corners @ way])
-        part_of_circle = (np.arctan2(flat[:, 1], flat[:, 0]) // (2 * np.pi / AROUND)).astype(np.int64) % AROUND
+        profile = np.column_stack([np.hypot(*flat.T), corners @ axis])
+        sector = (np.arctan2(flat[:, 1], flat[:, 0]) // (2 * np.pi / AROUND)).astype(np.int64) % AROUND
         near = [
-            cKDTree(some).query(places)[0] < NEAR * size if len(some := places[part_of_circle == number]) else False
-            for number in np.unique(part_of_circle)
+            cKDTree(some).query(profile)[0] < NEAR * size if len(some := profile[sector == number]) else False
+            for number in np.unique(sector)
         ]
-        share = float(np.mean(np.all(near, axis=0))) if len(near) == AROUND else 0.0
-        if share >= ROUND and (best is None or share > best[0]):
-            best = share, point, way
+        fraction = float(np.mean(np.all(near, axis=0))) if len(near) == AROUND else 0.0
+        if fraction >= ROUND and (best is None or fraction > best[0]):
+            best = fraction, point, axis
     return None if best is None else best[1:]
 
 
-def _middle_of_rings(corners: FloatArray, way: FloatArray) -> FloatArray:
+def _middle_of_rings(corners: FloatArray, axis: FloatArray) -> FloatArray:
     """The middle between the extremes of the median ring: a spout moves that of the whole body."""
-    height = corners @ way
+    height = corners @ axis
     ring = corners[np.abs(height - np.sort(height)[len(height) // 2]) < 0.1 * max(float(np.ptp(height)), 1e-12)]
     return np.asarray((ring.min(axis=0) + ring.max(axis=0)) / 2)
 
@@ -105,10 +105,12 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
     solid = None if axis is None else manifold_of(mesh)
     if axis is None or solid is None or solid.volume() <= 0.0:
         return None
-    parts: list[FloatArray] = []
+    corner_sets: list[FloatArray] = []
     for band in _bands(solid, mesh, axis[1]):
-        parts += [np.asarray(part.to_mesh64().vert_properties[:, :3]) for part in _sectors(band, *axis)]
-    pieces = [piece for part in parts if (piece := hull_of(part)) is not None]
+        corner_sets += [
+            np.asarray(corner_set.to_mesh64().vert_properties[:, :3]) for corner_set in _sectors(band, *axis)
+        ]
+    pieces = [piece for corner_set in corner_sets if (piece := hull_of(corner_set)) is not None]
     least = LEAST * abs(solid.volume())
     pieces = [piece for piece in pieces if volume_of(piece) > least]
     if not pieces:
@@ -118,48 +120,48 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
     return Ladder(corners, ends, np.array(_joins(pieces), dtype=np.int64).reshape(-1, 2))
 
 
-def _bands(solid: Any, mesh: TriangleMesh, way: FloatArray) -> list[Any]:
+def _bands(solid: Any, mesh: TriangleMesh, axis: FloatArray) -> list[Any]:
     """The solid cut across its axis at the heights where its outline bends most."""
-    heights = np.sort(mesh.referenced_vertices @ way)
-    low, high = heights[0], heights[-1]
-    levels = np.linspace(low, high, 66)[1:-1]
-    areas = np.array([_area_at(solid, way, level) for level in levels])
+    heights = np.sort(mesh.referenced_vertices @ axis)
+    lower, upper = heights[0], heights[-1]
+    levels = np.linspace(lower, upper, 66)[1:-1]
+    areas = np.array([_area_at(solid, axis, level) for level in levels])
     # A bend is where the area of the section changes its slope: the floor, a shoulder, a flange.
     bend = np.abs(np.diff(areas, 2))
     cuts: list[float] = []
     for number in np.argsort(bend)[::-1].tolist():
         level = float(levels[number + 1])
-        if bend[number] > 0.02 * areas.max() and all(abs(level - cut) > 0.03 * (high - low) for cut in cuts):
+        if bend[number] > 0.02 * areas.max() and all(abs(level - cut) > 0.03 * (upper - lower) for cut in cuts):
             cuts.append(level)
         if len(cuts) == BENDS:
             break
     bands, rest = [], solid
     for cut in sorted(cuts):
-        above, below = rest.split_by_plane(tuple(way), cut)
+        above, below = rest.split_by_plane(tuple(axis), cut)
         bands.append(below)
         rest = above
-    return [part for band in (*bands, rest) for part in band.decompose() if part.volume() > 0.0]
+    return [component for band in (*bands, rest) for component in band.decompose() if component.volume() > 0.0]
 
 
-def _area_at(solid: Any, way: FloatArray, level: float) -> float:
+def _area_at(solid: Any, axis: FloatArray, level: float) -> float:
     """Area of a section across the axis, by the volume of a thin slice."""
     thin = 1e-5
-    return float(solid.trim_by_plane(tuple(way), level).trim_by_plane(tuple(-way), -level - thin).volume()) / thin
+    return float(solid.trim_by_plane(tuple(axis), level).trim_by_plane(tuple(-axis), -level - thin).volume()) / thin
 
 
-def _sectors(part: Any, point: FloatArray, way: FloatArray) -> list[Any]:
+def _sectors(solid: Any, point: FloatArray, axis: FloatArray) -> list[Any]:
     """A band as it is where it is nearly convex; else cut by angle around the axis."""
-    hull = part.hull()
-    if hull.volume() <= part.volume() / SOLID:
-        return [part]
-    first = np.eye(3)[(int(np.argmax(way)) + 1) % 3]
-    second = np.cross(way, first)
+    hull = solid.hull()
+    if hull.volume() <= solid.volume() / SOLID:
+        return [solid]
+    first = np.eye(3)[(int(np.argmax(axis)) + 1) % 3]
+    second = np.cross(axis, first)
     pieces = []
     for number in range(SECTORS):
         angles = 2 * np.pi * np.array([number, number + 1]) / SECTORS
         begin, end = (np.cos(angle) * second - np.sin(angle) * first for angle in angles)
-        wedge = part.trim_by_plane(tuple(begin), float(begin @ point)).trim_by_plane(tuple(-end), float(-end @ point))
-        pieces += [one for one in wedge.decompose() if one.volume() > 0.0]
+        wedge = solid.trim_by_plane(tuple(begin), float(begin @ point)).trim_by_plane(tuple(-end), float(-end @ point))
+        pieces += [component for component in wedge.decompose() if component.volume() > 0.0]
     return pieces
 
 
@@ -168,19 +170,19 @@ def _joins(pieces: Sequence[TriangleMesh]) -> list[tuple[int, int]]:
 
     Least of their own volume: a thin ring closes the mouth of a beaker with little volume, and much of its own.
     """
-    parts, current = [*pieces], [*range(len(pieces))]
+    merged, current = [*pieces], [*range(len(pieces))]
     joins: list[tuple[int, int]] = []
 
     @cache
     def join(a: int, b: int) -> tuple[float, TriangleMesh | None]:
         """The fraction that the hull of two pieces adds, and that hull; pieces with a gap between them have none."""
-        (lower, upper), (other_lower, other_upper) = _box(parts[a]), _box(parts[b])
+        (lower, upper), (other_lower, other_upper) = _box(merged[a]), _box(merged[b])
         hull = None
         if (lower <= other_upper + 1e-4).all() and (other_lower <= upper + 1e-4).all():
-            hull = hull_of(np.concatenate([parts[a].vertices, parts[b].vertices]))
+            hull = hull_of(np.concatenate([merged[a].vertices, merged[b].vertices]))
         if hull is None:
             return np.inf, None
-        separate = volume_of(parts[a]) + volume_of(parts[b])
+        separate = volume_of(merged[a]) + volume_of(merged[b])
         return (volume_of(hull) - separate) / separate, hull
 
     while len(current) > 1:
@@ -190,8 +192,8 @@ def _joins(pieces: Sequence[TriangleMesh]) -> list[tuple[int, int]]:
         if hull is None:
             break
         joins.append(best)
-        parts.append(hull)
-        current = [*(number for number in current if number not in best), len(parts) - 1]
+        merged.append(hull)
+        current = [*(number for number in current if number not in best), len(merged) - 1]
     return joins
 
 
