@@ -39,7 +39,7 @@ class Advice:
     result: RunResult
 
 
-def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) -> Advice:
+def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any) -> Advice:
     """Audit the settings that a developer has in an engine, and name the one with the smallest loss.
 
     Parameters
@@ -50,21 +50,21 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
 
     Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.run``.
     """
-    if asked.get("oracle") == "none":
+    if options.get("oracle") == "none":
         raise AuditError("advice needs a reference to compare with; leave oracle out for the exact one")
-    held = opened(session_or_path, asked.pop("scene", None))
+    session = opened(session_or_path, options.pop("scene", None))
     chosen = engine_named(engine)
-    choices = [choice for choice in chosen.choices if held.colliders or choice.settings.get("shape") != "shipped"]
+    choices = [choice for choice in chosen.choices if session.colliders or choice.settings.get("shape") != "shipped"]
     needs = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
     absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
     if 1 in absent:
         raise TradeoffError(f'{absent[1]} itself is needed and is not installed; pip install "vrlab-replay[engines]"')
-    frames_hz = frame_rate(held.stamps() / 1e9)
-    there = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
-    result = run(held, detectors={label: choice.asked(frames_hz) for label, choice in there.items()}, **asked)
+    frames_hz = frame_rate(session.stamps() / 1e9)
+    present = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
+    result = run(session, detectors={label: choice.asked(frames_hz) for label, choice in present.items()}, **options)
     rows = [
         _row(result, label, choice, choice.asked(frames_hz))
-        for label, choice in there.items()
+        for label, choice in present.items()
         if label in result.comparisons
     ]
     left = [

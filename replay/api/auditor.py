@@ -41,7 +41,7 @@ def audit(
     max_missed: float | None = None,
     max_false: float | None = None,
     max_p99_ms: float | None = None,
-    **asked: Any,
+    **options: Any,
 ) -> AuditResult:
     """Run sessions beside an oracle, and hold what came of all of them to limits.
 
@@ -67,17 +67,17 @@ def audit(
 
     limits = Gates(max_missed, max_p99_ms, max_false)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
-    for one in several:
-        require_session(one)
+    for given_session in several:
+        require_session(given_session)
     if not several:
         raise AuditError("there is no session to audit; name at least one")
-    if asked.get("oracle") == "none":
+    if options.get("oracle") == "none":
         raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
     folders = _folders(several, None if out is None else located(out))
     for folder in filter(None, folders):
         with reaching(folder):
-            check_target(folder, force=asked.get("force", False))
-    results = [run(session, out=folder, **asked) for session, folder in zip(several, folders, strict=True)]
+            check_target(folder, force=options.get("force", False))
+    results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
     pooled = pool(result.document.audit for result in results)
     broken = limits.broken(pooled, times_of(result.document for result in results))
     return AuditResult(tuple(results), pooled, tuple(broken))

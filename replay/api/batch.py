@@ -113,20 +113,20 @@ def run_batch(
     named, folder = _named([located(path).absolute() for path in sessions]), located(out).absolute()
     chosen = dict(settings)
     # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
-    asked = {name: value for name, value in chosen.items() if name != "picture"}
+    options = {name: value for name, value in chosen.items() if name != "picture"}
     if chosen.get("scene"):
         chosen["scene"] = Path(chosen["scene"]).absolute()
-        asked["scene"] = file_hash(chosen["scene"])
+        options["scene"] = file_hash(chosen["scene"])
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
-    request = json.loads(json.dumps({"schema": SCHEMA, "settings": asked, "versions": versions()}))
+    request = json.loads(json.dumps({"schema": SCHEMA, "settings": options, "versions": versions()}))
     with reaching(folder):
-        there, kept = _begin(folder, request, force=force), set[str]()
+        existing, kept = _begin(folder, request, force=force), set[str]()
 
-    def tell(name: str, became: str) -> None:
-        if became == KEPT and name in there:
+    def tell(name: str, outcome: str) -> None:
+        if outcome == KEPT and name in existing:
             kept.add(name)
         if on_done is not None:  # what was not there and is kept, was done by a worker whose answer was lost
-            on_done(name, DONE if became == KEPT and name not in there else became)
+            on_done(name, DONE if outcome == KEPT and name not in existing else outcome)
 
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
     try:
@@ -165,7 +165,7 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Sessio
 
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
     named: dict[str, Path] = {}
-    for path in sorted(sessions, key=lambda one: one.name):
+    for path in sorted(sessions, key=lambda session_path: session_path.name):
         if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
             raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
         if named.setdefault(path.stem, path) != path:
@@ -178,8 +178,8 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     if out.is_file():
         raise OutputError(f"{out} is a file; name a folder for the runs")
     out.mkdir(parents=True, exist_ok=True)
-    there = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()  # a store has no empty folders
-    if BATCH in there:
+    existing = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()  # a store has no empty folders
+    if BATCH in existing:
         try:
             before = json.loads((out / BATCH).read_text(encoding="utf-8"))
             same = all(before[key] == value for key, value in request.items())
@@ -187,15 +187,15 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
             raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
         if not same and not force:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
-    elif any(not name.startswith(".") for name in there):
+    elif any(not name.startswith(".") for name in existing):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
     text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
     if is_remote(out):  # a store shows an object when it is whole
         (out / BATCH).write_bytes(text)
-        return there
+        return existing
     with whole_file(out / BATCH, OutputError) as file:
         file.write(text)
-    return there
+    return existing
 
 
 def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:

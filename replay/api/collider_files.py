@@ -119,7 +119,7 @@ class FixedColliders:
 def fix_colliders(
     session_or_path: Session | str | Path, folder: str | Path | None = None, *, engine: str = "",
     limits: Limits = DEFAULT_LIMITS, time_limit: float | None = TIME_LIMIT, force: bool = False,
-    progress: Progress | None = None, every_method: bool = False, **asked: Any,
+    progress: Progress | None = None, every_method: bool = False, **options: Any,
 ) -> FixedColliders:  # fmt: skip
     """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
 
@@ -144,18 +144,20 @@ def fix_colliders(
     """
     progress = progress or Silent()
     target = engine_files(engine) if engine else None
-    place = Path(folder) if folder is not None and target is not None else None
-    if place is not None:
-        check_target(place, force=force, kind=COLLIDERS)
-    session = opened(session_or_path, asked.pop("scene", None))
+    target_folder = Path(folder) if folder is not None and target is not None else None
+    if target_folder is not None:
+        check_target(target_folder, force=force, kind=COLLIDERS)
+    session = opened(session_or_path, options.pop("scene", None))
     ready = prepared(
-        session, progress=progress, **{key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
+        session,
+        progress=progress,
+        **{key: options[key] for key in ("pairs", "start", "end", "policy") if key in options},
     )
     step_hz = STEP_RATE if target is None else target.step_hz
     rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
-            ready.assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU),
+            ready.assembly, parse_detector(TRUSTED), options.get("seed", 0), options.get("tau", TAU),
             ready.treatment.session,
         )  # fmt: skip
         advance(1)
@@ -163,7 +165,7 @@ def fix_colliders(
         search = ColliderSearch(ready.assembly, scoring, rate, limits, Deadline(time_limit, advance))
         search.run()
     axes = default_mesh_axes("glb", pose_convention(session.facts))
-    with nullcontext() if place is None else result_folder(place, COLLIDERS, force=force) as written:
+    with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
         shipped, rows = _shipped(session, search, target, written, axes)
         with progress.stage("Writing report cards", len(rows)) as advance:
             for row in rows:
@@ -171,8 +173,8 @@ def fix_colliders(
                 hulls = search.ladders[name].pieces(0)
                 row["before"] = row["after"] = _card(ready.assembly, scoring.reference, name, hulls)
                 if search.steps[name]:
-                    parts = [TriangleMesh(part.vertices, part.faces) for part in shipped.colliders[name]]
-                    row["after"] = _card(ready.assembly, scoring.reference, name, parts)
+                    pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
+                    row["after"] = _card(ready.assembly, scoring.reference, name, pieces)
                 others = _other_cuts(search.ladders[name]) if every_method else {}
                 row["others"] = [
                     {"how": how} | _card(ready.assembly, scoring.reference, name, convex_pieces(cut))
@@ -181,10 +183,10 @@ def fix_colliders(
                 advance(1)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
-        result = run(shipped, detectors={"before": hull, "after": setting}, progress=progress, **asked)
+        result = run(shipped, detectors={"before": hull, "after": setting}, progress=progress, **options)
         fixed = FixedColliders(
             engine="" if target is None else target.name,
-            folder=place,
+            folder=target_folder,
             step_hz=step_hz,
             setting=setting,
             bodies=tuple(rows),
@@ -238,11 +240,11 @@ def _shipped(
     colliders: dict[str, tuple[MeshData, ...]] = {}
     in_files: dict[str, list[MeshData]] = {}
     rows: list[dict[str, Any]] = []
-    for number, (name, parts) in enumerate(search.pieces().items()):
+    for number, (name, solids) in enumerate(search.pieces().items()):
         plain, ladder = _file_name(name, number), search.ladders[name]
-        in_file = [from_body_axes(_rounded(part), axes, poses) for part in parts]
+        in_file = [from_body_axes(_rounded(solid), axes, poses) for solid in solids]
         mesh = from_body_axes(_rounded(ladder.mesh), axes, poses)
-        colliders[name] = tuple(in_body_axes(part, axes, poses) for part in _read_back(name, in_file))
+        colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _read_back(name, in_file))
         in_files[plain] = in_file
         if written is not None and target is not None:
             (written / f"{plain}.glb").write_bytes(_glb(name, mesh, in_file, target))
