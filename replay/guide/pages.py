@@ -41,9 +41,9 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
     if not scripts:
         raise OutputError(f"the page {topic!r} has no scripts; pages with some: {', '.join(SCRIPTS)}")
     for script in scripts:
-        there = folder / script.name
-        if there.exists() and there.read_bytes() != script.read_bytes():
-            raise OutputError(f"{there} is there already and differs; move it away")
+        target = folder / script.name
+        if target.exists() and target.read_bytes() != script.read_bytes():
+            raise OutputError(f"{target} is there already and differs; move it away")
     for script in scripts:
         with whole_file(folder / script.name, OutputError) as file:
             file.write(script.read_bytes())
@@ -68,10 +68,10 @@ def for_terminal(text: str) -> str:
 
 
 def _as_command(link: re.Match[str]) -> str:
-    words, target = link.groups()
+    label, target = link.groups()
     if target.startswith("http"):
         return link[0]
     if not re.fullmatch(r"[\w-]+\.md", target):
-        return words
+        return label
     topic = Path(target).stem
-    return f"{words} (`replay guide`)" if topic == INDEX else f"{words} (`replay guide {topic}`)"
+    return f"{label} (`replay guide`)" if topic == INDEX else f"{label} (`replay guide {topic}`)"
