@@ -133,7 +133,7 @@ class _Measuring:
         """The Fix that was measured; ``None``: no body of the worst pairs is worth cutting."""
         meshes = {body.name: body.mesh for body in self._result.assembly.bodies}
         named = self._worst_bodies()
-        reasons = {name: why_not_cut(meshes[name]) for name in named}
+        reasons = {name: _why_not_cut(meshes[name]) for name in named}
         bodies = [name for name in named if not reasons[name] and not _is_convex(meshes[name])]
         uncut = [f"{name} keeps its hull: {why}." for name, why in reasons.items() if why]
         if not bodies:
@@ -269,6 +269,14 @@ def _fewest_enough(losses: Mapping[int, float]) -> int:
     """The fewest pieces whose loss is hardly more than the smallest one."""
     enough = min(losses.values()) + ENOUGH
     return min(most for most, loss in losses.items() if loss <= enough)
+
+
+def _why_not_cut(mesh: TriangleMesh) -> str:
+    """Why a mesh keeps its hull, as the end of a sentence; ``""``: it can be cut, or is convex."""
+    why = why_not_cut(mesh)
+    if why or _is_convex(mesh):
+        return why
+    return Cut(mesh, "auto", FIRST).row.not_installed
 
 
 def _is_convex(mesh: TriangleMesh) -> bool:

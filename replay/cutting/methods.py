@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
 import numpy as np
@@ -25,6 +25,9 @@ VHACD_VOXELS: Final = 100_000
 
 SEED: Final = 0
 
+NOT_INSTALLED: Final = "none"
+"""Stands for the version of a package that is not installed."""
+
 
 @dataclass(frozen=True)
 class Method:
@@ -35,7 +38,8 @@ class Method:
     words : what it is called in a sentence.
     seconds : that it usually takes for a mesh of 3,000 faces on one core; 0: no process of its own is worth it.
     cut : a mesh and the most pieces -> all pieces it may come to; ``None``: the method cannot cut this mesh.
-    version : of what cuts: pieces that another version made are made again.
+    version : of what cuts: pieces that another version made are made again; ``NOT_INSTALLED``: its package is absent.
+    package : that cuts, as ``pip install`` takes it; ``""``: this project does.
     counts : whether it takes the most pieces; otherwise it always gives one.
     ladder : whether one cut serves every number of pieces.
     """
@@ -44,8 +48,16 @@ class Method:
     seconds: float
     cut: Callable[[TriangleMesh, int], Ladder | None]
     version: Callable[[], str]
+    package: str = ""
     counts: bool = True
     ladder: bool = False
+
+    @property
+    def not_installed(self) -> str:
+        """Why no mesh can be cut, as the end of a sentence; ``""``: what it needs is installed."""
+        if self.version() != NOT_INSTALLED:
+            return ""
+        return f"{self.words} needs the package {self.package}, which is not installed (pip install {self.package})"
 
 
 def method_of(name: str, mesh: TriangleMesh) -> str:
@@ -98,13 +110,20 @@ def _own() -> str:
     return sectors.VERSION
 
 
+def _version_of(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return NOT_INSTALLED
+
+
 METHODS: Final[dict[str, Method]] = {
     "hull": Method("one hull", 0.0, _single(hull_collider), _own, counts=False),
     "box": Method("one box", 0.0, _single(box_collider), _own, counts=False),
     "sphere": Method("one sphere", 0.0, _single(sphere_collider), _own, counts=False),
     "capsule": Method("one capsule", 0.0, _single(capsule_collider), _own, counts=False),
     "sectors": Method("sectors by height and angle", 2.0, _sectors, _own, ladder=True),
-    "vhacd": Method("V-HACD", 4.0, _vhacd, lambda: version("vhacdx")),
-    "coacd": Method("CoACD", 12.0, _coacd, lambda: version("coacd")),
+    "vhacd": Method("V-HACD", 4.0, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
+    "coacd": Method("CoACD", 12.0, _coacd, lambda: _version_of("coacd"), package="coacd"),
 }
 """Name -> the method."""

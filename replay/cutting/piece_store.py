@@ -113,7 +113,8 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
     A process that is not done after ``limit`` seconds is killed, as all are where ``watch`` raises.
     """
     waiting = list({cut.key: cut for cut in cuts if cut.row.seconds and not _is_kept(cut)}.values())
-    missing: dict[str, str] = {}
+    missing = {cut.key: cut.row.not_installed for cut in waiting if cut.row.not_installed}
+    waiting = [cut for cut in waiting if cut.key not in missing]
     running: dict[subprocess.Popen[bytes], Cut] = {}
     began = called = monotonic()
     if not waiting:

@@ -1,7 +1,7 @@
 """A Fix of colliders is measured on the session, gives its figures when asked again, and names what it could not do."""
 
 from dataclasses import replace
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from replay.advice.measured_fix import measured_fixes
 from replay.api.runner import run
 from replay.base.progress import Silent
 from replay.cli.main import main
-from replay.cutting import piece_store
+from replay.cutting import methods, piece_store
 from replay.cutting.piece_store import Cut
 from replay.pipeline.engine import compute
 from replay.pipeline.ranking import count_range, lost_text
@@ -162,3 +162,15 @@ def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
 def test_good_pieces_of_both_bodies_are_advised(two_beakers):
     fix = run(two_beakers, detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert fix.measured and "Split beaker and second into " in fix.text
+
+
+def test_run_without_a_cutter_says_what_to_install(monkeypatch, tmp_path, capsys):
+    def absent(_package):
+        raise PackageNotFoundError
+
+    monkeypatch.setattr(methods, "version", absent)
+    monkeypatch.setattr(methods, "round_axis", lambda _mesh: None)
+    write_session(stirred(revolved_mesh(WALL, 22)), tmp_path / "s.mcap")
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--no-picture"]) == 0
+    output = " ".join(capsys.readouterr().out.split())
+    assert "beaker keeps its hull: V-HACD needs the package vhacdx, which is not installed (pip" in output

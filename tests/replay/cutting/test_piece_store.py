@@ -1,6 +1,7 @@
 """Convex pieces stand for a mesh: closed, few, always the same, kept where a user's programs keep what they made."""
 
 import time
+from importlib.metadata import PackageNotFoundError
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from cdcore.bounding.hull import hull_of
 from cdcore.detectors.collider import CUT_METHODS, ColliderSettings
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
-from replay.cutting import piece_store
+from replay.cutting import methods, piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of
 from replay.cutting.methods import AUTO, METHODS
@@ -112,6 +113,18 @@ def test_meshes_that_cannot_be_cut_say_why():
 def test_a_method_that_cannot_cut_a_mesh_is_a_sentence():
     with pytest.raises(CutError, match=r"^sectors by height and angle cannot cut this mesh; take another method"):
         convex_pieces(Cut(box_mesh((0.1, 0.05, 0.2)), "sectors", 8))
+
+
+@pytest.mark.parametrize(("name", "package"), [("vhacd", "vhacdx"), ("coacd", "coacd")])
+def test_a_cutter_that_is_not_installed_says_what_to_install(name, package, monkeypatch):
+    def absent(_package):
+        raise PackageNotFoundError
+
+    monkeypatch.setattr(methods, "version", absent)
+    sentence = rf"needs the package {package}, which is not installed \(pip install {package}\); take another method"
+    with pytest.raises(CutError, match=sentence):
+        convex_pieces(Cut(BEAKER, name, 16))
+    assert len(convex_pieces(Cut(BEAKER, "sectors", 16))) == 16
 
 
 def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
