@@ -15,6 +15,7 @@ from replay.auditing.outcome import Episode
 from replay.effects.spans import switched
 from replay.prepare.assembly import Assembly
 from sessions import Session
+from sessions.names import is_hand, side_of
 
 PRESSED: Final = 0.6
 RELEASED: Final = 0.4
@@ -29,8 +30,6 @@ SETTLED_S: Final = 0.1
 
 RIGID_M: Final = 0.010
 """A held thing keeps its place in the hand to within this: five times the jitter of a tracked controller."""
-
-HAND_NAMES: Final = ("hand", "controller", "wand")
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,8 @@ def hand_bodies(assembly: Assembly, session: Session) -> dict[int, str]:
     tagged = {body.id for body in session.scene.bodies if "hand" in body.tags}
     names = dict(enumerate(assembly.names))
     hands = {k for k, name in names.items() if name in tagged}
-    hands = hands or {k for k, name in names.items() if any(word in name.lower() for word in HAND_NAMES)}
-    return {k: next((side for side in ("left", "right") if side in names[k].lower()), "") for k in sorted(hands)}
+    hands = hands or {k for k, name in names.items() if is_hand(name)}
+    return {k: side_of(names[k]) for k in sorted(hands)}
 
 
 def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | None:

@@ -4,7 +4,6 @@ Motion itself still identifies people, so the result is personal data all the sa
 """
 
 import hashlib
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -20,13 +19,14 @@ from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
 from sessions.model.scene import SceneBody, SceneEffect
+from sessions.names import HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
 from sessions.scene_files.answers import recording_assumptions
 
 EPOCH_NS: Final = 946_684_800 * 10**9
 """When every minimised recording begins: 2000-01-01 00:00 UTC."""
 NEAR_NS: Final = 3600 * 10**9
 """A device stamp further from its frame is of another clock, which would say when it was; the frame's stands for it."""
-ROLES: Final = ("hand", "left", "right", "head", "headset", "controller", "wand", "glass", "bench", "rod")
+ROLES: Final = HEAD_WORDS | HAND_WORDS | {*SIDES, "glass", "bench", "rod"}
 """Words of names and tags that the tool itself reads: they may stay."""
 KINDS: Final = ("task", "stage", "feature")
 FACTS: Final = {
@@ -105,7 +105,7 @@ def _numbered(names: Iterable[str]) -> dict[str, str]:
     """Old name -> new one, of the words in ROLES and a number."""
     made: dict[str, str] = {}
     for name in dict.fromkeys(names):
-        tokens = re.findall("[a-z]+", re.sub("([a-z])([A-Z])", r"\1 \2", name).lower())
+        tokens = name_tokens(name)
         made[name] = "-".join([*dict.fromkeys(word for word in tokens if word in ROLES), f"body-{len(made) + 1}"])
     return made
 

@@ -1,6 +1,5 @@
 """Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle."""
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
@@ -11,6 +10,7 @@ from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.geometry.rotations import rotated
 from sessions.model.scene import Scene
+from sessions.names import DEVICE_WORDS, HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
@@ -26,8 +26,7 @@ LATERAL_GAP_M: Final = 0.05  # Hands closer to each other sideways than this do 
 
 LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
 
-_HEADS = frozenset({"head", "hmd", "headset", "camera"})
-_HAND_TOKENS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
+_HAND_TOKENS = HAND_WORDS | DEVICE_WORDS | {*SIDES, "palm"}
 FloatArray = NDArray[np.float64]
 Roles = dict[str, int]
 """``head``, ``left`` and ``right`` -> column, those that are there."""
@@ -38,13 +37,13 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
     roles: Roles = {}
     for column, name in enumerate(names):
         declared = scene.body(name)
-        tokens = frozenset(re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", name).lower()))
+        tokens = frozenset(name_tokens(name))
         if (declared is not None and declared.parent) or not tokens:
             continue
-        if tokens & _HEADS and tokens <= _HEADS | {"vive"}:
+        if tokens & HEAD_WORDS and tokens <= HEAD_WORDS | DEVICE_WORDS:
             roles.setdefault("head", column)
         elif tokens <= _HAND_TOKENS:
-            for side in ("left", "right"):
+            for side in SIDES:
                 if side in tokens:
                     roles.setdefault(side, column)
     return roles

@@ -17,7 +17,6 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import side_of
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number, numbered, stamps_of
 from sessions.importers.stamps import last_of_each_stamp
@@ -25,6 +24,7 @@ from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.session import Session
 from sessions.model.track import HandTrack
+from sessions.names import side_of
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
 PRESSES: Final = {"buttondown": 1.0, "buttonup": 0.0}
@@ -52,7 +52,7 @@ def read_aframe(source: Path) -> Session:
         events += [event for event, _ in happened]
         presses = [event for event, button in happened if button == TRIGGER and event.name in PRESSES]
         if presses and _is_vive(device):
-            hand = numbered(f"student/{side_of(name)}", hands)
+            hand = numbered(f"student/{side_of(name) or name}", hands)
             stamps = np.array([event.time_ns for event in presses], dtype=np.int64)
             pressed = np.array([PRESSES[event.name] for event in presses])
             rows = last_of_each_stamp(f"trigger {hand}", stamps, ledger)

@@ -18,7 +18,6 @@ from sessions.importers.csv_head import read_head
 from sessions.importers.csv_long_table import column_of_bodies, is_large, rows_lost
 from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import side_of
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import SourceFrame, Stream, imported, numbered
 from sessions.importers.stamps import Rows, Stamps, increasing
@@ -27,6 +26,7 @@ from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.session import Session
 from sessions.model.track import HandTrack
+from sessions.names import side_of
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named
 
@@ -186,7 +186,7 @@ class _CsvLog:
         """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
         hands: dict[str, HandTrack] = {}
         for name, rows in self._named("trigger", self._plan.name):
-            hand = numbered(f"student/{side_of(name)}", hands)
+            hand = numbered(f"student/{side_of(name) or name}", hands)
             stamps, values = self._stamps(rows), self._table.numbers((VALUE,), rows)
             keep = increasing(f"trigger {hand}", stamps, (values,), self._ledger)
             pressed = np.clip(np.nan_to_num(values[keep, 0]), 0.0, 1.0)

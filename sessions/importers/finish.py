@@ -1,6 +1,5 @@
 """Makes an imported session complete: adds meshes and stand-ins, and records which file it is of."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from operator import attrgetter
@@ -17,6 +16,7 @@ from sessions.meshes.mesh_match import ColliderFile
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.names import SIDES, is_hand, is_head, name_tokens
 from sessions.scene_files.body_axes import pose_convention
 from sessions.scene_files.scene_meshes import (
     COLLIDER_AXES,
@@ -26,14 +26,6 @@ from sessions.scene_files.scene_meshes import (
     with_meshes,
 )
 from sessions.scene_files.scene_toml import scene_to_toml
-
-PROXIES = {
-    "proxy_headset": re.compile("camera|head|hmd|headset"),
-    "proxy_wand": re.compile("(l|r|left|right)?(hand|controller|wand)"),
-}
-"""Stand-in mesh -> a word in the name of a body that it can stand for."""
-SIDES = ("left", "right")
-"""A body of this name alone is a controller; ``left_wheel`` is none."""
 
 PROXY_FACES = 2000
 
@@ -126,23 +118,12 @@ def _check_poses(session: Session, source: Path) -> None:
         raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
 
 
-def name_tokens(name: str) -> list[str]:
-    """The words of a name in small letters: ``LeftHand_2`` is ``left`` and ``hand``."""
-    return [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
-
-
 def proxy_for(name: str) -> str:
-    """The instrument that can stand in for a body of this name, or ``""``."""
-    tokens = name_tokens(name)
-    if len(tokens) == 1 and tokens[0] in SIDES:
-        return "proxy_wand"
-    return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, tokens))), "")
-
-
-def side_of(name: str) -> str:
-    """``left`` or ``right`` where a word of the name begins with it, else the name itself."""
-    tokens = name_tokens(name)
-    return next((side for side in SIDES if any(word.startswith(side) for word in tokens)), name)
+    """The instrument that can stand in for a body of this name, or ``""``; ``left`` alone is a controller."""
+    if is_head(name):
+        return "proxy_headset"
+    is_side = len(tokens := name_tokens(name)) == 1 and tokens[0] in SIDES
+    return "proxy_wand" if is_side or is_hand(name) else ""
 
 
 def _with_proxies(scene: Scene, names: Iterable[str], given: dict[str, MeshData]) -> Scene:

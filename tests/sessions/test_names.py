@@ -1,0 +1,46 @@
+"""Heads, hands and sides are recognised by whole words of a name, however it is written."""
+
+import pytest
+
+from sessions.importers.finish import proxy_for
+from sessions.names import is_hand, is_head, name_tokens, side_of
+
+LEFT_HANDS = (
+    "LeftHand",
+    "left_hand",
+    "hand-left",
+    "lefthand",
+    "handLeft",
+    "handleft",
+    "LHand",
+    "lhand",
+    "VIVEWandLeft",
+)
+
+
+@pytest.mark.parametrize(
+    "name", [*LEFT_HANDS, "VIVEWandLeft", "LeftGlove", "glove_left", "left controller 2", "hand_L"]
+)
+def test_spellings_of_a_left_hand(name):
+    assert is_hand(name) and not is_head(name) and side_of(name) == "left"
+    assert proxy_for(name) == "proxy_wand"
+
+
+@pytest.mark.parametrize("name", ["handle", "beaker_handle", "handbook", "wanderer", "header", "forehead"])
+def test_a_longer_word_is_no_hand_and_no_head(name):
+    assert not is_hand(name) and not is_head(name) and proxy_for(name) == ""
+
+
+@pytest.mark.parametrize("name", ["HMD", "Main Camera", "head", "vive-headset"])
+def test_spellings_of_a_head(name):
+    assert is_head(name) and not is_hand(name) and side_of(name) == "" and proxy_for(name) == "proxy_headset"
+
+
+@pytest.mark.parametrize(("name", "proxy"), [("left", "proxy_wand"), ("left_wheel", ""), ("bright", "")])
+def test_a_side_is_a_controller_only_alone(name, proxy):
+    assert proxy_for(name) == proxy
+
+
+def test_words_of_a_name():
+    assert name_tokens("LeftHand_2") == name_tokens("lefthand") == ["left", "hand"]
+    assert name_tokens("VIVEController") == ["vive", "controller"]
