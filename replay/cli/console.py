@@ -73,14 +73,14 @@ class TerminalProgress:
     @contextmanager
     def _lines(self, name: str, total: int | None) -> Iterator[Advance]:
         done, begun = 0, time.monotonic()
-        told = begun
+        printed_at = begun
 
         def advance(more: int) -> None:
-            nonlocal done, told
+            nonlocal done, printed_at
             done += more
             now = time.monotonic()
-            if now - told >= self._every:
-                told = now
+            if now - printed_at >= self._every:
+                printed_at = now
                 self.say(f"{name}: {pace(done / total if total else 0.0, now - begun)}")
 
         yield advance
@@ -88,13 +88,13 @@ class TerminalProgress:
             self.say(f"{name}: {pace(1.0, time.monotonic() - begun)}")
 
 
-def pace(share: float, seconds: float) -> str:
+def pace(fraction: float, seconds: float) -> str:
     """Progress of a stage with its time: ``43 %  12 s left``, ``100 %  14 s``."""
-    if share >= 1.0:
+    if fraction >= 1.0:
         return f"100 %  {seconds:.0f} s"
-    if share <= 0.0:
+    if fraction <= 0.0:
         return f"{seconds:.0f} s so far"
-    return f"{100 * share:3.0f} %  {seconds * (1.0 - share) / share:.0f} s left"
+    return f"{100 * fraction:3.0f} %  {seconds * (1.0 - fraction) / fraction:.0f} s left"
 
 
 @contextmanager
@@ -122,12 +122,12 @@ def counting(people: People, total: int) -> Callable[[str, str], None]:
     """Tells each finished piece with how many there are, how long the rest may take and how many a minute are done."""
     count, worked, begun = 0, 0, time.monotonic()
 
-    def tell(name: str, became: str) -> None:
+    def tell(name: str, outcome: str) -> None:
         nonlocal count, worked
-        count, worked = count + 1, worked + (became != "kept")
+        count, worked = count + 1, worked + (outcome != "kept")
         each = (time.monotonic() - begun) / max(worked, 1)
         rest = f", about {each * (total - count):.0f} s left at {number(60 / each)} a minute"
-        people.say(f"{count:>4} of {total}  {name}: {became}{rest if worked and count < total else ''}")
+        people.say(f"{count:>4} of {total}  {name}: {outcome}{rest if worked and count < total else ''}")
 
     return tell
 
@@ -144,12 +144,12 @@ def _folded(text: str, stream: "IO[str]") -> str:
     return text if whole else fill(text, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
-def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal."""
+def answer(as_json: bool, plain: Any, render: "Callable[[], RenderableType | list[str]]") -> None:
+    """Print what a verb found: ``plain`` data as JSON, or what ``render`` makes for a terminal."""
     if as_json:
         print_json(plain)
     else:
-        show(shown())
+        show(render())
 
 
 def show(made: "RenderableType | list[str]") -> None:
@@ -163,9 +163,9 @@ def show(made: "RenderableType | list[str]") -> None:
     elif sys.stdout.isatty():
         stdout_console().print(made, crop=False)
     else:
-        with (console := stdout_console()).capture() as held:
+        with (console := stdout_console()).capture() as capture:
             console.print(made, crop=False)
-        print("\n".join(line.rstrip() for line in held.get().splitlines()))
+        print("\n".join(line.rstrip() for line in capture.get().splitlines()))
 
 
 def print_json(plain: Any) -> None:

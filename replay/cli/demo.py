@@ -55,16 +55,16 @@ def command(
     from replay.cli.run_report import report_run
     from sessions.synthetic.truth import truth_path
 
-    doing = f"making up a session in a laboratory ({made['scene']})"
+    stage = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
         file = out or Path(f"{made['scene']}.mcap")
         require_free(file, truth_path(file), force=force)
-        people.say(f"{doing} and recording it ...")
+        people.say(f"{stage} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")
         show(str(file))
         return 0
-    people.say(f"{doing}, recording it, replaying it ...")
+    people.say(f"{stage}, recording it, replaying it ...")
     folder = out or FOLDER
     seconds = FIX_SECONDS if fix_time is None else fix_time
     result = _demo(folder, force or out is None, people, fix_time=seconds, **made)

@@ -36,29 +36,31 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
     from replay.outputs.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
-    found = diff_runs(run_a, run_b, different_sessions=different_sessions)
-    plain = asdict(found) | {"changed": found.changed}
-    answer(as_json, plain, lambda: terminal(*_shown(found, run_a, run_b)))
-    if "machine" in {name.partition(".")[0] for name in found.settings}:
+    difference = diff_runs(run_a, run_b, different_sessions=different_sessions)
+    plain = asdict(difference) | {"changed": difference.changed}
+    answer(as_json, plain, lambda: terminal(*_shown(difference, run_a, run_b)))
+    if "machine" in {name.partition(".")[0] for name in difference.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
     if all((run / PICTURE).is_file() for run in (run_a, run_b)):
         people.say(f"open both in one viewer: replay view {run_a} {run_b}")
     return 0
 
 
-def _shown(found: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
+def _shown(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.base.tables import STRONG
     from replay.cli.terminal import line
     from replay.studies.diff.diff_words import changes, diff_table, settings_lines
 
-    yield line(f"{run_b} beside {run_a}: " + ("contacts changed" if found.changed else "no contact changed"), STRONG)
-    yield from map(line, settings_lines(found))
-    for side, labels in ((run_a, found.only_a), (run_b, found.only_b)):
+    yield line(
+        f"{run_b} beside {run_a}: " + ("contacts changed" if difference.changed else "no contact changed"), STRONG
+    )
+    yield from map(line, settings_lines(difference))
+    for side, labels in ((run_a, difference.only_a), (run_b, difference.only_b)):
         if labels:
             yield line(f"only in {side}: {', '.join(labels)}")
-    yield diff_table(found)
-    for label, one in found.detectors.items():
-        listed = [*changes(one)]
-        yield from (line(f"{label}: {words}") for words in listed[:MOST_ROWS])
+    yield diff_table(difference)
+    for label, detector in difference.detectors.items():
+        listed = [*changes(detector)]
+        yield from (line(f"{label}: {text}") for text in listed[:MOST_ROWS])
         if len(listed) > MOST_ROWS:
             yield line(f"{label}: … and {len(listed) - MOST_ROWS} more with --format json")

@@ -49,14 +49,23 @@ def command(
     from sessions import examine
     from sessions.doctor.finding import in_order
 
-    found = {}
+    findings_of_file = {}
     for file in files:
         with fetched(file) as here:
-            found[file] = in_order([*examine(here, scene=scene, planned=plan_faults), *_inside_findings(here)])
-    plain = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
-    shown = (part for file, some in found.items() for part in _shown(file, some, people.verbose))
-    answer(as_json, plain, lambda: terminal(*shown))
-    bad = sum(one.severity >= WORDS.index(fail_on) for some in found.values() for one in some) if fail_on else 0
+            findings_of_file[file] = in_order(
+                [*examine(here, scene=scene, planned=plan_faults), *_inside_findings(here)]
+            )
+    plain = [
+        {"file": str(file), "findings": [finding.as_json() for finding in some]}
+        for file, some in findings_of_file.items()
+    ]
+    lines = (entry for file, some in findings_of_file.items() for entry in _shown(file, some, people.verbose))
+    answer(as_json, plain, lambda: terminal(*lines))
+    bad = (
+        sum(finding.severity >= WORDS.index(fail_on) for some in findings_of_file.values() for finding in some)
+        if fail_on
+        else 0
+    )
     if bad:
         people.say(f"{plural(bad, 'finding')} of severity {fail_on} or worse")
     return GATE_FAILED if bad else OK
@@ -105,10 +114,10 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
     from replay.outputs.run_tables import finding_table
 
     yield plain(file.name, "bold").append_text(Text.from_markup(f"  {headline(findings)}", style="not bold"))
-    notes = Counter(one.code for one in findings if WORDS[one.severity] == "note")
-    listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
+    notes = Counter(finding.code for finding in findings if WORDS[finding.severity] == "note")
+    listed = [finding for finding in findings if verbose or WORDS[finding.severity] != "note"]
     if listed:
-        made = finding_table(sorted(listed, key=lambda one: -one.severity), "", marks=MARKS)
+        made = finding_table(sorted(listed, key=lambda finding: -finding.severity), "", marks=MARKS)
         yield made.only("code", "severity", "body", "seconds", "what")
     if notes and not verbose:
         codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
@@ -120,7 +129,7 @@ def headline(findings: "Sequence[Finding]") -> str:
     from replay.base.shown import plural
     from replay.outputs.words import NOTHING_SUSPICIOUS
 
-    count = Counter(WORDS[one.severity] for one in findings)
+    count = Counter(WORDS[finding.severity] for finding in findings)
     bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
-    parts = [f"[{colour}]{plural(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
-    return ", ".join(parts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"
+    counts = [f"[{colour}]{plural(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
+    return ", ".join(counts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"

@@ -8,7 +8,7 @@ from replay.base.constants import RECORDING
 from replay.cli.console import People, TerminalProgress
 
 
-def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **asked: Any) -> int:
+def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **options: Any) -> int:
     """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
@@ -21,7 +21,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
 
     if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
-    advice = advise(session, engine=engine, progress=TerminalProgress(people), **asked)
+    advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
     undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     plain = {
         "engine": advice.engine.name, "version": advice.engine.version, "pages": dict(advice.engine.pages),

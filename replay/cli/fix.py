@@ -38,7 +38,7 @@ LIMIT_WORDS = "Cut and search so long; then take the best pieces found by then."
 @reporting
 def command(
     session: Path, engine: str, out: Path | None, max_false: float, max_missed: float | None, people: People,
-    as_json: bool, **asked: Any,
+    as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Find the colliders to ship for SESSION: the fewest convex pieces a body that keep false contact low.
 
@@ -65,7 +65,7 @@ def command(
         with compiling_announced(people):
             fixed = fix_colliders(
                 session, folder, engine=engine, limits=limits, progress=TerminalProgress(people),
-                every_method=people.verbose, **asked,
+                every_method=people.verbose, **options,
             )  # fmt: skip
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")

@@ -47,13 +47,13 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     for interval in info["intervals"]:
         when = f"{interval['start']:8.2f} - {interval['end']:8.2f} s"
         yield f"  {when}  {interval['kind']}  {interval['name']}"
-    yield from (f"  {words}" for words in _streams(info))
+    yield from (f"  {text}" for text in _streams(info))
     if info["events"]:
         yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
     if info["ledger"]:
         yield from (plain(line, "dim") for line in _imported(info["ledger"]))
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
-    yield from (plain(words, "dim") for words in listed)
+    yield from (plain(text, "dim") for text in listed)
     if info["assumptions"]:
         rows = [(row["what"], row["said"]) for row in info["assumptions"]]
         yield table("Assumptions of the import", ("about", "taken for, and its source"), rows, words=2)
@@ -74,11 +74,15 @@ def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:
 
 def _streams(info: dict[str, Any]) -> Iterator[str]:
     """A line for each participant whose gaze is there, and for each scalar."""
-    for one in info["gaze"]:
-        yield f"gaze of {one['participant']}: {_samples(one)}, {one['valid']:,} valid"
-    for one in info["scalars"]:
-        ends = f"{one['least']:g} to {one['largest']:g} {one['unit']}" if one["least"] is not None else "no number"
-        yield f"scalar {one['name']}: {_samples(one)}, {ends.rstrip()}"
+    for stream in info["gaze"]:
+        yield f"gaze of {stream['participant']}: {_samples(stream)}, {stream['valid']:,} valid"
+    for stream in info["scalars"]:
+        ends = (
+            f"{stream['least']:g} to {stream['largest']:g} {stream['unit']}"
+            if stream["least"] is not None
+            else "no number"
+        )
+        yield f"scalar {stream['name']}: {_samples(stream)}, {ends.rstrip()}"
 
 
 def _samples(clock: dict[str, Any]) -> str:

@@ -145,11 +145,13 @@ def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[
 def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
     for number, alternative in given.items():
         if number >= len(questions):
-            there = "there is no question" if not questions else f"there are {len(questions)} questions"
-            raise click.BadParameter(f"{number + 1}{ascii_lowercase[alternative]}: {there}", param_hint="--answer")
+            number_text = "there is no question" if not questions else f"there are {len(questions)} questions"
+            raise click.BadParameter(
+                f"{number + 1}{ascii_lowercase[alternative]}: {number_text}", param_hint="--answer"
+            )
         if alternative >= len(questions[number].alternatives):
-            letters = ", ".join(ascii_lowercase[: len(questions[number].alternatives)])
-            raise click.BadParameter(f"question {number + 1} has the answers {letters}", param_hint="--answer")
+            allowed = ", ".join(ascii_lowercase[: len(questions[number].alternatives)])
+            raise click.BadParameter(f"question {number + 1} has the answers {allowed}", param_hint="--answer")
 
 
 def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
@@ -173,8 +175,8 @@ def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> 
         }
         for number, question in enumerate(examined.questions)
     ]
-    asked = {"frames": len(examined.frames), "of": len(examined.assembly.motion)}
-    return {"pictures": [str(path) for path in pictures], "asked": asked, "questions": questions}
+    frames = {"frames": len(examined.frames), "of": len(examined.assembly.motion)}
+    return {"pictures": [str(path) for path in pictures], "asked": frames, "questions": questions}
 
 
 def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "RenderableType":
@@ -186,25 +188,25 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
 
     del path
     names = ", ".join([str(pictures[0]), *(picture.name for picture in pictures[1:])])
-    parts: list[RenderableType] = [Paragraph("", f"Is this your scene?  Pictures: {names}")]
+    contents: list[RenderableType] = [Paragraph("", f"Is this your scene?  Pictures: {names}")]
     sampled = ""
     if examined.is_thinned:
         sampled = f" ({len(examined.frames):,} of {len(examined.assembly.motion):,} frames)"
-    parts.append(Paragraph("", f"The recording as it is now: {outcome_words(examined.outcome)}{sampled}."))
+    contents.append(Paragraph("", f"The recording as it is now: {outcome_words(examined.outcome)}{sampled}."))
     if not examined.questions:
-        parts.append(Paragraph("", "Nothing that the import guessed changes its contacts."))
+        contents.append(Paragraph("", "Nothing that the import guessed changes its contacts."))
     for number, question in enumerate(examined.questions, start=1):
-        parts.append(Text())
+        contents.append(Text())
         row = question.assumption
         why = f": {row.reason}" if row.reason else ""
         label = f" {number} of {len(examined.questions)}  "
-        parts.append(Paragraph(label, f"{_capital(row.title)}; {row.origin}{why}."))
+        contents.append(Paragraph(label, f"{_capital(row.title)}; {row.origin}{why}."))
         for letter, alternative in zip(ascii_lowercase, question.alternatives, strict=False):
             marks = [" (as it is now)"] if alternative.is_current else []
             marks += ["  more plausible"] if alternative.value == question.plausible else []
-            shown = f"{alternative.description}: {alternative.words}{''.join(marks)}"
-            parts.append(Paragraph(f"         {letter}  ", shown))
-    return terminal(*parts)
+            description = f"{alternative.description}: {alternative.words}{''.join(marks)}"
+            contents.append(Paragraph(f"         {letter}  ", description))
+    return terminal(*contents)
 
 
 def _capital(text: str) -> str:
@@ -217,14 +219,14 @@ def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
     for number, question in enumerate(questions):
         if number in given:
             continue
-        letters = ascii_lowercase[: len(question.alternatives)]
+        choices = ascii_lowercase[: len(question.alternatives)]
         while True:
-            prompt = f" {number + 1} of {len(questions)}  Which one? [{'/'.join(letters)}/?; Enter: {LEAVE}]"
+            prompt = f" {number + 1} of {len(questions)}  Which one? [{'/'.join(choices)}/?; Enter: {LEAVE}]"
             reply = click.prompt(prompt, default="", show_default=False, prompt_suffix=" ").strip().lower()
             if not reply:
                 break
-            if len(reply) == 1 and reply in letters:
-                chosen[number] = letters.index(reply)
+            if len(reply) == 1 and reply in choices:
+                chosen[number] = choices.index(reply)
                 break
             click.echo("      Choose the letter of the line that shows your scene: see the pictures.")
     return chosen

@@ -174,11 +174,11 @@ def _failure(error: Exception, *, debug: bool) -> int:
         traceback.print_exception(error)
     if isinstance(error, OSError) and error.filename is None and error.errno in FULL:
         _silence_stdout()
-        words = f"writing failed ({error.strerror}); check the space left where standard output and files go"
-        click.echo(f"error: {words}", err=True)
+        message = f"writing failed ({error.strerror}); check the space left where standard output and files go"
+        click.echo(f"error: {message}", err=True)
     elif _memory_ran_out(error):
-        words = "the memory ran out; close other programs, or replay a part with --start and --end"
-        click.echo(f"error: {words}", err=True)
+        message = "the memory ran out; close other programs, or replay a part with --start and --end"
+        click.echo(f"error: {message}", err=True)
     elif _is_known(error):
         click.echo(f"error: {_sentence(str(error))}", err=True)
     else:

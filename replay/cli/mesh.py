@@ -42,7 +42,7 @@ def repair(source: Path, out: Path, body: str | None, force: bool, as_json: bool
     left = [finding.message for finding in mesh_findings(out.stem, mended)]
     with whole_file(out, OutputError, overwrite=force, parents=True) as file:
         file.write(mesh_to_glb(mended, body or out.stem))
-    people.say(*(done or ["nothing to mend"]), *(f"left: {words}" for words in left))
+    people.say(*(done or ["nothing to mend"]), *(f"left: {text}" for text in left))
     answer(as_json, {"out": str(out), "done": done, "left": left}, lambda: str(out))
     return OK
 

@@ -55,8 +55,8 @@ class FilePath(click.Path):
         if not self.exists:
             return super().convert(value, param, ctx)
         if path.is_dir() and not self.dir_okay:
-            found = sorted(path.glob("*.mcap"))
-            hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
+            files = sorted(path.glob("*.mcap"))
+            hint = f"name a file, like {files[0]}" if files else "name a file in it; it holds no *.mcap"
             self.fail(f"{value} is a folder; {hint}", param, ctx)
         if kind and not path.is_dir():
             self.fail(f"{value} is {kind}; name a regular file", param, ctx)
@@ -120,8 +120,8 @@ def answering(*formats: str) -> Option:
                 given["as_markdown"] = format_ == MARKDOWN
             return command(as_json=format_ == "json", **given)
 
-        words, choice = "Format of the standard output.", click.Choice(formats)
-        option = click.option("--format", "format_", type=choice, default="text", show_default=True, help=words)
+        help_text, choice = "Format of the standard output.", click.Choice(formats)
+        option = click.option("--format", "format_", type=choice, default="text", show_default=True, help=help_text)
         return together(option, common)(chosen)
 
     return applied

@@ -34,11 +34,11 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
         require_matplotlib()
     size = experiment.QUICK if quick else experiment.FULL
     tables = experiment.run_paper(size, seed, TerminalProgress(people))
-    told = [
+    lines = [
         {"key": table.key, "title": table.title, "head": table.head, "rows": table.rows, "note": table.notes[0]}
         for table in tables
     ]
-    plain = {"version": 5, "experiment": asdict(size) | {"seed": seed}, "tables": told}
+    plain = {"version": 5, "experiment": asdict(size) | {"seed": seed}, "tables": lines}
     answer(as_json, plain, lambda: terminal(*(replace(table, title=f"{table.key}: {table.title}") for table in tables)))
     if out is not None:
         people.say(*(f"wrote {path}" for path in write_pictures(tables, out)))

@@ -87,9 +87,9 @@ def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
 def _as_typed(key: str, value: Any, *, several: bool) -> str | tuple[str, ...]:
     """A value of TOML in the words of a command line, which the option converts and checks."""
     values = value if several and isinstance(value, list) else [value]
-    if not all(type(part) in (str, int, float) for part in values):
+    if not all(type(element) in (str, int, float) for element in values):
         raise click.BadParameter("give a text or a number")
-    words = tuple(map(str, values))
-    if key in ("detectors", "oracle") and ":" in "".join(words):
-        raise click.BadParameter(f"code of your own is named on the command line: --{key} {' '.join(words)}")
-    return words if several else words[0]
+    texts = tuple(map(str, values))
+    if key in ("detectors", "oracle") and ":" in "".join(texts):
+        raise click.BadParameter(f"code of your own is named on the command line: --{key} {' '.join(texts)}")
+    return texts if several else texts[0]

@@ -51,7 +51,7 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @replaying
 @answering("text", "json", MARKDOWN)
 def command(
-    sessions: tuple[Path, ...], out: Path | None, people: People, as_json: bool, as_markdown: bool, **asked: Any,
+    sessions: tuple[Path, ...], out: Path | None, people: People, as_json: bool, as_markdown: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Replay each FILE.mcap through detectors and say which contacts each missed, why, and how to mend it.
 
@@ -72,29 +72,29 @@ def command(
     """
     from replay.auditing.gates import Gates, times_of
 
-    picture = not asked.pop("no_picture")
-    if asked["step_rate"] is None:
-        del asked["step_rate"]
-    elif asked["detectors"]:
+    picture = not options.pop("no_picture")
+    if options["step_rate"] is None:
+        del options["step_rate"]
+    elif options["detectors"]:
         raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
-    limits = Gates(*(asked.pop(name) for name in ("max_missed", "max_p99_ms", "max_false")))
-    how = {name: asked.pop(name) for name in ("jobs", "scheduler", "force")}
+    limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false")))
+    how = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
     files = session_files(sessions)
     if len(files) > 1 or how["scheduler"] is not None or several(sessions):
-        asked["fix_time"] = asked["fix_time"] or 0.0
+        options["fix_time"] = options["fix_time"] or 0.0
         if how["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
 
         form = {"as_json": as_json, "as_markdown": as_markdown}
-        return run_many(files, out, people, limits, settings=asked | {"picture": picture}, **form, **how)
+        return run_many(files, out, people, limits, settings=options | {"picture": picture}, **form, **how)
     import replay
     from replay.cli.run_report import close_run, report_run
 
     people.say(f"replaying {files[0]}")
-    asked["fix_time"] = FIX_SECONDS if asked["fix_time"] is None else asked["fix_time"]
+    options["fix_time"] = FIX_SECONDS if options["fix_time"] is None else options["fix_time"]
     progress = TerminalProgress(people)
-    result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **asked)
+    result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **options)
     broken = limits.broken(result.document.audit, times_of([result.document]))
     if as_markdown:
         from replay.cli.run_markdown import run_markdown

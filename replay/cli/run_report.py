@@ -52,12 +52,12 @@ def sources_of(result: RunResult, people: People) -> Sources:
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any], shown: "Callable[[], RenderableType]", sources: Sources
+    as_json: bool, plain: Mapping[str, Any], render: "Callable[[], RenderableType]", sources: Sources
 ) -> None:
     """``answer``, with the sources behind it, if there are any."""
     from replay.pipeline.citations import citations
 
-    answer(as_json, {**plain, "sources": sources} if sources else plain, shown)
+    answer(as_json, {**plain, "sources": sources} if sources else plain, render)
     if sources and not as_json:
         show(["", *citations(sources).splitlines()])
 

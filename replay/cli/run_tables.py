@@ -32,23 +32,23 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
-    parts: list[Table | RenderableType] = [
-        line(words.replace(RECORDING, quote(recording)), INVENTED) for words in doubts(result)
+    contents: list[Table | RenderableType] = [
+        line(text.replace(RECORDING, quote(recording)), INVENTED) for text in doubts(result)
     ]
     if result.ranking:
-        parts += [built.ranking_table(result).narrow().with_heads()]
-        parts += [Paragraph("", words) for words in (*undecided(result), *engine_reports(result))]
+        contents += [built.ranking_table(result).narrow().with_heads()]
+        contents += [Paragraph("", text) for text in (*undecided(result), *engine_reports(result))]
     elif result.detections:
-        parts += [built.contact_table(result, label) for label in result.detections]
+        contents += [built.contact_table(result, label) for label in result.detections]
     else:
-        parts += [Text(), line(no_detection(result))]
-    parts += effect_parts(result)
+        contents += [Text(), line(no_detection(result))]
+    contents += effect_parts(result)
     if result.ranking:
-        parts += answer_lines(result, recording)
+        contents += answer_lines(result, recording)
     if where:
-        parts += [] if result.ranking else [Text()]
-        parts += [Paragraph("", words) for words in where]
-    return terminal(*parts)
+        contents += [] if result.ranking else [Text()]
+        contents += [Paragraph("", text) for text in where]
+    return terminal(*contents)
 
 
 def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
@@ -56,51 +56,51 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
     first = result.answers[0]
     yield Text()
     yield Paragraph("", first.sentence, STYLES[_mark(result)])
-    for name, words, command in first.reasons:
-        yield Paragraph(f"  {name:<6}", words)
+    for name, text, command in first.reasons:
+        yield Paragraph(f"  {name:<6}", text)
         if command:
             yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
     busy = busy_text(result.document)  # the ranking says it
-    for number, words in enumerate(words for words in price(result) if words != busy):
-        yield Paragraph("        " if number else "  Cost  ", words)
+    for number, text in enumerate(text for text in price(result) if text != busy):
+        yield Paragraph("        " if number else "  Cost  ", text)
 
 
 def effect_parts(result: RunResult) -> list[Table | RenderableType]:
     """Events of effects: a table in a run without detectors, else a line of the kinds other than contact."""
     if not result.detections and result.effects:
         table = built.effect_table(result).narrow()
-        return [table, Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
-    found = [
+        return [table, Text(), *(line(text) for text in happened_words(result.effects, EVENT_ROWS))]
+    kinds = [
         f"{kind} ({tallied(effect.events)})"
         for kind, effect in result.document.effects.items()
         if kind != "contact" and effect.events
     ]
-    return [Paragraph("Effects  ", f"{', '.join(found)}; -v has the table.")] if found else []
+    return [Paragraph("Effects  ", f"{', '.join(kinds)}; -v has the table.")] if kinds else []
 
 
 def run_tables(result: RunResult) -> Group:
     """Every table of a run: ranking, pairs, misses, false contacts, pair-frames, times, effects."""
-    parts: list[Table | RenderableType] = []
+    contents: list[Table | RenderableType] = []
     if result.ranking:
-        parts += [built.ranking_table(result, intervals=True)]
+        contents += [built.ranking_table(result, intervals=True)]
         notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
-        parts += [line(note, FAINT) for note in notes]
+        contents += [line(note, FAINT) for note in notes]
     for label in (rank.label for rank in result.ranking[:-1]):
         pairs = built.pair_table(result, label)
         pairs = pairs.narrow()
-        shown = pairs.first(PAIR_ROWS, "… and {} more")
-        parts.append(replace(shown, title=f"contacts, and what {label} made of them"))
-    parts += fault_tables(result)
+        displayed = pairs.first(PAIR_ROWS, "… and {} more")
+        contents.append(replace(displayed, title=f"contacts, and what {label} made of them"))
+    contents += fault_tables(result)
     if result.comparisons:
-        parts.append(audit_table(result.document.audit))
+        contents.append(audit_table(result.document.audit))
     if result.detections:
-        parts.append(built.cost_table(result).narrow())
+        contents.append(built.cost_table(result).narrow())
     if result.effects and result.detections:
-        parts.append(built.effect_table(result).narrow())
-    parts += [Text(), line(CAVEAT, FAINT)]
+        contents.append(built.effect_table(result).narrow())
+    contents += [Text(), line(CAVEAT, FAINT)]
     if result.assembly.proxies:
-        parts.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))
-    return terminal(*parts)
+        contents.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))
+    return terminal(*contents)
 
 
 def _mark(result: RunResult) -> str:

@@ -41,19 +41,19 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
 
     target = out or session.with_suffix(".toml")
     require_free(target, force=force)
-    held = read_session(session)
-    found, said = ({}, []) if meshes is None else matched(meshes, held.names)
-    held = with_meshes(held, {name: one.mesh for name, one in found.items()}, [])
-    files = {name: (_beside(one.file, target), one.node, one.scale) for name, one in found.items()}
-    draft = drafted(held)
+    session_read = read_session(session)
+    matches, messages = ({}, []) if meshes is None else matched(meshes, session_read.names)
+    session_read = with_meshes(session_read, {name: match.mesh for name, match in matches.items()}, [])
+    files = {name: (_beside(match.file, target), match.node, match.scale) for name, match in matches.items()}
+    draft = drafted(session_read)
     heading = f"A first scene of {session.name}, to edit; `replay scene check` names what is wrong with it."
     with whole_file(target, OutputError, overwrite=force, parents=True) as file:
-        file.write(draft_text(held, draft, files, " ".join(heading.split())).encode())
-    said += [one.words for one in found.values()]
-    said += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
-    bare = [name for name in held.names if name not in held.meshes]
-    said += [f"no mesh: {', '.join(bare)}"] * bool(bare)
-    people.say(f"{plural(len(draft.near), 'pair')} came near", *said)
+        file.write(draft_text(session_read, draft, files, " ".join(heading.split())).encode())
+    messages += [match.words for match in matches.values()]
+    messages += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
+    bare = [name for name in session_read.names if name not in session_read.meshes]
+    messages += [f"no mesh: {', '.join(bare)}"] * bool(bare)
+    people.say(f"{plural(len(draft.near), 'pair')} came near", *messages)
     plain = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bare}
     answer(as_json, plain, lambda: str(target))
     return OK
@@ -154,7 +154,7 @@ def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
 
 def _reason(why: list[str]) -> str:
     """``contact needs it, and grasp``: sentences as they are, kinds as those that need the item."""
-    kinds, said = [one for one in why if " " not in one], [one for one in why if " " in one]
+    kinds, sentences = [reason for reason in why if " " not in reason], [reason for reason in why if " " in reason]
     if kinds:
-        said.append(f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it")
-    return ", ".join(said)
+        sentences.append(f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it")
+    return ", ".join(sentences)

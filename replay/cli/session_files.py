@@ -18,14 +18,14 @@ def session_files(given: Iterable[Path]) -> list[Path]:
         with reaching(path):
             in_folder = sorted(path.glob("*.mcap")) if path.is_dir() else None
         if in_folder is not None:
-            found, what = in_folder, "session files (*.mcap)"
+            matching, what = in_folder, "session files (*.mcap)"
         elif path.suffix == LIST:
-            found, what = listed(path), "line with a session file"
+            matching, what = listed(path), "line with a session file"
         else:
-            found, what = [path], ""
-        if not found:
+            matching, what = [path], ""
+        if not matching:
             raise click.UsageError(f"{path} holds no {what}; name a file or another folder")
-        files += found
+        files += matching
     return files
 
 

@@ -29,6 +29,6 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
 
     if why := write_share(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
-    size = sum(one.stat().st_size for one in out.iterdir()) / 1e6
+    size = sum(file.stat().st_size for file in out.iterdir()) / 1e6
     people.say(f"wrote {out}, {size:.0f} MB; open {out / INDEX} in a browser, or send the folder")
     return 0

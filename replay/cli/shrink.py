@@ -21,7 +21,7 @@ WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 @scene
 @force
 @reporting
-def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **asked: Any) -> int:
+def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **options: Any) -> int:
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
     The detector runs again and again on less, with its settings, its sampling offset and its memory. The
@@ -32,7 +32,7 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     replay shrink RUN --false 1 --detector hull50
     replay shrink RUN --miss 2 --detector mine=my_lab:Detector
     """
-    miss, false = asked["miss"], asked["false"]
+    miss, false = options["miss"], options["false"]
     if (miss is None) == (false is None):
         raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
     from replay.outputs.results.run_folder import check_target, read_run_folder
@@ -41,10 +41,10 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     from replay.studies.shrink.writing import CASE, sentence, write_case
 
     check_target(out, force=force, kind=CASE)
-    let_modules_here_be_found([asked["label"] or ""])
-    found = of_run(read_run_folder(run), **asked)
+    let_modules_here_be_found([options["label"] or ""])
+    fault = of_run(read_run_folder(run), **options)
     source = f"miss {miss}" if miss is not None else f"false contact {false}"
-    before, shrinking = Size.of(found), Shrinking(found, TerminalProgress(people))
+    before, shrinking = Size.of(fault), Shrinking(fault, TerminalProgress(people))
     least = shrinking.run()
     write_case(least, before, out, source=source, force=force)
     plain = {

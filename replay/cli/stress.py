@@ -47,7 +47,7 @@ KINDS: Final = {"family": "triangle pairs of all families", "case": "cases of wh
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write pairs that fail, a file a detector and family.")
 @reporting
 def command(
-    family: str | None, case: str | None, pairs: int, quick: bool, as_json: bool, people: People, **asked: Any
+    family: str | None, case: str | None, pairs: int, quick: bool, as_json: bool, people: People, **options: Any
 ) -> int:
     """Run detectors on triangle pairs and bodies made to be hard, and count their wrong answers.
 
@@ -72,7 +72,7 @@ def command(
         cases=numbers_of("all" if everything else case, "case", [*CASES]),
         pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
         progress=TerminalProgress(people),
-        **asked,
+        **options,
     )
     answer(as_json, result.as_json(), lambda: stress_tables(result))
     return people.gate(result.broken)
@@ -84,14 +84,14 @@ def stress_tables(result: StressResult) -> Group:
 
     from replay.cli.terminal import terminal
 
-    asked = f", {result.pairs:,} pairs of each family" if any(t.kind == "family" for t in result.tallies) else ""
+    pairs_text = f", {result.pairs:,} pairs of each family" if any(t.kind == "family" for t in result.tallies) else ""
     tables = [
         sum_table(title, tallies)
         for kind, title in KINDS.items()
         if (tallies := [tally for tally in result.tallies if tally.kind == kind])
     ]
     written = (Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file)
-    first = f"seed {result.seed}{asked}, tau {result.tau:g} m"
+    first = f"seed {result.seed}{pairs_text}, tau {result.tau:g} m"
     return terminal(first, *tables, where_table(result.tallies), *written)
 
 
@@ -113,8 +113,8 @@ def where_table(tallies: Sequence[Tally]) -> Table:
             result = f"{tally.number:02d} {tally.name}", tally.words, tally.reason
             named.setdefault(result, []).append(tally.detector)
     rows = [
-        (question, words, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
-        for (question, words, why), names in named.items()
+        (question, text, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
+        for (question, text, why), names in named.items()
     ]
     title = "what was not passed" if len(everybody) > 1 else "each question"
     head = ("question", "result", "detectors", "why")

@@ -39,14 +39,14 @@ def require_extra() -> None:
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of bootstrap and permutations.")
 @force
 @reporting
-def page(people: People, **asked: Any) -> int:
+def page(people: People, **options: Any) -> int:
     """One page over all sessions of a folder of runs, with the study where there is a questionnaire.
 
     \b
     replay study page class/runs --out class/page
     replay study page class/runs --questionnaire answers.csv --codebook codebook.yaml --out class/page
     """
-    return write_page(people=people, **asked)
+    return write_page(people=people, **options)
 
 
 def write_page(
@@ -115,5 +115,5 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
         people.say("checking the printed tables that come with the tool")
     with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
         remarks = check_published(tables or example)
-    answer(as_json, [asdict(one) for one in remarks], lambda: check_table(remarks))
-    return GATE_FAILED if strict and any(one.kind == INCONSISTENT for one in remarks) else OK
+    answer(as_json, [asdict(remark) for remark in remarks], lambda: check_table(remarks))
+    return GATE_FAILED if strict and any(remark.kind == INCONSISTENT for remark in remarks) else OK

@@ -32,32 +32,36 @@ def study_tables(study: Study | None, runs: ClassRuns) -> Group:
     if study is None:
         return terminal(*first)
     first.append(line(f"{tables.behind(study)}.", FAINT))
-    found = sorted(_results(study), key=lambda row: row[-1] != "associated")
-    parts = [table("", ("result", "figure", "conclusion"), found, words=("result", "conclusion"))] if found else []
-    alphas = ", ".join(f"{name} {one.alpha:.2f}" for name, one in study.reliabilities.items())
+    results = sorted(_results(study), key=lambda row: row[-1] != "associated")
+    result_tables = (
+        [table("", ("result", "figure", "conclusion"), results, words=("result", "conclusion"))] if results else []
+    )
+    alphas = ", ".join(f"{name} {reliability.alpha:.2f}" for name, reliability in study.reliabilities.items())
     last = [line(f"Cronbach's alpha: {alphas}.", FAINT)] if alphas else []
     if study.refusals:
         last.append(line(f"{plural(len(study.refusals), 'result')} not given: the page says which and why.", WARNING))
     if any(c.kind == "multiple" for c in study.coefficients):
         last.insert(0, line("* the other predictors held equal", FAINT))
-    shown = [part.first(MOST_ROWS, "{} more on the page") for part in parts]
-    return terminal(*first, *shown, *last, line(OBSERVED, FAINT))
+    displayed = [result_table.first(MOST_ROWS, "{} more on the page") for result_table in result_tables]
+    return terminal(*first, *displayed, *last, line(OBSERVED, FAINT))
 
 
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
     for finding in study.findings:
         name, outcome = tables.readable_name(finding.name), tables.readable_name(finding.outcome)
-        held = " *" if finding.kind == "multiple" else ""
-        what = f"{outcome}: {name}" if finding.kind == "groups" else f"{name}, {outcome}{held}"
+        footnote = " *" if finding.kind == "multiple" else ""
+        what = f"{outcome}: {name}" if finding.kind == "groups" else f"{name}, {outcome}{footnote}"
         yield what, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:
     """Table of checks: contradictions first, then weak figures, then figures that agree."""
     ordered = sorted(remarks, key=lambda remark: list(MARKS).index(remark.kind))
-    rows = [(Marked(one.kind, MARKS[one.kind]), one.table, one.row, one.message) for one in ordered]
-    wrong = sum(one.kind == INCONSISTENT for one in remarks)
-    said = f"{wrong} of {len(remarks)} checks contradict the print" if wrong else "every printed figure agrees"
+    rows = [
+        (Marked(finding.kind, MARKS[finding.kind]), finding.table, finding.row, finding.message) for finding in ordered
+    ]
+    wrong = sum(finding.kind == INCONSISTENT for finding in remarks)
+    headline = f"{wrong} of {len(remarks)} checks contradict the print" if wrong else "every printed figure agrees"
     head = ("", "table", "row", "recomputed from the printed figures")
-    return terminal(Text(), line(said, STRONG), table("", head, rows, words=4))
+    return terminal(Text(), line(headline, STRONG), table("", head, rows, words=4))

@@ -30,17 +30,17 @@ STYLES: Final = {
 """Mark -> style."""
 
 
-def terminal(*parts: Table | RenderableType) -> Group:
+def terminal(*contents: Table | RenderableType) -> Group:
     """Parts below each other, an empty line before each table; a ``str`` is text of no mark-up."""
     below: list[RenderableType] = []
-    for part in parts:
-        if isinstance(part, Table):
+    for content in contents:
+        if isinstance(content, Table):
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
-            title = [Text(shown(part.title), style="bold")] if part.title else []
-            below += [Text(), *title, Fitted(part)]
-            below += [Text(shown(note), style="dim") for note in part.notes]
+            title = [Text(shown(content.title), style="bold")] if content.title else []
+            below += [Text(), *title, Fitted(content)]
+            below += [Text(shown(note), style="dim") for note in content.notes]
         else:
-            below.append(Text(shown(part)) if isinstance(part, str) else part)
+            below.append(Text(shown(content)) if isinstance(content, str) else content)
     return Group(*below)
 
 
@@ -123,12 +123,14 @@ class Fitted:
     So no word and no number is broken over lines, as long as there is room for one beside the first column.
     """
 
-    def __init__(self, shown: Table) -> None:
-        self.table = shown
-        columns = [*zip(*shown.cells(), strict=True)] if shown.rows else [()] * len(shown.columns)
-        self._cells = [[_cell(cell, one) for cell in cells] for one, cells in zip(shown.columns, columns, strict=True)]
-        widths = [self._widths(k) for k in range(len(shown.columns))]
-        self._least, self._most = [one[0] for one in widths], [one[1] for one in widths]
+    def __init__(self, source: Table) -> None:
+        self.table = source
+        columns = [*zip(*source.cells(), strict=True)] if source.rows else [()] * len(source.columns)
+        self._cells = [
+            [_cell(cell, column) for cell in cells] for column, cells in zip(source.columns, columns, strict=True)
+        ]
+        widths = [self._widths(k) for k in range(len(source.columns))]
+        self._least, self._most = [column[0] for column in widths], [column[1] for column in widths]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The blocks, as wide as there is room."""
@@ -142,10 +144,12 @@ class Fitted:
         """Least and greatest width of a column: its longest word, where words may stand below each other."""
         column = self.table.columns[k]
         cells = [text.plain for text in self._cells[k]]
-        apart = [one for text in cells for one in (text.split() if column.words and not column.whole else [text])]
+        unbreakable = [
+            word for text in cells for word in (text.split() if column.words and not column.whole else [text])
+        ]
         return (
-            max(map(cell_len, [*apart, *column.name.split(), ""])),
-            max(cell_len(one) for text in [*cells, column.name] for one in (text.splitlines() or [""])),
+            max(map(cell_len, [*unbreakable, *column.name.split(), ""])),
+            max(cell_len(word) for text in [*cells, column.name] for word in (text.splitlines() or [""])),
         )
 
     def _blocks(self, room: int) -> list[list[int]]:

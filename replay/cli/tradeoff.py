@@ -28,7 +28,7 @@ LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, a
 @replaying
 @reporting
 def command(
-    session: Path, people: People, time_limit: float, engine: str | None, as_json: bool, **asked: Any,
+    session: Path, people: People, time_limit: float, engine: str | None, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
 
@@ -42,17 +42,17 @@ def command(
     """
     from replay.cli.engine_advice import advise_engine
 
-    picture = not asked.pop("no_picture")
+    picture = not options.pop("no_picture")
     if engine is not None:
-        if asked.pop("detectors"):
+        if options.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
-        return advise_engine(session, engine, people, picture=picture, as_json=as_json, **asked)
-    return _tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **asked)
+        return advise_engine(session, engine, people, picture=picture, as_json=as_json, **options)
+    return _tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **options)
 
 
 def _tradeoff(
     session: Path, people: People, *, out: Path | None, force: bool, scene: Path | None, time_limit: float,
-    picture: bool, as_json: bool, **asked: Any,
+    picture: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     from replay.advice.assumptions import first_screen_lines
     from replay.api.runner import write_watched
@@ -69,15 +69,15 @@ def _tradeoff(
 
     if out is not None:
         check_target(out, force=force)
-    held = read_session(session, scene=scene)
+    session_read = read_session(session, scene=scene)
     progress = TerminalProgress(people)
     with compiling_announced(people, alone=True), progress.stage("Trying settings", 100) as advance:
-        done = tradeoff(held, time_limit=time_limit, watch=percent_of_settings(advance), **asked)
-    said = first_screen_lines(held, None, progress)
-    undecided = [line.replace(RECORDING, quote(str(session))) for line in said.questions]
+        done = tradeoff(session_read, time_limit=time_limit, watch=percent_of_settings(advance), **options)
+    lines = first_screen_lines(session_read, None, progress)
+    undecided = [line.replace(RECORDING, quote(str(session))) for line in lines.questions]
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
-        run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
+        run = replace(compute(session_read, progress=progress, **options | {"detectors": None}), tradeoff=done)
         write_watched(run, out, progress, force=force, picture=picture)
     sources = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
     answer_cited(

@@ -32,11 +32,11 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
 
     where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
     with temporary_folder() as folder:
-        shown = [run if run.is_dir() else _pictured(run, folder, people) for run in runs]
+        recordings = [run if run.is_dir() else _pictured(run, folder, people) for run in runs]
         people.say(f"opening {' and '.join(map(str, runs))}{where}; close its window, or press Ctrl-C here, to end")
         if len(runs) > 1:
             people.say("Ctrl+Alt+Down in the viewer shows the next run")
-        replay.view(*shown, miss=miss, false=false, by=by)
+        replay.view(*recordings, miss=miss, false=false, by=by)
     return 0
 
 
