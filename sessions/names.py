@@ -11,8 +11,13 @@ DEVICE_WORDS: Final = frozenset({"vive", "index"})
 """Words of products, which name no side and no kind of device."""
 
 _SIDE_OF_PREFIX: Final = {"l": "left", "r": "right", "left": "left", "right": "right"}
-_JOINED: Final = re.compile(f"(l|r|left|right)?({'|'.join(sorted(HAND_WORDS))})(left|right)?")
-"""A hand and its side in one word, such as "lhand", "lefthand" and "handleft"."""
+_HANDS: Final = "|".join(sorted(HAND_WORDS))
+_JOINED: Final = re.compile(f"(l|r|left|right)?({_HANDS})(left|right|anchor|mesh|model|tracker)?")
+"""A hand and its side in one word, such as "lhand", "lefthand" and "handleft", or a hand and its role: "handmodel"."""
+_SIDE_FIRST: Final = re.compile(f"(left|right)({_HANDS})(.*)")
+"""A word that begins with a side and a hand, such as "righthandanchor"."""
+_GLOVE_BOX: Final = ("glove", "box")
+"""A piece of furniture."""
 
 
 def name_tokens(name: str) -> list[str]:
@@ -23,7 +28,7 @@ def name_tokens(name: str) -> list[str]:
 
 
 def _separated(word: str) -> list[str]:
-    match = _JOINED.fullmatch(word)
+    match = _JOINED.fullmatch(word) or _SIDE_FIRST.fullmatch(word)
     if match is None:
         return [word]
     before, hand, after = match.groups()
@@ -36,8 +41,10 @@ def is_head(name: str) -> bool:
 
 
 def is_hand(name: str) -> bool:
-    """Whether a word of the name is one of a hand; "handle" is none."""
-    return not HAND_WORDS.isdisjoint(name_tokens(name))
+    """Whether a word of the name is one of a hand; "handle" and "glove box" are none."""
+    tokens = name_tokens(name)
+    hands = [k for k, token in enumerate(tokens) if token in HAND_WORDS]
+    return any(tuple(tokens[k : k + 2]) != _GLOVE_BOX for k in hands)
 
 
 def side_of(name: str) -> str:

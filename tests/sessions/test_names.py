@@ -26,9 +26,22 @@ def test_spellings_of_a_left_hand(name):
     assert proxy_for(name) == "proxy_wand"
 
 
-@pytest.mark.parametrize("name", ["handle", "beaker_handle", "handbook", "wanderer", "header", "forehead"])
+OTHERS = ("handle", "beaker_handle", "handbook", "wanderer", "GloveBox", "glove_box", "glovebox", "header", "forehead")
+
+
+@pytest.mark.parametrize("name", OTHERS)
 def test_a_longer_word_is_no_hand_and_no_head(name):
     assert not is_hand(name) and not is_head(name) and proxy_for(name) == ""
+
+
+@pytest.mark.parametrize("name", ["righthandanchor", "RightHandAnchor", "hand_tracker_right", "rightcontroller1"])
+def test_spellings_of_a_right_hand_with_its_role(name):
+    assert is_hand(name) and side_of(name) == "right"
+
+
+@pytest.mark.parametrize("name", ["handmodel", "HandModel", "controllertracker", "glovemesh"])
+def test_hands_with_a_role_and_no_side(name):
+    assert is_hand(name) and side_of(name) == ""
 
 
 @pytest.mark.parametrize("name", ["HMD", "Main Camera", "head", "vive-headset"])
