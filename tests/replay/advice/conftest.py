@@ -14,26 +14,25 @@ from sessions import MeshData, Session
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 FRAMES = 60
-LEANS = FRAMES - 5
 
 
 @pytest.fixture
 def two_beakers():
-    """A rod stirs in a beaker, nearly always free; another leans at the wall of a second one, nearly always."""
+    """A rod stirs in each of two beakers: free most of the time, at the wall now and then."""
     meshes = {
         "beaker": revolved_mesh(WALL, 24),
         "rod": revolved_mesh(ROD, 8),
         "second": revolved_mesh(WALL, 21),
-        "leaning": revolved_mesh(ROD, 8),
+        "stirrer": revolved_mesh(ROD, 8),
     }
     axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
     side = (axis + 1) % 3
     frames = np.arange(FRAMES)
     positions = {body: np.zeros((FRAMES, 3)) for body in meshes}
-    positions["rod"][:, axis] = positions["leaning"][:, axis] = 0.05
+    positions["rod"][:, axis] = positions["stirrer"][:, axis] = 0.05
     positions["rod"][:, side] = np.where(frames % 15 < 3, 0.031, 0.001 * (frames % 15))
-    positions["leaning"][:, side] = np.where(frames < LEANS, 0.031, 0.001)
-    for body in ("second", "leaning"):
+    positions["stirrer"][:, side] = positions["rod"][:, side]
+    for body in ("second", "stirrer"):
         positions[body][:, side] += 1.0
     still = np.tile([0.0, 0.0, 0.0, 1.0], (FRAMES, 1))
     poses = {body: (position, still) for body, position in positions.items()}
