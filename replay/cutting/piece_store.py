@@ -252,7 +252,10 @@ def _started(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
         str(cut.most),
         str(folder / f"{cut.key}.out.npz"),
     ]
-    return subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # CoACD of several threads gives other pieces in every call, its seed notwithstanding.
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    silent = subprocess.DEVNULL
+    return subprocess.Popen(arguments, stdin=silent, stdout=silent, stderr=silent, env=environment)
 
 
 def _end(running: dict[subprocess.Popen[bytes], Cut]) -> None:
