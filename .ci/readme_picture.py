@@ -89,10 +89,10 @@ def readme_picture(result):
     still = str(fault_still(result, answer.label, fault, FIRST))
     still = still.replace("<svg ", f"<svg width={FIRST[0]} height={FIRST[1]} ", 1).replace("/>", f"/>{FADES}", 1)
     scale = 540 / FIRST[1]
-    share = words.share(rank.false["share"])
+    share = words.share(rank.false.value)
     lines = [
         (770, 92, "", "The convex hull says:"), (770, 176, "big false", "contact."),
-        (770, 262, "", f"The {fault.hollow} says:"), (770, 346, "big", f"{words.length(fault.gap)} apart."),
+        (770, 262, "", f"The {fault.evidence.hollow} says:"), (770, 346, "big", f"{words.length(fault.metres)} apart."),
         (770, 436, "strong", f"<tspan class='false bold'>{share}</tspan> of the hull's contact time is false."),
     ]  # fmt: skip
     texts = [f'<text class="{kind}" x="{x}" y="{y}">{text}</text>' for x, y, kind, text in lines]

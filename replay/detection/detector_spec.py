@@ -66,7 +66,8 @@ class DetectorSpec:
 
 def spec_text(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]``: how a command line asks for a detector."""
-    text = ",".join(f"{key}={_written(value)}" for key, value in settings.items())
+    # An empty text is the default of its setting, and cannot be written.
+    text = ",".join(f"{key}={_written(value)}" for key, value in settings.items() if value != "")
     return f"{name}[{text}]" if text else name
 
 

@@ -1,5 +1,6 @@
 """Every row of the table of detectors says all that the tool must know of it."""
 
+from dataclasses import asdict
 from importlib.util import find_spec
 
 import numpy as np
@@ -12,7 +13,7 @@ from cdcore.detectors import OPTIONAL, TABLE, DetectorRow, detector_row, load_de
 from cdcore.engines.engine_detector import EngineDetector
 from cdcore.errors import InvalidSettingError
 from cdcore.protocol.settings import RateSettings
-from replay.detection.detector_spec import spec_text
+from replay.detection.detector_spec import parse_detector, spec_text
 from replay.outputs.rerun_log.timing import STAGES
 from replay.pipeline.sentences import detector_label
 from replay.studies.stress.runner import ALL, detectors_of
@@ -108,3 +109,11 @@ def test_engine_modules_are_those_of_the_extras():
     assert ENGINE_MODULE == {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx"}
     assert all(find_spec(module) is None or module in ENGINE_MODULE.values() for module in ENGINE_MODULE.values())
     assert {row.extra for row in OPTIONAL.values()} == {"engines", "physx"}
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_written_settings_of_a_row_read_as_the_same(name):
+    settings = asdict(load_detector(name).Settings())
+    read = parse_detector(spec_text(name, settings))
+    assert read.name == name
+    assert load_detector(name).Settings(**read.settings) == load_detector(name).Settings()

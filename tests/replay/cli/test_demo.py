@@ -67,9 +67,9 @@ def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     assert all(any(_within(miss, episode) for miss in never) for episode in expected.missed)
     assert not any(_within(miss, episode) for miss in never for episode in expected.caught)
     readme = (Path(__file__).resolve().parents[3] / "README.md").read_text("utf-8")
-    for rank in ranking(report)[:-1]:
+    for rank in ranking(read_run_folder(tmp_path / "run").document)[:-1]:
         counts = f"| {count_range(rank.missed_counts)} | {count_range(rank.late_counts)} |"
-        assert f"{counts} {100 * rank.false['share']:.0f} % |" in readme
+        assert f"{counts} {100 * rank.false.value:.0f} % |" in readme
     assert {figures["contacts"] for figures in report["audit"].values()} == {len(truth.episodes)} and expected.caught
 
 

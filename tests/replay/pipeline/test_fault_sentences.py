@@ -296,7 +296,7 @@ def no_step_within(claim):
 
 
 STAGES = {
-    "one body is inside the other, and it does not ask that": contained_and_not_asked,
+    "one body is inside the other, and the detector does not test that": contained_and_not_asked,
     "no physics step of the engine falls into that time": no_step_within,
     "the colliders that stand for the meshes do not meet there":
         lambda claim: claim.name in ("collider", "bullet", "rapier", "mujoco"),
