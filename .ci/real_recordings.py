@@ -24,7 +24,7 @@ import replay
 from replay.base.tables import text_of
 from replay.cli.main import main
 from replay.guide.pages import FOLDER
-from replay.outputs.run_tables import ranking_table
+from replay.show.run_tables import ranking_table
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cdcore.errors import CollisionCoreError
+    from replay.advice.sweep import tradeoff
     from replay.api.advisor import Advice, advise
     from replay.api.auditor import AuditResult, audit
     from replay.api.run_result import RunResult
@@ -13,16 +14,15 @@ if TYPE_CHECKING:
     from replay.api.showing import share, view
     from replay.effects.effect_plan import Plan, plan
     from replay.errors import ERRORS, ReplayError
-    from replay.outputs.results.data_set import read
     from replay.pipeline.run_result import Tradeoff
     from replay.pipeline.settings import RunSettings
+    from replay.show.results.data_set import read
     from replay.studies.diff.runs import diff_runs as diff
     from replay.studies.stress.runner import stress
     from replay.studies.stress.tally import StressResult
     from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
-    from replay.tradeoffs.sweep import tradeoff
     from sessions.errors import SessionError
-    from sessions.mcap_format.reader import read_session
+    from sessions.mcap.reader import read_session
     from sessions.model.session import Session
 
 __all__ = [
@@ -49,13 +49,13 @@ _HOME = {
     "audit": "replay.api.auditor",
     "diff": "replay.studies.diff.runs:diff_runs",
     "plan": "replay.effects.effect_plan",
-    "read": "replay.outputs.results.data_set",
-    "read_session": "sessions.mcap_format.reader",
+    "read": "replay.show.results.data_set",
+    "read_session": "sessions.mcap.reader",
     "run": "replay.api.runner",
     "share": "replay.api.showing",
     "stress": "replay.studies.stress.runner",
     "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",
-    "tradeoff": "replay.tradeoffs.sweep",
+    "tradeoff": "replay.advice.sweep",
     "view": "replay.api.showing",
 }
 """Public name -> module, or ``module:name`` where the names differ; loaded on first use, for a quick ``--help``."""

@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from sessions.geometry.shapes import make_shape
     from sessions.glassware.catalogue import make_instrument
     from sessions.importers import IMPORTERS, import_session
-    from sessions.mcap_format.reader import read_session
-    from sessions.mcap_format.recorder import Recorder
-    from sessions.mcap_format.writer import write_session
+    from sessions.mcap.reader import read_session
+    from sessions.mcap.recorder import Recorder
+    from sessions.mcap.writer import write_session
     from sessions.mesh_data import MeshData
     from sessions.meshes.glb import mesh_to_glb
     from sessions.meshes.mesh_files import load_mesh
@@ -33,7 +33,7 @@ __all__ = [
 _NAMES = {
     "doctor.examine": "examine", "doctor.finding": "Finding Severity", "geometry.shapes": "make_shape",
     "glassware.catalogue": "make_instrument", "importers": "IMPORTERS import_session",
-    "mcap_format.reader": "read_session", "mcap_format.recorder": "Recorder", "mcap_format.writer": "write_session",
+    "mcap.reader": "read_session", "mcap.recorder": "Recorder", "mcap.writer": "write_session",
     "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
     "model.event": "Event Interval LiveContact", "model.frames": "Frames Status", "model.scene": "Scene",
     "model.session": "Session", "model.track": "GazeTrack HandTrack ScalarTrack Track",

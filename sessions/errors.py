@@ -33,7 +33,7 @@ class SessionFileError(SessionError):
     """A session file that cannot be read, or a session that a file cannot hold."""
 
     code = "unreadable"
-    """Why, as the doctor calls it: a key of `sessions.mcap_format.refusals.CURES`."""
+    """Why, as the doctor calls it: a key of `sessions.mcap.refusals.CURES`."""
     what = ""
     """What is wrong, without the file and the cure; "" where only the whole sentence is known."""
 

@@ -22,7 +22,7 @@ settings.load_profile("any machine")
 
 TOGETHER = (
     "tests/replay/studies/paper",
-    "tests/replay/outputs/rerun_log",
+    "tests/replay/show/rerun_log",
     "tests/sessions/synthetic/experiments",
 )
 """Folders whose files share what takes seconds to make."""
@@ -35,7 +35,7 @@ WITHOUT_KERNELS = (
     "tests/sessions/geometry",
     "tests/sessions/glassware",
     "tests/sessions/importers",
-    "tests/sessions/mcap_format",
+    "tests/sessions/mcap",
     "tests/sessions/meshes",
     "tests/sessions/model",
     "tests/sessions/recovery",

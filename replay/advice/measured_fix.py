@@ -12,6 +12,7 @@ from msgspec import structs
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
+from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import count_contacts, count_reports
 from replay.auditing.episodes import column_runs
 from replay.auditing.look_phases import OFFSET_SETTING, has_offsets, over_phases
@@ -29,7 +30,6 @@ from replay.pipeline.answer import SESSION
 from replay.pipeline.diagnosis import faults_text, pieces_may_help
 from replay.pipeline.ranking import Rank, lost_text
 from replay.pipeline.run_result import RunResult
-from replay.tradeoffs.scoring import wrong_counts
 from replay.words import duration, frame_time
 
 FIX_SECONDS: Final = 20.0

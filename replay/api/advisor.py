@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from cdcore.detectors import detector_row
+from replay.advice.engine_knobs import Choice, Engine, advice_words, engine_named
+from replay.advice.scoring import wrong_counts
 from replay.api.runner import opened, run
 from replay.errors import AuditError, TradeoffError
 from replay.pipeline.run_result import RunResult
 from replay.prepare.frame_times import frame_rate
-from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named
-from replay.tradeoffs.scoring import wrong_counts
 from sessions import Session
 
 

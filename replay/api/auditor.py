@@ -62,8 +62,8 @@ def audit(
     """
     from replay.api.remote_files import located, reaching
     from replay.api.runner import run
-    from replay.outputs.results.run_folder import check_target
     from replay.prepare.session_input import require_session
+    from replay.show.results.run_folder import check_target
 
     limits = Gates(max_missed, max_p99_ms, max_false)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]

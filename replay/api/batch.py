@@ -23,10 +23,10 @@ from replay.document.run_document import RunDocument
 from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED
-from replay.outputs.results.batch_parts import FOLDER as TABLES
-from replay.outputs.results.data_set import write_batch_tables
-from replay.outputs.results.run_folder import PICTURE, RUN, read_run_folder
 from replay.pipeline.scores import pool
+from replay.show.results.batch_parts import FOLDER as TABLES
+from replay.show.results.data_set import write_batch_tables
+from replay.show.results.run_folder import PICTURE, RUN, read_run_folder
 from sessions.whole_files import remove_abandoned, whole_file
 
 BATCH: Final = "batch.json"

@@ -29,6 +29,8 @@ import numpy as np
 from cdcore.mesh import TriangleMesh
 from replay.advice.collider_search import ColliderSearch, Deadline, Ladder, Limits, as_row
 from replay.advice.report_card import contact_figures, shape_figures
+from replay.advice.scoring import Scoring
+from replay.advice.settings import FASTEST
 from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
 from replay.auditing.tolerance import TAU, Reference
@@ -37,15 +39,13 @@ from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
 from replay.cutting.piece_store import Cut, convex_pieces
 from replay.detection.detector_spec import TRUSTED, parse_detector
-from replay.outputs.engine_files import EngineFiles, engine_files
-from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.settings import STEP_RATE
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
-from replay.tradeoffs.scoring import Scoring
-from replay.tradeoffs.settings import FASTEST
+from replay.show.engine_files import EngineFiles, engine_files
+from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from sessions import MeshData, Session
 from sessions.meshes.mesh_axes import default_mesh_axes
 from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention

@@ -66,7 +66,7 @@ def delivered(out: Any) -> Iterator[Any]:
     if not is_remote(out):
         yield out
         return
-    from replay.outputs.results.run_folder import SUMMARY
+    from replay.show.results.run_folder import SUMMARY
 
     with temporary_folder() as folder:
         made = folder / out.name

@@ -11,7 +11,7 @@ from replay.pipeline import run_result
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
-    from replay.outputs.notebook import Plot
+    from replay.show.notebook import Plot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,12 +29,12 @@ class RunResult(run_result.RunResult):
         return cls(**values | {name: ByLabel(values[name]) for name in by_label})
 
     def __repr__(self) -> str:
-        from replay.outputs.notebook import run_text
+        from replay.show.notebook import run_text
 
         return run_text(self)
 
     def _repr_html_(self) -> str:
-        from replay.outputs.notebook import run_html
+        from replay.show.notebook import run_html
 
         return run_html(self)
 
@@ -43,7 +43,7 @@ class RunResult(run_result.RunResult):
 
         Raises ``AuditError``: no detector was compared with another.
         """
-        from replay.outputs.notebook import run_plot
+        from replay.show.notebook import run_plot
 
         return run_plot(self)
 
@@ -53,7 +53,7 @@ class RunResult(run_result.RunResult):
         ``force`` replaces an earlier run folder; without ``picture`` there is no recording for Rerun. Raises
         ``OutputError``.
         """
-        from replay.outputs.results.run_folder import write_run_folder
+        from replay.show.results.run_folder import write_run_folder
 
         return replace(self, out=write_run_folder(self, Path(folder), force=force, picture=picture))
 
@@ -62,8 +62,8 @@ class RunResult(run_result.RunResult):
 
         Raises ``OutputError``: the extra ``notebook`` is not installed.
         """
-        from replay.outputs.rerun_log.viewer import notebook_viewer
-        from replay.outputs.results.run_folder import PICTURE
+        from replay.show.rerun_log.viewer import notebook_viewer
+        from replay.show.results.run_folder import PICTURE
 
         if self.out is not None and (self.out / PICTURE).is_file():
             return notebook_viewer(self.out / PICTURE, width, height)

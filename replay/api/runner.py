@@ -51,7 +51,7 @@ def run(
     progress = progress or Silent()
     target = None if out is None else located(out)
     if target is not None:
-        from replay.outputs.results.run_folder import check_target
+        from replay.show.results.run_folder import check_target
 
         with reaching(target):
             check_target(target, force=force)
@@ -107,7 +107,7 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
 
 def write_watched(result: run_result.RunResult, target: Path, progress: Progress, **how: Any) -> None:
     """``write_run_folder`` as a stage of its own."""
-    from replay.outputs.results.run_folder import write_run_folder
+    from replay.show.results.run_folder import write_run_folder
 
     with progress.stage(WRITING, WRITING_STEPS) as advance:
         write_run_folder(result, target, advance=advance, **how)

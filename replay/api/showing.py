@@ -21,8 +21,8 @@ def view(*runs: PathLike, miss: int | None = None, false: int | None = None, by:
     Raises ``ReplayError``: a folder is no run folder or has no picture, or there is no screen.
     """
     from replay.errors import RunFolderError
-    from replay.outputs.rerun_log.viewer import open_viewer
-    from replay.outputs.results.run_folder import read_run_folder
+    from replay.show.rerun_log.viewer import open_viewer
+    from replay.show.results.run_folder import read_run_folder
 
     if not runs:
         raise RunFolderError("there is no run to show; name at least one run folder")
@@ -42,7 +42,7 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
 
     Raises ``ReplayError``: no run folder, no consent, or a folder in the way.
     """
-    from replay.outputs.share.folder import INDEX
+    from replay.show.share.folder import INDEX
 
     several: Sequence[Any] = runs if isinstance(runs, list | tuple) else [runs]
     write_share(several, Path(out), anyway=anyway, force=force)
@@ -51,8 +51,8 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
 
 def write_share(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bool) -> str:
     """Writes the folder of ``share``; returns why it holds no picture, ``""`` if it holds one."""
-    from replay.outputs.results.run_folder import check_target, read_run_folder
-    from replay.outputs.share.folder import SHARED, require_consent, write_shared_folder
+    from replay.show.results.run_folder import check_target, read_run_folder
+    from replay.show.share.folder import SHARED, require_consent, write_shared_folder
 
     check_target(out, force=force, kind=SHARED)
     folders = [read_run_folder(run) for run in runs]

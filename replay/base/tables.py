@@ -1,6 +1,6 @@
 """A table over raw values: Parquet and JSON carry them as they are; a screen shows columns as people read them.
 
-The renderers are ``replay.cli.terminal`` (rich), ``parts.html`` in ``replay.outputs.report`` and ``markdown`` here.
+The renderers are ``replay.cli.terminal`` (rich), ``parts.html`` in ``replay.show.report`` and ``markdown`` here.
 """
 
 import re

@@ -87,8 +87,8 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: Any) -> "RunResult":
     from replay.api.runner import with_measured_fixes, write_watched
-    from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
+    from replay.show.results.run_folder import check_target
     from sessions import read_session
 
     check_target(out, force=force)

@@ -33,7 +33,7 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
     replay view runs/before runs/after
     """
     from replay.cli.terminal import terminal
-    from replay.outputs.results.run_folder import PICTURE
+    from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
     difference = diff_runs(run_a, run_b, different_sessions=different_sessions)

@@ -111,7 +111,7 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
     from rich.text import Text
 
     from replay.cli.terminal import plain
-    from replay.outputs.run_tables import finding_table
+    from replay.show.run_tables import finding_table
 
     yield plain(file.name, "bold").append_text(Text.from_markup(f"  {headline(findings)}", style="not bold"))
     notes = Counter(finding.code for finding in findings if WORDS[finding.severity] == "note")
@@ -127,7 +127,7 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
 def headline(findings: "Sequence[Finding]") -> str:
     """One clause: how bad it is."""
     from replay.base.shown import plural
-    from replay.outputs.words import NOTHING_SUSPICIOUS
+    from replay.show.words import NOTHING_SUSPICIOUS
 
     count = Counter(WORDS[finding.severity] for finding in findings)
     bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses

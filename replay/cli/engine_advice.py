@@ -16,8 +16,8 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
     from replay.cli.terminal import line, terminal
     from replay.cutting.piece_store import cache_folder
-    from replay.outputs.tradeoff_table import engine_table
     from replay.pipeline.headline import open_questions
+    from replay.show.tradeoff_table import engine_table
 
     if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")

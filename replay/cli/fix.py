@@ -78,7 +78,7 @@ def command(
 
 def _screen(fixed: "FixedColliders", people: People) -> Any:
     from replay.cli.terminal import terminal
-    from replay.outputs.fix_table import before_after_table, card_table, front_table
+    from replay.show.fix_table import before_after_table, card_table, front_table
 
     contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
     tables = [card_table(fixed.bodies)]

@@ -127,8 +127,8 @@ def forget_answers(path: Path, people: People) -> int:
 
 def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[Path]:
     """The pictures of three moments, and the recording for Rerun where that can be written."""
-    from replay.outputs.rerun_log.scene_look import write_scene_recording
-    from replay.outputs.scene_look import moments_to_show, write_scene_pictures
+    from replay.show.rerun_log.scene_look import write_scene_recording
+    from replay.show.scene_look import moments_to_show, write_scene_pictures
 
     outcome, scene = examined.outcome, examined.session.scene
     closest = int(examined.frames[outcome.closest_frame])

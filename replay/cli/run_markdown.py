@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from replay.base.constants import CAVEAT
 from replay.base.tables import Table, markdown, markdown_words
-from replay.outputs.run_tables import ranking_table
 from replay.pipeline.headline import doubts, headlines, price
 from replay.pipeline.run_result import RunResult
+from replay.show.run_tables import ranking_table
 
 LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""

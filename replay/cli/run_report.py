@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from replay.cli.console import DATA_LOSS, OK, People, answer, print_json, show
 from replay.document.coding import plain_of
 from replay.document.session import FlaggedPoses
-from replay.outputs.results.run_folder import PICTURE
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
+from replay.show.results.run_folder import PICTURE
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -13,11 +13,11 @@ from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.document.audit import DetectorAudit
 from replay.effects.effect_summary import happened_words
-from replay.outputs import run_tables as built
-from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_text
 from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
 from replay.pipeline.run_result import RunResult
+from replay.show import run_tables as built
+from replay.show.words import tallied
 
 FAULT_ROWS: Final = 20
 """Misses and false contacts listed of each detector; JSON and the tables of the run folder hold them all."""

@@ -25,7 +25,7 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     replay share runs/* -o class
     """
     from replay.api.showing import write_share
-    from replay.outputs.share.folder import INDEX
+    from replay.show.share.folder import INDEX
 
     if why := write_share(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")

@@ -35,7 +35,7 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     miss, false = options["miss"], options["false"]
     if (miss is None) == (false is None):
         raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
-    from replay.outputs.results.run_folder import check_target, read_run_folder
+    from replay.show.results.run_folder import check_target, read_run_folder
     from replay.studies.shrink.fault import of_run
     from replay.studies.shrink.reduce import Shrinking, Size
     from replay.studies.shrink.writing import CASE, sentence, write_case

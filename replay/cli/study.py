@@ -70,7 +70,7 @@ def write_page(
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from replay.base.file_hash import file_hash
     from replay.cli.study_tables import study_tables
-    from replay.outputs.results.run_folder import check_target
+    from replay.show.results.run_folder import check_target
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.class_runs import read_class

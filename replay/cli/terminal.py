@@ -13,7 +13,7 @@ from rich.text import Text
 from replay.base import tables
 from replay.base.shown import shown
 from replay.base.tables import Cell, Column, Marked, Table, text_of
-from replay.outputs import palette
+from replay.show import palette
 
 STYLES: Final = {
     tables.STRONG: "bold",

@@ -11,8 +11,8 @@ from replay.cli.console import People, TerminalProgress
 from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, reporting
 
 if TYPE_CHECKING:
+    from replay.advice.sweep import Watch
     from replay.base.progress import Advance
-    from replay.tradeoffs.sweep import Watch
 
 LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
 
@@ -55,16 +55,16 @@ def _tradeoff(
     picture: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     from replay.advice.assumptions import first_screen_lines
+    from replay.advice.sweep import tradeoff
     from replay.api.runner import write_watched
     from replay.base.constants import RECORDING
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
-    from replay.outputs.results.run_folder import check_target
-    from replay.outputs.tradeoff_table import tradeoff_list
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
-    from replay.tradeoffs.sweep import tradeoff
+    from replay.show.results.run_folder import check_target
+    from replay.show.tradeoff_table import tradeoff_list
     from sessions import read_session
 
     if out is not None:

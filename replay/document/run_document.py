@@ -20,7 +20,7 @@ from replay.document.session import (
 )
 
 SCHEMA: Final = "vrlab-replay/run/2"
-TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/3"
+TRADEOFF_SCHEMA: Final = "vrlab-replay/advice/3"
 
 
 class ContactLengths(Record, frozen=True):

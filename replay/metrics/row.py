@@ -17,7 +17,7 @@ from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, t
 from replay.metrics.near import NearMiss, close_intervals, without_contact
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import session_digest
-from sessions.mcap_format.metadata import NOT_STATED
+from sessions.mcap.metadata import NOT_STATED
 
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""

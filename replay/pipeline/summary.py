@@ -45,7 +45,7 @@ from replay.pipeline.settings import Lineup, RunSettings
 from replay.prepare.session_scan import SessionScan
 from sessions import Session
 from sessions.doctor.timing import typical_step
-from sessions.mcap_format.metadata import NOT_STATED
+from sessions.mcap.metadata import NOT_STATED
 from sessions.model.assumption import ASSUMPTIONS_FACT
 from sessions.scene_files.answers import recording_assumptions
 

@@ -13,14 +13,14 @@ from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.session_findings import examine_session, scene_findings
 from sessions.errors import MeshFileError, SceneError, SessionFileError
 from sessions.input_files import opened
-from sessions.mcap_format import reader
-from sessions.mcap_format.catalogue import Region
-from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.pose_decoding import Appearance, FrameDecoder
-from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import WORLD
-from sessions.mcap_format.unpacking import read_region
-from sessions.mcap_format.writer import SCENE_FILE
+from sessions.mcap import reader
+from sessions.mcap.catalogue import Region
+from sessions.mcap.mcap_file import McapFile
+from sessions.mcap.pose_decoding import Appearance, FrameDecoder
+from sessions.mcap.refusals import brief
+from sessions.mcap.schemas import WORLD
+from sessions.mcap.unpacking import read_region
+from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames
 from sessions.model.scene import Scene

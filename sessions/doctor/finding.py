@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.mcap_format.refusals import CURES
+from sessions.mcap.refusals import CURES
 
 
 class Severity(IntEnum):

@@ -17,10 +17,10 @@ from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import SourceFrame, imported, number
 from sessions.importers.stamps import iso_nanoseconds
-from sessions.mcap_format.catalogue import ChannelInfo
-from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.unpacking import MessageTable, read_region, together
+from sessions.mcap.catalogue import ChannelInfo
+from sessions.mcap.mcap_file import McapFile
+from sessions.mcap.refusals import brief
+from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.model.assumption import Confidence
 from sessions.model.session import Session
 

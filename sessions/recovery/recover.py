@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
-from sessions.mcap_format import metadata
-from sessions.mcap_format.catalogue import Catalogue, Region, read_catalogue
-from sessions.mcap_format.container import add, bytes_at, finish, parsed, started_writer
-from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
-from sessions.mcap_format.reader import is_session_topic, load_streams, read_session, read_topic
-from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
-from sessions.mcap_format.unpacking import MessageTable, read_region
-from sessions.mcap_format.writer import SCENE_FILE
+from sessions.mcap import metadata
+from sessions.mcap.catalogue import Catalogue, Region, read_catalogue
+from sessions.mcap.container import add, bytes_at, finish, parsed, started_writer
+from sessions.mcap.pose_decoding import MESSAGE_BYTES, FrameDecoder
+from sessions.mcap.reader import is_session_topic, load_streams, read_session, read_topic
+from sessions.mcap.refusals import brief
+from sessions.mcap.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
+from sessions.mcap.unpacking import MessageTable, read_region
+from sessions.mcap.writer import SCENE_FILE
 from sessions.whole_files import check_free, whole_file
 
 OF_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SessionError
-from sessions.mcap_format.metadata import SHARE
+from sessions.mcap.metadata import SHARE
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.track import Track
 from sessions.synthetic.paths import Path, Poses

@@ -23,7 +23,7 @@ from support.spawned import spawned_by
 
 import replay
 from replay.api import batch
-from replay.outputs.results.data_set import rows_of_run
+from replay.show.results.data_set import rows_of_run
 from sessions import write_session
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")

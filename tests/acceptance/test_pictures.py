@@ -13,9 +13,9 @@ from support.headless import pixels, viewer_or_skip
 from support.scripts import script
 
 from replay.auditing.fault import longest_curve_first
-from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.rerun_log.viewer import open_viewer
 from replay.pipeline.engine import compute
+from replay.show.rerun_log.recording import write_recording
+from replay.show.rerun_log.viewer import open_viewer
 from replay.studies.synthetic_sessions import synthetic_session
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip install pillow")

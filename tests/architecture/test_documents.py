@@ -16,8 +16,8 @@ from replay.cli.commands import COMMANDS
 from replay.cli.main import cli, main
 from replay.cli.project_settings import read_settings
 from replay.guide.pages import FOLDER, INDEX, page, topics
-from replay.outputs.rerun_log.viewer import _target as target_of
-from replay.outputs.results.run_folder import read_run_folder
+from replay.show.rerun_log.viewer import _target as target_of
+from replay.show.results.run_folder import read_run_folder
 from sessions import mesh_to_glb
 
 ROOT = Path(__file__).resolve().parents[2]

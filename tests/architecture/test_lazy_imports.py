@@ -43,7 +43,7 @@ WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
         ("import cdcore.errors, sessions.errors, replay.errors", HEAVY),
         (HELP, HEAVY),
         (EVERY_DETECTOR, {*WRITERS, "sessions", "replay"}),
-        ("import sessions.mcap_format.reader", {"fcl", "numba", "trimesh", "cdcore", "replay", "rerun"}),
+        ("import sessions.mcap.reader", {"fcl", "numba", "trimesh", "cdcore", "replay", "rerun"}),
         ("import sessions.glassware.catalogue", {"trimesh", "manifold3d"}),
         (COMPUTES, WRITERS),
     ],

@@ -13,7 +13,7 @@ GENERAL = re.compile(r"\.\d+[gGeE]")
 EXCEPTIONS = {
     "words.py": "the module itself",
     "studies/class_study": "coefficients, p values and other statistics, which have no unit",
-    "outputs/paper_table.py": "figures of the paper, which are compared digit by digit",
+    "show/paper_table.py": "figures of the paper, which are compared digit by digit",
     "studies/stress": "labels of planted scales",
 }
 

@@ -16,8 +16,8 @@ from support.shared_data import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live
 from replay.base.constants import BUDGET_MS
-from replay.outputs.run_tables import cost_table
 from replay.pipeline.engine import compute
+from replay.show.run_tables import cost_table
 from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = needs_bench

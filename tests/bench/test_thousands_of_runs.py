@@ -14,7 +14,7 @@ import pytest
 from support.peak_memory import environment
 
 import replay
-from replay.outputs.results.data_set import DATA_SET, write_batch_tables
+from replay.show.results.data_set import DATA_SET, write_batch_tables
 
 RUNS = int(os.environ.get("RUNS", "4000"))
 STUDENTS = 800

@@ -13,11 +13,11 @@ from cdcore.detectors import OPTIONAL, TABLE, DetectorRow, detector_row, load_de
 from cdcore.engines.engine_detector import EngineDetector
 from cdcore.errors import InvalidSettingError
 from cdcore.protocol.settings import RateSettings
+from replay.advice.settings import Setting
 from replay.detection.detector_spec import parse_detector, spec_text
-from replay.outputs.rerun_log.timing import STAGES
 from replay.pipeline.sentences import detector_label
+from replay.show.rerun_log.timing import STAGES
 from replay.studies.stress.runner import ALL, detectors_of
-from replay.tradeoffs.settings import Setting
 
 FIELD_STAGES = {
     "broad phase", "narrow phase", "containment", "traversal", "search", "faces", "poses", "images", "engine", "frames",

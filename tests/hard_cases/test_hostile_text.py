@@ -21,10 +21,10 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.base.shown import shown
 from replay.cli.main import main
-from replay.outputs.report.page import report_html, view_of
-from replay.outputs.results.run_folder import RunFolder
-from replay.outputs.share import folder
 from replay.pipeline.engine import compute
+from replay.show.report.page import report_html, view_of
+from replay.show.results.run_folder import RunFolder
+from replay.show.share import folder
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.page import study_html

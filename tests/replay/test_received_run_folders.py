@@ -13,7 +13,7 @@ from support.small_worlds import cubes
 
 import replay
 from replay.cli.main import main
-from replay.outputs.rerun_log import web_viewer
+from replay.show.rerun_log import web_viewer
 from sessions import write_session
 
 PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7], "c": [9] * 24}
@@ -52,7 +52,7 @@ def no_window(tmp_path, monkeypatch):
     (tmp_path / "sent_along.py").touch()  # some mutants name it as a detector
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Window)
+    monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
 
 
 def ask(good, at, number, capsys):

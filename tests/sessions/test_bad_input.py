@@ -14,8 +14,8 @@ from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.csv_mapping import read_mapping
 from sessions.importers.ledger import Ledger
-from sessions.mcap_format.metadata import names_of
-from sessions.mcap_format.reader import read_session
+from sessions.mcap.metadata import names_of
+from sessions.mcap.reader import read_session
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.meshes.mesh_files import load_mesh
 from sessions.model.scene import Scene, SceneBody

@@ -18,7 +18,7 @@ from support.peak_memory import environment
 from sessions import Event, Interval, Session, read_session, recover, write_session
 from sessions.model.frames import Status
 
-EARLIER = Path(__file__).parent / "mcap_format" / "earlier.mcap"
+EARLIER = Path(__file__).parent / "mcap" / "earlier.mcap"
 
 
 @pytest.fixture(scope="module")

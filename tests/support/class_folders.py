@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 
-from replay.outputs.results.data_set import DATA_SET
-from replay.outputs.results.parquet import SCHEMA, table_of
+from replay.show.results.data_set import DATA_SET
+from replay.show.results.parquet import SCHEMA, table_of
 
 PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
 TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive", "desktop")

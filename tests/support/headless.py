@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from replay.outputs.rerun_log.viewer import NO_ADAPTER, ViewerError
+from replay.show.rerun_log.viewer import NO_ADAPTER, ViewerError
 
 
 def viewer_or_skip(opens, *given, **more):

@@ -8,7 +8,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
-from sessions.mcap_format.schemas import channel_spec
+from sessions.mcap.schemas import channel_spec
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames, Status
 from sessions.model.session import Session

@@ -8,7 +8,7 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from mcap.reader import NonSeekingReader
 
-from sessions.mcap_format.schemas import TF, TRACKING, message_class
+from sessions.mcap.schemas import TF, TRACKING, message_class
 from sessions.model.frames import Frames, Status
 
 

@@ -12,11 +12,11 @@ from support.planted_faults import FAULTS, clean
 from support.price_rows import ABOUT, price_row
 from support.small_worlds import cube, cubes, jumping
 
+from replay.advice.pareto import advice_of, front_of
 from replay.document.detector import LongestStage, SampleTimes
 from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.pareto import advice_of, front_of
 from sessions import MeshData
 from sessions.model.event import LiveContact
 from sessions.model.scene import Scene, SceneBody, SceneEffect

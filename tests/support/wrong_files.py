@@ -34,7 +34,7 @@ from replay.pipeline.engine import compute
 from replay.session_info import session_info
 from sessions import Event, HandTrack, Interval, Recorder, Severity, examine, parse_scene, read_session, recover
 from sessions.errors import SessionError
-from sessions.mcap_format.writer import write_session
+from sessions.mcap.writer import write_session
 
 NUMBERS = [0, 1, 7, 255, 2**16 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1, 2**63, 2**64 - 1]
 TEXTS = ["", "../../x", "a\nb", "\x1b[31mred", "\u202eevil", "x" * 5000, "<script>", "\0", "/tf", "world", BODIES[0]]

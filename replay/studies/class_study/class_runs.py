@@ -9,9 +9,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from replay.errors import StudyError
-from replay.outputs.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
-from replay.outputs.results.parquet import TYPES
-from replay.outputs.results.run_folder import SUMMARY, read_run_folder
+from replay.show.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
+from replay.show.results.parquet import TYPES
+from replay.show.results.run_folder import SUMMARY, read_run_folder
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 

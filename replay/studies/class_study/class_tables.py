@@ -19,12 +19,12 @@ from cdcore.numerics import FloatArray
 from replay import words
 from replay.base.shown import plural
 from replay.base.tables import Cell, Column, Marked, Table
-from replay.outputs.report.markup import moment_address
-from replay.outputs.results.run_folder import REPORT
+from replay.show.report.markup import moment_address
+from replay.show.results.run_folder import REPORT
 from replay.studies.class_study.class_runs import ClassRuns, Row
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
-from sessions.mcap_format.metadata import NOT_STATED
+from sessions.mcap.metadata import NOT_STATED
 
 FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % intervals, students drawn anew."
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}

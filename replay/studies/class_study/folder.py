@@ -4,7 +4,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import places

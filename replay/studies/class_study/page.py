@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
 from replay.base.tables import Column, Table
-from replay.outputs.report.markup import file_text, filled
+from replay.show.report.markup import file_text, filled
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table

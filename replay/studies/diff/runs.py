@@ -10,8 +10,8 @@ from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
 from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
-from replay.outputs.results.run_folder import read_run_folder
 from replay.pipeline.ranking import Range, count_range
+from replay.show.results.run_folder import read_run_folder
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""

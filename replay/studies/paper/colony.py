@@ -10,7 +10,7 @@ from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
 from replay.base.tables import Table
 from replay.base.wilson import wilson
-from replay.outputs.paper_table import Cell, paper_table
+from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import FAMILY_NAMES, Ways, fixture
 from sessions.synthetic.rng import random_stream
 

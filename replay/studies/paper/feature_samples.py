@@ -19,7 +19,7 @@ from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
 from replay.base.tables import Table
 from replay.base.wilson import wilson
-from replay.outputs.paper_table import Cell, paper_table
+from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.colony import BUDGET, near_poses
 
 SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)

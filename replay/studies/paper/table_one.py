@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdcore.numerics import FloatArray
 from replay.base.machine import machine
 from replay.base.tables import Table
-from replay.outputs.paper_table import Cell, paper_table
+from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make

@@ -20,9 +20,9 @@ from replay.auditing.look_phases import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError
-from replay.outputs.results.run_folder import RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
+from replay.show.results.run_folder import RunFolder
 from sessions import read_session
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)

@@ -10,7 +10,7 @@ from typing import Any, Final
 from cdcore import TriangleMesh
 from replay.base.shown import plural, shown
 from replay.detection.detector_spec import spec_text
-from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
 from replay.studies.shrink.well_posed import doubts_of

@@ -8,7 +8,7 @@ from replay.api.batch import run_batch
 from replay.api.remote_files import located
 from replay.cli.main import main
 from replay.errors import OutputError, PlaceError
-from replay.outputs.results.run_folder import read_run_folder
+from replay.show.results.run_folder import read_run_folder
 from sessions import write_session
 
 SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}

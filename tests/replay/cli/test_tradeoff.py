@@ -6,14 +6,14 @@ import pytest
 from support.price_rows import ABOUT, price_row
 from support.small_worlds import cubes
 
+from replay.advice import sweep as trading
+from replay.advice.pareto import advice_of
+from replay.advice.settings import Setting
 from replay.cli.main import main
 from replay.cli.tradeoff import percent_of_settings
-from replay.outputs.results.run_folder import read_run_folder
-from replay.outputs.tradeoff_table import tradeoff_list
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.pareto import advice_of
-from replay.tradeoffs.settings import Setting
+from replay.show.results.run_folder import read_run_folder
+from replay.show.tradeoff_table import tradeoff_list
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}

@@ -19,8 +19,8 @@ from support.small_worlds import cube, cubes, framed
 import replay
 from replay.api import runner
 from replay.cli.main import main
-from replay.outputs.rerun_log import web_viewer
 from replay.pipeline.engine import compute
+from replay.show.rerun_log import web_viewer
 from sessions import Event, GazeTrack, Interval, ScalarTrack, Scene, Session, Track, write_session
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
@@ -253,7 +253,7 @@ def test_output_of_a_verb_is_unchanged(words, folder, monkeypatch, capsys, snaps
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Window)
+    monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
     before, text = {*folder.rglob("*")}, ""
     for command in words.split("; "):

@@ -7,9 +7,9 @@ import pytest
 from support.small_worlds import STEP_NS, framed
 
 from replay.auditing.gates import Gates
-from replay.outputs.run_tables import CUT, pair_table
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import headlines
+from replay.show.run_tables import CUT, pair_table
 from sessions.doctor.runs import runs
 from sessions.model.frames import Status
 from sessions.synthetic.analytic import make_analytic

@@ -10,9 +10,9 @@ from replay.auditing.look_phases import PHASES
 from replay.base.tables import IN_RED, Marked, text_of
 from replay.base.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
-from replay.outputs.run_tables import ranking_table
 from replay.pipeline.ranking import fault_text, ranking
 from replay.pipeline.sentences import detector_label
+from replay.show.run_tables import ranking_table
 
 
 def audited(missed, late, false, reported=1000, *, undecided=0, **more):

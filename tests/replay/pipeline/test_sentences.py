@@ -15,9 +15,9 @@ from support.small_worlds import STEP_NS, cubes, framed
 import replay
 from replay.auditing.gates import Gates
 from replay.document.session import FindingRecord
-from replay.outputs.report.sections import trust
 from replay.pipeline import headline
 from replay.pipeline.engine import compute
+from replay.show.report.sections import trust
 from sessions import Finding, MeshData, Severity, Status
 
 LIMITS = Gates(max_missed=0.0, max_false=0.0)

@@ -9,9 +9,9 @@ from cdcore import Detection
 from replay.document.coding import document_of, json_of
 from replay.document.run_document import SCHEMA
 from replay.document.session import DroppedFrames
-from replay.outputs.report.page import report_html
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import frame_seconds
+from replay.show.report.page import report_html
 from sessions import Status
 
 

@@ -10,7 +10,7 @@ from support.small_worlds import cube
 from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, Status, examine, write_session
 from sessions.doctor.session_findings import scene_findings
 from sessions.geometry.rotations import quaternion_product
-from sessions.mcap_format.metadata import bodies_record
+from sessions.mcap.metadata import bodies_record
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, SceneBody
 

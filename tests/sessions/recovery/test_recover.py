@@ -14,9 +14,9 @@ from support.planted_faults import BODIES, FAULTS, clean
 from sessions import Event, read_session, write_session
 from sessions.doctor.examine import examine
 from sessions.errors import SessionFileError
-from sessions.mcap_format import container
-from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.metadata import bodies_record
+from sessions.mcap import container
+from sessions.mcap.mcap_file import McapFile
+from sessions.mcap.metadata import bodies_record
 from sessions.recovery.recover import RECOVERED, recover
 
 BLOCK = 1 << 15

@@ -20,7 +20,7 @@ from cdcore.transforms.rigid import rotation_from_quaternion
 from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError
-from replay.outputs.results.run_folder import read_run_folder
+from replay.show.results.run_folder import read_run_folder
 from replay.studies.shrink.fault import Fault, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of

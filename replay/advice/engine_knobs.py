@@ -1,0 +1,101 @@
+"""Settings of engines, in their own terms: the rows of ``engines.toml``."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Final
+
+from replay.advice.pareto import wrong_words
+from replay.advice.settings import FASTEST
+from replay.base.shown import plural
+from replay.detection.detector_spec import spec_text
+from replay.errors import TradeoffError
+
+Row = Mapping[str, Any]
+
+WORTH_CHANGING: Final = 0.05
+"""A row whose loss is not less than the first one's by this share of it is not advised."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One row: what is set beside the first row (knob -> value), and the detector that answers for it.
+
+    ``pages`` are names of the engine's pages that say so; ``consequence``: what else comes of it, a sentence.
+    """
+
+    knobs: Mapping[str, str]
+    settings: Mapping[str, Any]
+    pages: Sequence[str]
+    detector: str = "collider"
+    consequence: str = ""
+
+    def asked(self, frames_hz: float) -> str:
+        """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
+        fast = self.settings["rate_hz"] >= FASTEST * frames_hz
+        kept = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
+        return spec_text(self.detector, kept)
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An engine as a new project has it (the first choice), and changes of it.
+
+    ``pages``: name -> address; ``step_hz``: of a new project.
+    """
+
+    name: str
+    version: str
+    pages: Mapping[str, str]
+    choices: Sequence[Choice]
+    notes: Sequence[str]
+    step_hz: float
+
+
+@cache
+def engines() -> dict[str, Engine]:
+    """Name on the command line -> the engine."""
+    tables = tomllib.loads(files("replay.advice").joinpath("engines.toml").read_text("utf-8"))
+    return {
+        name: Engine(**{**table, "choices": [Choice(**choice) for choice in table["choices"]]})
+        for name, table in tables.items()
+    }
+
+
+def engine_named(name: str) -> Engine:
+    """The engine of that name; TradeoffError with the names there are."""
+    if name not in engines():
+        raise TradeoffError(f"no engine {name!r}; there are: {', '.join(engines())}")
+    return engines()[name]
+
+
+def knob_words(knobs: Mapping[str, str]) -> str:
+    """``Fixed Timestep 0.02, Mesh Collider Convex``."""
+    return ", ".join(f"{knob} {value}" for knob, value in knobs.items())
+
+
+def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
+    """Sentences on the errors of the first row and the row with the smallest loss; ``rows`` are of one session.
+
+    Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
+    ``WORTH_CHANGING`` off the loss of the first one: what changes nothing is no advice.
+    """
+    first = rows[0]
+    if not first["contacts"]:
+        none = f"No contact happened, so none for {engine} to miss."
+        return [none, "All that row 1 reports is false."] if first["false"] else [none]
+    if not first["loss"]:
+        return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]
+    best = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
+    sentences = [f"Row {first['number']}: {_all_wrong(first)}."]
+    if best["loss"] > (1.0 - WORTH_CHANGING) * first["loss"]:
+        return [*sentences, "No other row is clearly better."]
+    cure = f"Take row {best['number']} ({knob_words(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
+    return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
+
+
+def _all_wrong(row: Row) -> str:
+    """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false, 2 undecided``."""
+    return f"{wrong_words(row)}, {row['undecided']} undecided" if row["undecided"] else wrong_words(row)

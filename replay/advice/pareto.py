@@ -1,0 +1,150 @@
+"""The front and the advice, from the table alone.
+
+Rows are ordered by their loss (``replay.auditing.loss``). Times are compared by their intervals. Where two intervals
+overlap, the times are a tie: it goes to the smaller loss, then to the complete detector, then to the earlier one. One
+pass has no interval, and ties with nothing.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any, Final, TypeAlias, TypeVar
+
+from replay import words
+from replay.advice.settings import USUAL_HZ
+from replay.base.constants import HEADSET_HZ
+from replay.base.shown import plural
+from replay.pipeline.answer import busy_sentence
+
+Row: TypeAlias = Mapping[str, Any]
+AnyRow = TypeVar("AnyRow", bound=Row)
+
+FEWEST: Final = 3
+"""Settings that advice needs."""
+
+MOST_NAMES: Final = 3
+"""Settings that a sentence names."""
+
+CHEAPER: Final = 0.95
+"""A p99 above this share of another one is no cheaper."""
+
+
+def counts(row: Row) -> bool:
+    """Whether a row may be on the front: of one that left contact undecided nobody knows what it misses."""
+    return not row["contact_frames_undecided"] and row["mean_ms"] is not None
+
+
+def tied(a: Row, b: Row) -> bool:
+    """Whether two times are equal, or their intervals overlap."""
+    if a["mean_ms"] == b["mean_ms"]:
+        return True
+    ends = [row[end] for row in (a, b) for end in ("mean_low", "mean_high")]
+    return None not in ends and ends[0] <= ends[3] and ends[2] <= ends[1]
+
+
+def quicker(a: Row, b: Row) -> bool:
+    """Whether one time is surely less than another one."""
+    return bool(a["mean_ms"] < b["mean_ms"]) and not tied(a, b)
+
+
+def winner_of(rows: Sequence[Row]) -> Row:
+    """Best row among the fastest and those that tie with it; the earlier of equals."""
+    quickest = min(rows, key=lambda row: float(row["mean_ms"]))
+    ties = [row for row in rows if tied(row, quickest)]
+    return min(ties, key=lambda row: (row["loss"], not row["complete"]))
+
+
+def front_of(rows: Sequence[Row]) -> list[str]:
+    """Labels on the front, quickest first: each is surely quicker than all that have a smaller loss."""
+    front: list[Row] = []
+    left = [row for row in rows if counts(row)]
+    for least in sorted({row["loss"] for row in left}):
+        best = winner_of([row for row in left if row["loss"] == least])
+        if not front or quicker(best, front[-1]):
+            front.append(best)
+    return [row["label"] for row in reversed(front)]
+
+
+def contenders_of(rows: Sequence[Row]) -> list[str]:
+    """Labels of what is on the front, or would be if its time were known better."""
+    left = [row for row in rows if counts(row)]
+    return [
+        row["label"] for row in left
+        if not any(other["loss"] < row["loss"] and other["mean_ms"] <= row["mean_ms"] for other in left)
+    ]  # fmt: skip
+
+
+def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
+    """By loss, then by the mean; what was not decided comes last."""
+    return sorted(rows, key=lambda row: (not counts(row), row["loss"], row["mean_ms"] or inf))
+
+
+def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[str]:
+    """Sentences on the cost of full and of lower accuracy; or one sentence why there is no advice.
+
+    On a busy machine times are upper bounds: then the sentences say what is right and advise nothing about cost.
+    ``processor_fraction``: of the seconds on the clock those in which this process was at work.
+    """
+    candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
+    if len(candidates) < FEWEST:
+        were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
+        return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
+    if busy := busy_sentence(1 - processor_fraction):
+        return [_most_accurate(candidates), f"{busy} No advice about cost until then."]
+    by_label = {row["label"]: row for row in candidates}
+    front = front_of(candidates)
+    best = by_label[front[-1]]
+    cost = f"The smallest loss, {words.loss_number(best['loss'])}, costs" if best["loss"] else "Missing nothing costs"
+    fraction = words.share(best["mean_ms"] * HEADSET_HZ / 1e3)
+    wrong = f" It gets wrong: {wrong_words(best)}." if best["loss"] else ""
+    first = f"{cost} {_ms(best)} a frame ({best['label']}), {fraction} of a {HEADSET_HZ:g} Hz frame.{wrong}"
+    other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
+    if other is None:
+        return [first, "No other setting is faster beyond doubt."]
+    wrong = wrong_words(other)
+    if not quicker(other, best):
+        return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]
+    return [first, f"At {_ms(other)} ({other['label']}): {wrong}; {_slow_frames(other, best)}."]
+
+
+def _most_accurate(rows: Sequence[Row]) -> str:
+    """Sentence on the settings with the smallest loss, at any cost."""
+    least = min(row["loss"] for row in rows)
+    best = [row for row in rows if row["loss"] == least]
+    names = ", ".join(row["label"] for row in best[:MOST_NAMES])
+    more = f" and {len(best) - MOST_NAMES} more" if len(best) > MOST_NAMES else ""
+    if least == 0.0:
+        return f"Every contact is right with {names}{more}."
+    return f"The smallest loss, {words.loss_number(least)}, has {names}{more}: {wrong_words(best[0])}."
+
+
+def _usual(rows: Sequence[Row], best: Row) -> Row | None:
+    """Row closest to an engine's new project: the rate nearest to ``USUAL_HZ``, then the smallest loss."""
+    rates = [row for row in rows if row["rate_hz"] and row["loss"] > best["loss"]]
+    return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["loss"]), default=None)
+
+
+def _ms(row: Row) -> str:
+    return words.frame_time(row["mean_ms"] / 1e3)
+
+
+def count_words(row: Row, name: str) -> str:
+    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
+    return words.count_range((row[f"{name}_smallest"], row[f"{name}_largest"]))
+
+
+def wrong_words(row: Row) -> str:
+    """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
+    phrases = [
+        f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed",
+        f"{count_words(row, 'late')} late or cut short",
+    ]
+    if row["false"] is not None:
+        phrases.append(f"{words.share(row['false'])} of its contact time false")
+    return ", ".join(phrases)
+
+
+def _slow_frames(row: Row, best: Row) -> str:
+    if row["p99_ms"] is None or best["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best["p99_ms"]:
+        return "slow samples (p99) get no cheaper"
+    p99, best_p99 = (words.frame_time(each["p99_ms"] / 1e3) for each in (row, best))
+    return f"slow samples (p99) take {p99} in place of {best_p99}"

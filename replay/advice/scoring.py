@@ -1,0 +1,104 @@
+"""The oracle's answer, and what a detection makes of its contacts: counted as the audit counts them."""
+
+from typing import Any
+
+from cdcore import Detection
+from cdcore.numerics import IntArray
+from replay.advice.settings import Setting
+from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
+from replay.auditing.episodes import column_runs
+from replay.auditing.look_phases import PHASES, OffsetCounts, offset_counts, spread
+from replay.auditing.loss import loss
+from replay.auditing.outcome import Outcome
+from replay.auditing.tolerance import Reference, Tolerance
+from replay.base.wilson import Proportion, proportion
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import make_detector
+from replay.errors import TradeoffError
+from replay.prepare.assembly import Assembly
+from sessions import Session
+
+
+def wrong_counts(
+    once: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
+) -> dict[str, Any]:
+    """Errors of a detector, as columns.
+
+    ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
+    beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted ``once``.
+    ``not_reported`` is the share of the contact time that is not reported, ``false`` the share of the reported time
+    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.auditing.loss``.
+    """
+    if offsets is None:
+        counts = {"missed": [once.missed], "late": [once.late_or_cut_short], "false_contacts": [false_contacts]}
+        contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
+    else:
+        missed, late = (fault_counts.sum(axis=1).tolist() for fault_counts in offsets.faults.values())
+        counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
+        proportions = offsets.proportions()
+        contacts_missed, time_missed, false = (
+            proportions[name] for name in ("contacts_missed", "missed", "false_contact")
+        )
+    row: dict[str, Any] = {
+        "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
+        "not_reported": time_missed.value,
+        "false": false.value,
+        "false_low": false.lower,
+        "false_high": false.upper,
+    }
+    for name, values in counts.items():
+        over = spread(values)
+        row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
+    return row
+
+
+class Scoring:
+    """Contacts of an oracle in a session, and scores of any other detection of it.
+
+    Contacts of a hand with what it holds, as the ``session`` tells, are left out. A disagreement about less than
+    ``tau`` metres is *within tolerance*. Raises ``TradeoffError``: the oracle finds no contact, so none can be missed.
+    """
+
+    def __init__(
+        self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
+    ) -> None:
+        self.spec, self._seed = spec, seed
+        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
+        tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+        truth = make_detector(spec, assembly, seed).detect(assembly.motion)
+        self.reference = Reference.of(truth, assembly, session, tolerance)
+        self.contacts = self.reference.contacts
+        if not self.contacts:
+            raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
+        self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
+
+    def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
+        """Contacts missed, late or cut short, and false ones, and the share of false frames of those reported.
+
+        ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, another one
+        once, as by ``wrong_counts``.
+        """
+        comparison, offsets = self.reference.compare(detection), None
+        once = count_contacts(comparison, self.contacts)
+        if setting.rate_hz and self.reference.truth.covers == "instants":
+            every = self._at_every_frame(setting, assembly)
+            offsets = offset_counts(setting.rate_hz, every, self.reference)
+        false = len(column_runs((comparison.outcome == Outcome.INVENTED).T))
+        return {
+            "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
+            "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
+            **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.INVENTED), offsets),
+        }  # fmt: skip
+
+    def false_frames(self, detection: Detection) -> IntArray:
+        """Numbers of frames of false contact of each pair, (P,)."""
+        return self.reference.compare(detection).by_pair[:, Outcome.INVENTED]
+
+    def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
+        """The answer of a setting without its step rate, which every rate samples."""
+        always = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
+        key, detection = self._every_frame.get(str(always), (None, None))
+        if key is not assembly or detection is None:
+            detection = make_detector(always, assembly, self._seed).detect(assembly.motion)
+            self._every_frame[str(always)] = assembly, detection
+        return detection

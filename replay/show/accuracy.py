@@ -1,0 +1,54 @@
+"""Accuracy against cost: the loss of each detector over its mean time of a frame, one plot for page and picture."""
+
+from collections.abc import Sequence
+
+from replay import words
+from replay.pipeline.ranking import Rank
+from replay.pipeline.run_result import Summarised, Tradeoff
+from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
+
+TITLE = "Accuracy against cost"
+
+LEAST_TOP = 0.1
+"""The axis of losses reaches up to this at least: where all are right, dots stand on the floor of a plot."""
+
+
+def run_dots(result: Summarised) -> list[Dot]:
+    """A dot for each detector of a ranking whose time was measured and that left no contact undecided.
+
+    The worst one has the kind of its larger fault, ``false`` or ``missed``; the reference is a ``reference``.
+    """
+    audits = result.document.audit
+    if all(audit.undecided.value == 1 for audit in audits.values()):
+        return []
+    dots = []
+    for number, rank in enumerate(result.ranking):
+        if rank.mean is not None and not rank.undecided:
+            dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0)))
+    return [_with_loss(dot) for dot in dots]
+
+
+def _kind(rank: Rank, worst: bool) -> str:
+    if rank.missed is None:
+        return "reference"
+    if not (worst and rank.loss):
+        return ""
+    return "false" if rank.leads_false else "missed"
+
+
+def tradeoff_dots(done: Tradeoff) -> list[Dot]:
+    """A dot for each setting that was tried; those on the front come first, so that they find room for their names."""
+    rows = sorted(done.rows, key=lambda row: not row["front"])
+    return [_with_loss(Dot(row["label"], row["mean_ms"], row["loss"], "front" if row["front"] else "")) for row in rows]
+
+
+def _with_loss(dot: Dot) -> Dot:
+    return Dot(f"{dot.name}: {words.loss_number(dot.y)}", dot.x, dot.y, dot.kind)
+
+
+def accuracy_plot(dots: Sequence[Dot], size: Size, remark: str = "") -> Plot:
+    """Losses over milliseconds a frame; the ``remark`` stands beside the name of the axis of losses."""
+    largest = max([LEAST_TOP, *(dot.y for dot in dots)])
+    up = Axis(f"loss: 0 is right{remark}", ticks_of(largest, 3))
+    spoken = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
+    return scatter(dots, f"{TITLE}, as losses: {spoken}", "mean ms a frame", up, size)

@@ -1,0 +1,118 @@
+"""Camera positions: across the gap between two bodies, from the user's side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore import Motion
+from cdcore.numerics import FloatArray, place_points
+from replay.effects.output import vector_of
+from replay.prepare.assembly import Assembly
+from replay.show.palette import tags_of
+from sessions.model.scene import Scene
+
+CLOSE_UP: Final = 0.125
+"""Metres from eye to contact: bench glass fills the view, and its surroundings can still be recognised."""
+
+AZIMUTHS: Final = 16
+RAISED: Final = np.radians(20.0)
+"""Directions to look from, so far above the horizon: a lid is seen from above, and a gap below it."""
+
+USER_SIDE: Final = 0.6
+"""What looking from the side opposite to the user costs, beside a gap seen end on."""
+
+FIELD_OF_VIEW: Final = np.radians(55.0)
+"""Vertical opening of Rerun's eye."""
+
+ASPECT: Final = 1.5
+"""Width of the overview over its height; a wider one shows more to the sides."""
+
+MARGIN: Final = 1.12
+"""Room around what the overview shows, for words and pins at the rim."""
+
+TURNED_DEG: Final = 14.0
+RAISED_DEG: Final = 22.0
+"""How far the overview stands aside of the user, and above the horizon."""
+
+
+@dataclass(frozen=True)
+class Eye:
+    """A camera: where it stands and the point it looks at, world metres."""
+
+    position: tuple[float, float, float]
+    target: tuple[float, float, float]
+
+
+def across(along: FloatArray, user: FloatArray) -> FloatArray:
+    """The unit direction to look from: across a gap, or ``along`` the surfaces that meet, from the ``user``'s side.
+
+    ``along`` is from one body to the other, of any length; 0: unknown.
+    """
+    step = along / max(float(np.linalg.norm(along)), 1e-12)
+    azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
+    flat, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
+    choices = np.stack([flat * np.sin(azimuth), up, flat * np.cos(azimuth)], axis=1)
+    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user)))]
+    return chosen
+
+
+def eye_before(target: FloatArray, away: FloatArray) -> Eye:
+    """An eye that looks at a point (3,) from ``away`` of it, metres."""
+    return Eye(vector_of(target + away), vector_of(target))
+
+
+def placed(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
+    """Points (n, 3) of a body where it stands in a frame, world metres."""
+    return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
+
+
+def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[float]) -> FloatArray:
+    """Horizontal unit direction from a point to the user's head; +Z, towards the user of a fresh frame, if unknown."""
+    for column, body in enumerate(assembly.bodies):
+        if "headset" in tags_of(body.name, scene) and assembly.motion.valid[frame, column]:
+            away = assembly.motion.translations[frame, column] - np.asarray(point)
+            length = float(np.hypot(away[0], away[2]))
+            if length > 0.05:
+                return np.array([away[0] / length, 0.0, away[2] / length])
+    return np.array([0.0, 0.0, 1.0])
+
+
+def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, aspect: float = ASPECT) -> Eye:
+    """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above.
+
+    ``aspect``: width of the view over its height.
+    """
+    if not len(points):
+        # Hours of poses need not be held to frame a bench.
+        some = slice(None, None, len(assembly.motion) // 10_000 or 1)
+        points = assembly.motion.translations[some][assembly.motion.valid[some]]
+    if not len(points):
+        points = np.zeros((1, 3))
+    side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
+    # A turn aside shows depth: straight from the user's eye, hands and rims line up.
+    azimuth, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
+    cos, sin = np.cos(azimuth), np.sin(azimuth)
+    aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
+    axes = axes_of(aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
+    local = points @ axes
+    centre = (local.min(axis=0) + local.max(axis=0)) / 2
+    right, up, depth = (local - centre).T
+    slope = np.tan(FIELD_OF_VIEW / 2)
+    reach = np.maximum(np.abs(up) / slope, np.abs(right) / (slope * aspect))
+    distance = max(0.2, float(np.max(depth + reach * MARGIN)))
+    return eye_before(axes @ centre, distance * axes[:, 2])
+
+
+def look_rotation(eye: Eye) -> FloatArray:
+    """Rotation of a camera whose axes are right, up and back, (3, 3) column convention."""
+    return axes_of(np.subtract(eye.position, eye.target))
+
+
+def axes_of(away: FloatArray) -> FloatArray:
+    """Axes right, up and back as columns (3, 3) of an eye in the direction ``away``, of any length."""
+    back = away / np.linalg.norm(away)
+    right = np.cross([0.0, 1.0, 0.0], back)
+    right = right / np.linalg.norm(right)
+    return np.stack([right, np.cross(back, right), back], axis=1)

@@ -1,0 +1,55 @@
+"""Colliders to ship, as tables: before and after, the front, a report card a body."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from replay import words
+from replay.advice.pareto import count_words
+from replay.base.shown import plural
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.pipeline.answer import TIMES_ARE
+
+Row = Mapping[str, Any]
+
+
+def _share(fraction: float | None) -> Cell:
+    return "-" if fraction is None else Marked(words.share(fraction), INVENTED if fraction else "")
+
+
+COLUMNS: Final = columns_of(
+    "show/fix_table.toml",
+    {
+        "row_of": lambda row: row,
+        "loss": words.loss_number,
+        "missed_range": lambda row: Marked(count_words(row, "missed"), IN_RED if row["missed"] else ""),
+        "late_range": lambda row: Marked(count_words(row, "late"), PARTLY if row["late"] else ""),
+        "share": _share,
+        "plain_share": lambda fraction: "-" if fraction is None else words.share(fraction),
+        "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
+        "millimetres": lambda length: "-" if length is None else words.millimetres(length / 1e3),
+    },
+)
+
+
+def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float) -> Table:
+    """A hull a body, and the pieces, as ``run`` counts them."""
+    rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
+    title = f"{plural(contacts, 'contact')}, colliders at {words.number(step_hz)} steps a second"
+    return Table.of(COLUMNS["before_after"], rows, title, (TIMES_ARE,))
+
+
+def front_table(front: Iterable[Row]) -> Table:
+    """The choices that nothing with as few pieces beats."""
+    return Table.of(COLUMNS["front"], front, "Pieces against loss, of all choices that were tried")
+
+
+def card_table(bodies: Iterable[Row]) -> Table:
+    """Returns a row for the hull of a body, its pieces where it was cut, and each other collider that was measured."""
+    rows = []
+    for body in bodies:
+        rows.append({"body": body["body"], "collider": "hull", **body["before"]})
+        if body["after"]["pieces"] > 1:
+            rows.append({"body": "", "collider": body["how"], **body["after"]})
+        rows += [{"body": "", "collider": card["how"], **card} for card in body["others"]]
+    note = "False and missed contact of a body are counted with every other body as its own mesh, at every frame."
+    return Table.of(COLUMNS["cards"], rows, "Report card of each collider", (note,))

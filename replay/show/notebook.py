@@ -1,0 +1,114 @@
+"""A run in a notebook and at a Python prompt: the ranking, the answer, charts, and where the picture is."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from html import escape
+from shlex import quote
+from textwrap import wrap
+from typing import Final
+
+from replay.base.shown import plural
+from replay.base.tables import text_of
+from replay.errors import AuditError
+from replay.pipeline.answer import RUN, SESSION
+from replay.pipeline.headline import price, undecided
+from replay.pipeline.run_result import RunResult
+from replay.show.report.first_screen import comparison_of
+from replay.show.report.markup import filled
+from replay.show.report.page import view_of
+from replay.show.run_tables import ranking_table
+from replay.words import duration
+
+MOST_LINES: Final = 15
+"""Lines of a ``repr`` at most."""
+
+MOST_DETECTORS: Final = 6
+"""Rows of the ranking in a ``repr``."""
+
+MOST_WRAPPED: Final = 4
+"""Lines of a sentence."""
+
+FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
+"""Files of a run folder that are linked."""
+
+WIDTH: Final = 100
+PLOT_HEIGHT: Final = 420
+
+
+def run_text(result: RunResult) -> str:
+    """A run in at most fifteen lines: what was replayed, the ranking, the answer, where it was written."""
+    lines = [_what(result)]
+    if result.ranking:
+        made = ranking_table(result).narrow()
+        made = made.only("detector", *made.values().head)
+        cells = [made.head] + [[text_of(cell) for cell in row] for row in made.cells()]
+        kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
+        widths = [max(len(row[k]) for row in kept) for k in range(len(made.head))]
+        lines += [_row(row, widths) for row in kept]
+        lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
+        lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []
+    else:
+        lines += [
+            f"{label}: {plural(len(contacts), 'contact')}"
+            for label, contacts in list(result.episodes.items())[:MOST_DETECTORS]
+        ]
+    lines.append(_where(result))
+    return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
+
+
+def run_html(result: RunResult) -> str:
+    """The ranking as a table, the answer below it, and a link to the report and to the picture."""
+    files = [name for name in FILES if result.out and (result.out / name).is_file()]
+    return filled(
+        "show/notebook.html", what=_what(result), where=_where(result),
+        # Its note about a busy machine stands in the cost.
+        ranking=replace(ranking_table(result), notes=()) if result.ranking else None, undecided=undecided(result),
+        answer=result.answers[0] if result.answers else None, price=price(result),
+        command_of=partial(_command, result=result),
+        links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A part of the report that a notebook shows; ``page`` is HTML that can be written to a file."""
+
+    page: str
+
+    def _repr_html_(self) -> str:
+        # A frame of its own: neither page has the styles of the other.
+        return f'<iframe srcdoc="{escape(self.page)}" style="width:100%;height:{PLOT_HEIGHT}px;border:0"></iframe>'
+
+
+def run_plot(result: RunResult) -> Plot:
+    """Ranking, accuracy against cost and the timeline of all detectors; ``AuditError``: nothing was compared."""
+    if not result.ranking:
+        raise AuditError(
+            "nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)"
+        )
+    return Plot(filled("show/plot.html", comparison=comparison_of(view_of(result))))
+
+
+def _what(result: RunResult) -> str:
+    motion = result.assembly.motion
+    seconds = float(motion.times[-1] - motion.times[0]) if len(motion) else 0.0
+    bodies = plural(len(result.assembly.bodies), "body", "bodies")
+    pairs = plural(len(result.assembly.pairs), "pair")
+    origin = f" of {result.session.origin}" if result.session.origin else ""
+    return f"Run{origin}: {len(motion):,} frames in {duration(seconds)}, {bodies}, {pairs}"
+
+
+def _where(result: RunResult) -> str:
+    if result.out is None:
+        return "Nothing was written: .write(folder) writes report, tables and picture; .plot() and .view() show it."
+    return f"Written to {result.out}; .plot() and .view() show it here."
+
+
+def _command(command: str, result: RunResult) -> str:
+    recording, folder = result.session.origin or SESSION, str(result.out or RUN)
+    return command.replace(SESSION, quote(recording)).replace(RUN, quote(folder))
+
+
+def _row(cells: list[str], widths: list[int]) -> str:
+    first, *others = zip(cells, widths, strict=True)
+    return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])

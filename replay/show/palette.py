@@ -1,0 +1,115 @@
+"""Every colour of terminal, page and picture, once: one red means *missed* and nothing else; silence has no colour.
+
+Red, yellow and blue differ in lightness too, so that they stay apart for readers who see hues differently. What a body
+looks like follows from its tags: glass is translucent, hands never hide a contact.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Final
+
+from cdcore import Verdict
+from replay.auditing.outcome import Outcome
+from replay.base.tables import data_of
+from replay.show.words import OUTCOME_WORDS
+from sessions.model.scene import Scene
+
+Rgba = tuple[int, int, int, int]
+
+
+def hex_of(colour: Rgba) -> str:
+    """``#rrggbb``, without alpha."""
+    return "#{:02x}{:02x}{:02x}".format(*colour[:3])
+
+
+PAPER: Final[Rgba] = (255, 255, 255, 255)
+
+MISSED: Final[Rgba] = (255, 45, 85, 255)
+"""The one red. Nothing that is not missed may wear it; its shades below are made from it."""
+
+MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
+"""A veil over faces: the curve of intersection stays visible through it."""
+
+INVENTED: Final[Rgba] = (255, 204, 0, 255)
+FOUND: Final[Rgba] = (58, 122, 168, 255)
+"""Contact that both detectors report."""
+
+WITHIN_TOLERANCE: Final[Rgba] = (96, 100, 108, 255)
+BETWEEN_FRAMES: Final[Rgba] = (126, 104, 176, 255)
+HELD: Final[Rgba] = (58, 110, 96, 255)
+"""Contact of a hand with what it holds: no news."""
+
+FREE: Final[Rgba] = (255, 255, 255, 255)
+"""A body that touches nothing, while a detector says that it does."""
+
+FAINT: Final[Rgba] = (40, 42, 48, 255)
+"""For what was not decided: visible, but weaker than all other colours."""
+
+WHITE: Final[Rgba] = (235, 235, 240, 255)
+BACKGROUND: Final[Rgba] = (17, 20, 26, 255)
+BUDGET: Final[Rgba] = (150, 152, 160, 255)
+TICKS: Final[Rgba] = (190, 194, 200, 255)
+
+SERIES: Final[tuple[Rgba, ...]] = (
+    (86, 180, 233, 255),
+    (245, 146, 62, 255),
+    (61, 201, 123, 255),
+    (190, 148, 230, 255),
+    (222, 210, 160, 255),
+    (140, 160, 175, 255),
+)
+"""Colours of detectors in plots, in order; none of them is near the red or the yellow."""
+
+Looks = Mapping[int, tuple[str, Rgba]]
+"""State of a lane -> its word and colour; a state without a row is a gap."""
+
+OUTCOMES: Final[Looks] = {
+    outcome: (OUTCOME_WORDS[outcome], colour)
+    for outcome, colour in {
+        Outcome.BOTH: FOUND, Outcome.MISSED: MISSED, Outcome.INVENTED: INVENTED,
+        Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES, Outcome.LEFT_OUT: FAINT,
+        Outcome.HELD: HELD,
+    }.items()
+}  # fmt: skip
+"""States of an audit lane."""
+
+VERDICTS: Final[Looks] = {
+    verdict: (verdict.name, colour)
+    for verdict, colour in {
+        Verdict.CONTACT: FOUND, Verdict.CONTAINED: (38, 150, 150, 255), Verdict.CANDIDATE: (112, 132, 150, 255),
+        Verdict.NOT_FOUND: FAINT, Verdict.UNRESOLVED: (150, 110, 60, 255), Verdict.INVALID: (120, 90, 60, 255),
+        Verdict.NO_POSE: FAINT,
+    }.items()
+}  # fmt: skip
+"""States of a detector lane, in words of the glossary; CLEAR is a gap."""
+
+BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in data_of("show/palette.toml").items()}
+
+_DEFAULT: Final[Rgba] = (168, 164, 156, 255)
+
+
+_SEE_THROUGH: Final = 110
+"""Alpha, at most, of a body that stands before the point of a picture."""
+
+GROUND: Final = frozenset({"bench", "table", "furniture"})
+"""Tags of what stays solid."""
+
+
+def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
+    """Tags of a body as declared; for a body that declares none, the words of its name."""
+    declared = scene.body(body)
+    if declared is not None and declared.tags:
+        return declared.tags
+    tokens = [word for word in re.split(r"[^a-z]+", body.lower()) if word]
+    return tuple(tokens)
+
+
+def albedo(tags: tuple[str, ...]) -> Rgba:
+    """Colour and translucency of a body with these tags."""
+    return next((colour for tag, colour in BY_TAG.items() if tag in tags), _DEFAULT)
+
+
+def see_through(tags: tuple[str, ...]) -> Rgba:
+    """The same, such that one can look through the body; the ground stays solid."""
+    colour = albedo(tags)
+    return (*colour[:3], min(colour[3], _SEE_THROUGH)) if GROUND.isdisjoint(tags) else colour

@@ -1,0 +1,87 @@
+"""Data of the charts of a page: corners of plots, and events with their times."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.show.plots import Point, ticks_of
+from replay.words import number
+
+Span = tuple[float, float]
+"""Seconds from start to end."""
+
+KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
+"""Kinds of stretches in a lane, in the order in which they are painted."""
+
+KIND_WORDS: Final = {
+    "reference": "reference", "contact": "contact", "right": "right", "missed": "missed",
+    "late": "late or cut short", "false": "false",
+}  # fmt: skip
+
+NEIGHBOURS: Final = 2000
+"""Stretches nearer to each other than this part of a lane are painted as one."""
+
+
+def path_of(corners: Sequence[Point]) -> str:
+    """Corners as a path; what lies between two of its height adds nothing."""
+    points = [(f"{x:.1f}", f"{y:.1f}") for x, y in corners]
+    bends = [
+        point
+        for at, point in enumerate(points)
+        if not 0 < at < len(points) - 1 or {points[at - 1][1], points[at + 1][1]} != {point[1]}
+    ]
+    return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in bends))}"
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Stretches on one line, as long as a window: kind and path of each, and words for those who cannot see it."""
+
+    words: str
+    length: float
+    paths: list[tuple[str, str]]
+
+
+def lane(spans: Mapping[str, Iterable[Span]], window: Span, label: str, mark: float | None = None) -> Lane:
+    """Stretches of each kind on one line, and a mark at the moment of the picture.
+
+    A stretch that is too short to be seen is a line of fixed width.
+    """
+    start, end = window
+    whole = max(end - start, 1e-6)
+    paths = []
+    for kind in KINDS:
+        intervals = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
+        if intervals:
+            boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)
+            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < whole / 300)
+            paths += [(kind, boxes), (f"{kind} tick", ticks)]
+    if mark is not None:
+        paths.append(("now", f"M{mark - start:.3f} 0V20"))
+    return Lane(label, whole, paths)
+
+
+def _joined(spans: Iterable[Span], window: Span, gap: float) -> Iterator[Span]:
+    """Sorted stretches within a window, those joined that are hardly apart."""
+    before: Span | None = None
+    for start, end in sorted(spans):
+        start, end = max(start, window[0]), min(end, window[1])
+        if end <= start:
+            continue
+        if before is not None and start - before[1] <= gap:
+            before = before[0], max(before[1], end)
+            continue
+        if before is not None:
+            yield before
+        before = start, end
+    if before is not None:
+        yield before
+
+
+def ruler(start: float, end: float) -> list[tuple[float, str]]:
+    """Seconds below a lane: where, in percent of it, and in words."""
+    length = max(end - start, 1e-6)
+    ticks = [tick for tick in ticks_of(length, 6) if tick < 0.94 * length]
+    marks = [(tick, number(start + tick, 4)) for tick in ticks]
+    marks.append((length, f"{end:.0f} s" if length > 20 else f"{number(end, 4)} s"))
+    return [(100 * at / length, name) for at, name in marks]

@@ -1,0 +1,155 @@
+"""Faults on the page of a run: which come first, and the text of their cards."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.auditing.fault import Cause, Fault
+from replay.base.shown import plural
+from replay.pipeline.sentences import sentence_of
+from replay.show.report.charts import KIND_WORDS, Lane, lane
+from replay.show.report.markup import moment_address
+from replay.show.report.run_view import Pair, RunView, lane_kind, spans
+from replay.show.report.still import CARD, FIRST
+
+AROUND: Final = 0.35
+"""Fraction of a fault that its lane shows before and after it."""
+
+LEAST_AROUND: Final = 0.1
+"""Seconds."""
+
+LONG: Final = 10.0
+"""Seconds; moments of a shorter session need milliseconds."""
+
+MOST_PAIRS: Final = 6
+"""Cards of a detector; further pairs are folded."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """A fault as text; picture and lanes where it has a card of its own.
+
+    Parameters
+    ----------
+    key : kind of a lane, which has a colour: ``missed``, ``late`` or ``false``.
+    title : what and which number: ``Miss 2``.
+    bodies : ``a and b``.
+    span : ``19.344 to 22.056 s``.
+    picture, colours : picture as HTML, and its colours in words.
+    lanes : name and lane of the reference and of the detector around the fault.
+    """
+
+    key: str
+    title: str
+    bodies: str
+    span: str
+    start: float
+    frames: int
+    kind: str
+    why: str
+    address: str
+    command: str
+    picture: str = ""
+    colours: str = ""
+    lanes: Sequence[tuple[str, Lane]] = ()
+
+
+def cards(view: RunView, label: str) -> list[list[Card]]:
+    """Return the faults of each pair, the longest first; before all else the fault that the answer is about."""
+    moment = next(answer.moment for answer in view.answers if answer.label == label)
+    key = None if moment is None else (moment.kind, moment.number)
+    groups: dict[Pair, list[Card]] = {}
+    order = sorted(
+        view.faults.get(label, ()),
+        key=lambda fault: (
+            (fault.kind.category, fault.number) == key,
+            key is not None and fault.kind.category == key[0],
+            fault.frames,
+            -fault.number,
+        ),
+        reverse=True,
+    )
+    for fault in order:
+        group = groups.setdefault(fault.bodies, [])
+        group.append(card(view, fault, whole=not group and len(groups) <= MOST_PAIRS))
+    return [*groups.values()]
+
+
+def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False) -> Card:
+    """Return a fault as text; ``whole``: with picture and lanes; ``first``: with the large picture of a page."""
+    leads = fault.detector == next(iter(view.document.audit))
+    unconfirmed = fault.cause is Cause.BOUNDING_VOLUMES
+    name = "Miss" if fault.kind.is_miss else "Unconfirmed contact" if unconfirmed else "False contact"
+    noise = f" With tracker noise: {fault.noise}." if fault.noise else ""
+    by = f" --by {fault.detector}" if len(view.answers) > 1 else ""
+    picture, colours = "", ""
+    if whole and view.still is not None:
+        picture, colours = view.still(fault.detector, fault, FIRST if first else CARD)
+    return Card(
+        key=lane_kind(fault.kind),
+        title=f"{name} {fault.number}",
+        bodies=" and ".join(fault.bodies),
+        span=f"{fault.start:.3f} to {fault.end:.3f} s",
+        start=fault.start,
+        frames=fault.frames,
+        kind=fault.kind.value,
+        why=f"{fault.why or fault.cause}{noise}",
+        address=moment_address(fault.kind.category.value, fault.number, "" if leads else fault.detector),
+        command=f"replay view {view.folder} --{fault.kind.category} {fault.number}{by}",
+        picture=picture,
+        colours=colours,
+        lanes=_lanes(view, fault) if whole and not first else (),
+    )
+
+
+def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
+    """The reference above the detector, around a fault of one pair."""
+    around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
+    window = fault.start - around, fault.end + around
+    return [
+        (name, lane(spans(view, name, fault.bodies), window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s"))
+        for name in (view.oracle, fault.detector)
+    ]
+
+
+@dataclass(frozen=True)
+class FirstFault:
+    """The fault that the first answer of a page is about: its card, and where it stands among all of its kind."""
+
+    card: Card
+    where: str
+
+
+def first_fault(view: RunView) -> FirstFault | None:
+    """Return the fault that the first answer of a page is about; ``None``: it is about none."""
+    answer = view.answers[0]
+    if answer.moment is None:
+        return None
+    key = answer.moment.kind, answer.moment.number
+    every = [fault for fault in view.faults[answer.label] if fault.kind.category == key[0]]
+    fault = next((fault for fault in every if fault.number == key[1]), None)
+    if fault is None:
+        return None
+    main, alike = card(view, fault, first=True), [other for other in every if other.bodies == fault.bodies]
+    digits = 1 if view.document.session.duration >= LONG else 3
+    start, end = min(other.start for other in alike), max(other.end for other in alike)
+    what, pair = main.title.rpartition(" ")[0].lower(), sentence_of(main.bodies)
+    if len(every) == 1:
+        return FirstFault(main, f"{pair}, {start:.{digits}f} s: the only {what}.")
+    total = f"{len(every)} missed, late or cut short" if fault.kind.is_miss else plural(len(every), what)
+    return FirstFault(main, f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {total}.")
+
+
+def fault_counts(view: RunView, label: str) -> str:
+    """Return how many faults of each kind a detector has."""
+    faults = view.faults.get(label, ())
+    count = Counter(lane_kind(fault.kind) for fault in faults)
+    confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
+    counts = []
+    if count["false"]:
+        counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
+    counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
+    over = next(rank for rank in view.ranking if rank.label == label).phases
+    at = ", at the sampling offset nearest the mean" if over > 1 else ""
+    return f"{', '.join(counts)}{at}."

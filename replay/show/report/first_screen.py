@@ -1,0 +1,120 @@
+"""The first screen of a report: what is wrong, why, what mends it and what that costs, a picture, and all detectors."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from replay.base.shown import plural
+from replay.base.tables import text_of
+from replay.pipeline.headline import undecided
+from replay.pipeline.ranking import Rank
+from replay.show.accuracy import accuracy_plot, run_dots
+from replay.show.plots import SIZE, Plot
+from replay.show.report.charts import KIND_WORDS, Lane, lane, ruler
+from replay.show.report.run_view import RunView, spans
+from replay.show.run_tables import happened, ranking_table
+from replay.words import duration
+
+MOST_LANES: Final = 6
+"""Detectors with a lane on the first screen; further ones are folded."""
+
+
+def page_facts(view: RunView) -> str:
+    """How long a session is, how many contacts it has, and whether it was made up."""
+    session = view.document.session
+    facts = [duration(session.duration)]
+    if view.ranking and _compared(view):
+        facts.append(plural(view.ranking[-1].contacts, "contact"))
+    if "synthetic" in session.facts:
+        facts.append("made up")
+    return ", ".join(facts)
+
+
+def _compared(view: RunView) -> bool:
+    """Whether anything was decided by both, of any detector."""
+    return any(audit.undecided.value != 1 for audit in view.document.audit.values())
+
+
+@dataclass(frozen=True)
+class RankRow:
+    """A row of the ranking: the class of the worst detector, its worst column, and cells as (column, words)."""
+
+    rank: Rank
+    leads: str
+    bad: str
+    cells: list[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """A lane for each detector: its label, what stands beside it, and the lane."""
+
+    lanes: list[tuple[str, str, Lane]]
+    legend: list[tuple[str, str]]
+    ticks: list[tuple[float, str]]
+    most: int = MOST_LANES
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All detectors, as ``detectors.html`` shows them."""
+
+    title: str
+    head: list[str]
+    ranking: list[RankRow]
+    notes: list[str]
+    scatter: Plot | None
+    timeline: Timeline
+
+
+def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
+    """Ranking, scatter and timeline; ``mark``: the second of the picture."""
+    table = ranking_table(view).narrow().values()
+    rows = []
+    for rank, cells in zip(view.ranking, table.cells(), strict=True):
+        cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
+        leads = bad = ""
+        if rank is view.ranking[0] and rank.loss:
+            leads = _leads(rank)
+            bad = (
+                "false contact"
+                if rank.leads_false
+                else "missed"
+                if rank.missed_counts and rank.missed_counts[1]
+                else ""
+            )
+        # The reference has no faults: one wide cell stands for them.
+        first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
+        rows.append(RankRow(rank, leads, bad, cell_texts[first:]))
+    title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
+    if not _compared(view):
+        title = "Nothing was compared."
+    return Comparison(title, table.head, rows, undecided(view), _scatter(view), _timeline(view, mark))
+
+
+def _leads(rank: Rank) -> str:
+    return "false" if rank.leads_false else "missed"
+
+
+def _scatter(view: RunView) -> Plot | None:
+    """The losses of the ranking against the mean time of a frame."""
+    dots = run_dots(view)
+    return accuracy_plot(dots, SIZE) if dots else None
+
+
+def _timeline(view: RunView, mark: float | None) -> Timeline:
+    """A lane for each detector, the reference on top."""
+    named = [(label, "") for label in view.contacts]
+    if view.oracle:
+        named = [(view.oracle, " (reference)"), *((rank.label, f": {rank.what}") for rank in view.ranking[:-1])]
+    start = float(view.document.window.start or 0.0)
+    window = start, start + float(view.document.session.duration)
+    lanes, kinds = [], set[str]()
+    for label, what in named:
+        intervals_of_kind = {kind: intervals for kind, intervals in spans(view, label).items() if intervals}
+        kinds |= intervals_of_kind.keys()
+        counts = ", ".join(f"{len(intervals)} {KIND_WORDS[kind]}" for kind, intervals in intervals_of_kind.items())
+        lanes.append((label, what, lane(intervals_of_kind, window, f"{label}: {counts or 'no contact'}", mark)))
+    legend = [(kind, kind_label) for kind, kind_label in KIND_WORDS.items() if kind in kinds]
+    if mark is not None:
+        legend.append(("now", "the picture"))
+    return Timeline(lanes, legend, ruler(*window))

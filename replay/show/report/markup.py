@@ -1,0 +1,66 @@
+"""Pages are templates beside their modules, filled in so that every word from outside is text: a body may be called
+``<script>``."""
+
+import re
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Final
+
+from replay.base.shown import plural, shown
+from replay.show.report.charts import path_of
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+"""What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
+
+FIGURE_IN_WORDS: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?))")
+"""The figure that a sentence is about."""
+
+
+def filled(template: str, **values: object) -> str:
+    """A template of this package, ``show/report/run.html``, with these values."""
+    return environment().get_template(template).render(values)
+
+
+def file_text(name: str) -> str:
+    """A file of this package."""
+    return files("replay").joinpath(name).read_text(encoding="utf-8")
+
+
+@cache
+def environment() -> "Environment":
+    """How templates are read: values are escaped but in Markdown, and a value that is not there is an error."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+    from markupsafe import Markup
+
+    made = Environment(
+        loader=FunctionLoader(file_text), undefined=StrictUndefined, finalize=_readable, trim_blocks=True,
+        lstrip_blocks=True, autoescape=lambda name: not (name or "").endswith(".md"),
+    )  # fmt: skip
+    made.globals["allowed"] = Markup(ALLOWED)
+    made.filters |= {"address": address_of, "figure": parts_of, "path": path_of, "plural": plural}
+    return made
+
+
+def _readable(value: object) -> object:
+    if hasattr(value, "__html__"):
+        return value
+    return "" if value is None else shown(str(value), lines=True)
+
+
+def parts_of(sentence: str) -> tuple[str, str, str]:
+    """Splits a sentence at its first figure: text before, figure, text after."""
+    before, figure, after = [*FIGURE_IN_WORDS.split(sentence, 1), "", ""][:3]
+    return before, figure, after
+
+
+def moment_address(kind: str, number: int, by: str = "") -> str:
+    """Address on the page of a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    return f"{kind}={number}" + (f"&by={by}" if by else "")
+
+
+def address_of(text: str) -> str:
+    """Words as the part of an address."""
+    return re.sub(r"\W+", "-", text.lower()).strip("-")

@@ -1,0 +1,104 @@
+"""``report.html``: what was missed, where and at what price, on one self-contained page."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from replay.base.constants import CAVEAT
+from replay.effects.effect_summary import titration_curves
+from replay.pipeline.answer import TIMES_ARE, busy_text, cost
+from replay.pipeline.headline import beside, undecided
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import MOST_CARDS
+from replay.show.plots import Plot, curve
+from replay.show.report.fault_cards import MOST_PAIRS, cards, fault_counts, first_fault
+from replay.show.report.first_screen import comparison_of, page_facts
+from replay.show.report.markup import filled
+from replay.show.report.run_view import Hero, RunView, session_names
+from replay.show.report.sections import GLOSSARY, effect_parts, folds
+from replay.show.report.still import fault_still
+from replay.show.report.tradeoff import tradeoff_values
+from replay.show.run_tables import contact_table
+
+WARMED = ("warmest", "coldest", "heated", "boil")
+"""Names of events that tell of a temperature."""
+
+
+def write_report(result: RunResult, path: Path) -> None:
+    """Write the page of a run; the same result gives the same bytes."""
+    path.write_text(report_html(result), encoding="utf-8", newline="\n")
+
+
+def report_html(result: RunResult) -> str:
+    """The page as text."""
+    notes = beside(result)[len(undecided(result)) :]
+    audited = result.comparisons or not result.detections
+    return page_of(
+        view_of(result), notes, curves=[*_temperatures(result), *_titrations(result)],
+        tradeoff=None if result.tradeoff is None else tradeoff_values(result.tradeoff),
+        contacts=[] if audited else [contact_table(result, label) for label in result.episodes],
+    )  # fmt: skip
+
+
+def page_of(
+    view: RunView, notes: Sequence[str], template: str = "show/report/run.html", *, curves: Sequence[Plot] = (),
+    **more: object,
+) -> str:  # fmt: skip
+    """The page of a run.
+
+    ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``more``: what other
+    settings cost, contacts that nobody audited.
+    """
+    first = None if view.hero else view.answers[0]
+    faults = [(answer, cards(view, answer.label)) for answer in view.answers]
+    values = {
+        "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
+        "first": None if first is None else first_fault(view),
+        "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
+        "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
+        "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
+        "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
+        "effects": effect_parts(view, curves), "folds": list(folds(view)), "glossary": GLOSSARY,
+        "tradeoff": None, "contacts": (),
+    }  # fmt: skip
+    return filled(template, **values | more)
+
+
+def view_of(result: RunResult) -> RunView:
+    """A run in memory, its faults with a picture each."""
+    return RunView(
+        run=result,
+        rows=lambda name: result.tables[name].plain(),
+        name=session_names(result.document)[0],
+        asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
+        folder="RUN" if result.out is None else ".",
+        faults={label: [*result.false[label], *result.misses[label]] for label in result.comparisons},
+        still=partial(fault_still, result),
+    )
+
+
+def _temperatures(result: RunResult) -> Iterator[Plot]:
+    """The temperature over time of each body of which an effect tells that it became warmer or colder."""
+    for run in result.effects.values():
+        warmed = {body for event in run.events if event.name in WARMED for body in event.bodies}
+        for name, celsius in run.series.items():
+            body = name.removesuffix("/temperature")
+            if body != name and body in warmed:
+                points = np.stack([celsius.times, celsius.values], axis=1).tolist()
+                lowest, highest = float(celsius.values.min()), float(celsius.values.max())
+                text = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
+                yield curve(points, (), text, "seconds", "degC", lowest)
+
+
+def _titrations(result: RunResult) -> Iterator[Plot]:
+    """The pH of each vessel that was titrated over what came in, with a line at each end point."""
+    for vessel, (added, ph, ends) in titration_curves(result.effects).items():
+        title = f"The pH in {vessel} over what came in"
+        if ends:
+            points = " and ".join(f"{end:.2f}" for end in ends)
+            lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
+            title += f"; the {lines}, {points} mL"
+        points_of = np.stack([added, ph], axis=1).tolist()
+        yield curve(points_of, ends, f"{title}.", "came in, mL", "pH")

@@ -1,0 +1,145 @@
+"""Sections below the first screen: faults as cards, events of effects, and folded details."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from msgspec.structs import asdict
+
+from replay import words
+from replay.auditing.loss import LOSS_MEANING
+from replay.base.shown import plural
+from replay.base.tables import Table, table
+from replay.document.run_document import RunDocument
+from replay.document.session import SessionRecord
+from replay.effects.effect_summary import EVENT_ROWS
+from replay.show import run_tables
+from replay.show.plots import Plot
+from replay.show.report.run_view import RunView, findings_of
+from replay.show.run_tables import RANKING, effect_table
+from replay.show.words import NOTHING_SUSPICIOUS
+from sessions.mcap.metadata import NOT_STATED
+
+Part = Table | Plot | str
+Fold = tuple[str, Sequence[Part]]
+"""Parts below a line that opens them."""
+
+MOST_FINDINGS: Final = 200
+"""Findings listed; ``summary.json`` holds them all."""
+
+FRAME_WORDS: Final = (
+    "A pair-frame is one pair of bodies in one frame. Missed: the reference says contact, the detector does not; "
+    "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
+)
+GLOSSARY: Final = {
+    **{column.name: column.meaning for column in RANKING if not (column.wide or column.names_row)},
+    "loss": LOSS_MEANING,
+    "reference": "the detector that the others are compared with",
+    "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
+}
+
+
+def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
+    """Section of events of effects and of effects not run; ``None`` if the run has no effects."""
+    planned, effects, events = view.document.plan, view.document.effects, view.events
+    if not effects:
+        return None
+    rows = [
+        (event["source"], event["name"], event["message"], f"{event['time']:.3f}", _seconds(event["end_time"]))
+        for event in events[:EVENT_ROWS]
+    ]
+    more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
+    event_table = table(
+        f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3
+    )
+    contents: list[Part] = [*curves, effect_table(view), event_table]
+    if planned.not_run:
+        contents.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
+    if not planned.detection:
+        contents.append("No collision query was made.")
+    return f"{plural(len(effects), 'effect')}, {plural(len(events), 'event')}", contents
+
+
+def _seconds(end: float | None) -> str:
+    return "" if end is None else f"{end:.3f}"
+
+
+def folds(view: RunView) -> Iterator[Fold]:
+    """Everything that few read, each below a line that says what it is."""
+    document = view.document
+    session = document.session
+    rate = f", {words.rate(1.0 / session.median_step)}" if session.median_step else ""
+    bodies = plural(len(session.bodies), "body", "bodies")
+    frames = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
+    yield (f"Recording: {frames}, {bodies}", [_fact_table(session)])
+    yield (trust(document), finding_parts(document))
+    audited = [rank.label for rank in view.ranking[:-1]]
+    if audited:
+        yield ("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
+        counts = run_tables.pair_frame_table("Pair-frames", document.audit)
+        yield ("Counts with intervals", [FRAME_WORDS, counts])
+    if document.detectors:
+        yield ("Time of each detector", [run_tables.cost_table(view)])
+    yield ("Settings, to get the same figures again", [_settings_table(document)])
+
+
+def _fact_table(session: SessionRecord) -> Table:
+    """Table of facts about the recording and of frames and bodies left out."""
+    dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
+    proxies = [name for name, body in session.bodies.items() if body.proxy]
+    rows: list[tuple[str, object]] = [
+        ("session", session.id),
+        ("bodies", ", ".join(f"{name} ({body.faces:,} faces)" for name, body in session.bodies.items())),
+    ]
+    if proxies:
+        rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
+    if session.left_out:
+        rows.append(("not looked at", f"no mesh: {', '.join(session.left_out)}"))
+    if dropped:
+        rows.append(("frames left out", ", ".join(dropped)))
+    rows += [("note", note) for note in session.notes]
+    rows += [(row.subject, row.sentence) for row in session.assumptions]
+    rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
+    if withheld := session.facts_withheld:
+        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
+    return table("Facts of the session", ("what", "value"), rows, words=2)
+
+
+def trust(document: RunDocument) -> str:
+    """Sentence with the numbers of errors and warnings, and their meaning for verdicts."""
+    count = Counter(finding.severity for finding in document.findings)
+    bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
+    flagged = ": verdicts on these spans carry a flag" if document.detectors else ""
+    return f"{' and '.join(bad)} about the recording{flagged}" if bad else NOTHING_SUSPICIOUS
+
+
+def finding_parts(document: RunDocument) -> list[Part]:
+    """Tables of findings, worst first, and of their repair by the policy."""
+    contents: list[Part] = []
+    if findings := findings_of(document):
+        contents.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
+    sums: dict[tuple[str, str, str], Counter[str]] = {}
+    for span in document.flagged:
+        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
+        count.update({"spans": 1} | {name: getattr(span, name) for name in DONE})
+    if sums:
+        head = ("kind", "body", "policy", "spans", *DONE)
+        rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
+        contents.append(table("Treatment of doubtful poses", head, rows, words=3))
+    return contents
+
+
+DONE: Final = ("samples", "dropped", "held", "interpolated")
+
+
+def _settings_table(document: RunDocument) -> Table:
+    """Settings, digests and machine: what it takes to get the same figures again."""
+    rows: list[tuple[object, object]] = [("session", document.session.id), ("seed", document.seed)]
+    for label, detector in document.detectors.items():
+        settings = json.dumps(detector.settings, sort_keys=True)
+        rows.append((label, f"{detector.name} {settings}, verdicts SHA-256 {detector.digest}"))
+    rows += document.machine.items()
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in document.versions.items())))
+    return table("Settings, digests and machine", ("what", "value"), rows, words=2)

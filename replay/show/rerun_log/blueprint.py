@@ -1,0 +1,291 @@
+"""The layout, tab by tab, as the screen shows it: titles that say something, nothing on screen that is not data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+
+from cdcore.bounding.bounding_sphere import Sphere
+from replay.pipeline.run_result import RunResult
+from replay.show.camera import Eye
+from replay.show.palette import BACKGROUND, tags_of
+from replay.show.rerun_log import timing
+from replay.show.rerun_log.close_up import EYE, PINS, SPACE
+from replay.show.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
+from replay.show.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
+from replay.show.rerun_log.lanes import pair_lanes, session_lanes
+from replay.show.rerun_log.moments import LISTS, Moments, Time, list_path
+from replay.show.rerun_log.pipeline_view import ALL, BOXES, SearchRun, pipeline_path, search_title
+from replay.show.rerun_log.recording_file import SESSION, drawable, entity
+from replay.show.rerun_log.scene import body_path
+from replay.show.words import lane_legend
+
+LANE_POINTS: Final = 40
+RULER_POINTS: Final = 64
+"""Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
+
+LOW_POINTS: Final = 704
+"""Height the tabs share on a screen of 800 lines: shares are relative, so what is whole there is whole on all."""
+
+MOST_LANES: Final = 4
+"""Lanes of the answer at most."""
+
+MOST_HEIGHT: Final = 0.32
+"""Share of the height of their tab that lanes of effects take at most."""
+
+EFFECT_PLOTS: Final = 3
+PLOTS: Final = 0.22
+"""Plots of effects, one per unit, more would be too narrow to read; and their share of the height of their tab."""
+
+AROUND_MOMENT: Final = 0.5
+"""Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
+
+LEGEND: Final = "blue: right   yellow: false contact   red: missed or late   grey: contact"
+PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+STAGES: Final = "Time per frame by stage, ms, added up"
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Inputs of the layout."""
+
+    result: RunResult
+    answer_eye: Eye  # of the room
+    effects_eye: Eye
+    balls: Sequence[Sphere]  # around each body of the assembly
+    moments: Moments  # in order of time
+    eyes: Mapping[Time, Eye]  # of the close-up of each moment
+    order: Sequence[str]  # compared detectors, the worst first
+    lanes: Sequence[str]  # lanes of the reference and of the worst detectors
+    searches: Sequence[SearchRun]  # detectors that are shown at their work
+
+    @cached_property
+    def doing(self) -> Sequence[str]:
+        """Lanes of what people did."""
+        return [*session_lanes(self.result)]
+
+    @cached_property
+    def whole(self) -> rrb.TimeAxis:
+        """The whole session; left alone, the viewer shows one minute around the cursor."""
+        times = self.result.assembly.motion.times
+        return _seconds(*((float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)))
+
+    @property
+    def title(self) -> str:
+        """Name of the scene."""
+        return self.result.session.scene.name or "Session"
+
+    def room(self, *without: str, contents: Sequence[str] = ("/world/**",)) -> list[str]:
+        """The room without these entities, and without a headset, which stands before the bench."""
+        assembly, scene = self.result.assembly, self.result.session.scene
+        headsets = [f"{body_path(name)}/**" for name in assembly.names if "headset" in tags_of(name, scene)]
+        return [*contents, *(f"- /{path}" for path in [*headsets, *without])]
+
+
+def build_blueprint(picture: Picture) -> rrb.Blueprint:
+    """The blueprint that is embedded in the recording; its first tab is what was asked for."""
+    result, first, tabs = picture.result, 0, []
+    if picture.order:
+        tabs.append(_answer(picture))
+    if picture.searches:
+        pipelines = [_pipeline(picture, run) for run in picture.searches]
+        tabs.append(rrb.Tabs(*pipelines, name="Pipeline", active_tab=0) if pipelines[1:] else pipelines[0])
+    if picture.order:
+        first = 0 if result.tradeoff is None else len(tabs)
+        tabs.append(_accuracy(picture))
+    if result.effects or picture.doing:
+        tabs.append(_effects(picture))
+    if not picture.order:
+        tabs.append(_session(picture))
+    if result.detections:
+        details = [_details(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
+        tabs.append(rrb.Tabs(*details, name="Details", active_tab=0))
+    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
+    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
+
+
+def _answer(picture: Picture) -> Any:
+    """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
+    lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
+    room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
+    moments = _list([f"{LISTS}/**"] if picture.moments else [], "Moments: click a time")
+    height = _height(max(3, len(lanes)))
+    close_up = _close_up(picture, bool(picture.moments))
+    return _column(
+        (
+            _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
+            1 - height,
+        ),
+        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), height),
+        name="Answer",
+    )
+
+
+def _pipeline(picture: Picture, run: SearchRun) -> Any:
+    """Volumes of the pair, one look of the search, the frame in numbers; below both over time, and other moments."""
+    name = run.label if len(picture.searches) > 1 else "Pipeline"
+    root, top = pipeline_path(run.label), timing.ceiling([timing.total_ms(run.detection)])
+    pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, top))
+    title = f"{STAGES}   cut at {top:.2f}: 99.9 % of frames"
+    times = _plot(picture.whole, timing.stages_path(run.label), title, axis_y=axis)
+    if not run.searches:
+        counts = _plot(picture.whole, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
+        return rrb.Vertical(counts, times, name=name)
+    at = float(run.motion.times[run.worked.frame])
+    shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
+    bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
+    volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
+    near = _spatial(f"At {at:.3f} s   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root)
+    what = f"{search_title(run, run.worked)}   dots: faces of ants   white: best pair"
+    contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
+    search = _spatial(what, contents, f"{root}/search/eye", root)
+    frame = _text(f"{root}/frame", "This frame: pairs left, and the price")
+    around = _seconds(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
+    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
+    moments = _list([f"{root}/moments"], "Other moments: click a time")
+    return _column(
+        (_row((near, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
+        (_row((left, 0.29), (times, 0.38), (moments, 0.33)), 0.32),
+        name=name,
+    )
+
+
+def _accuracy(picture: Picture) -> Any:
+    """Losses over costs, what they mean, and the time of every frame."""
+    name = "Accuracy against cost"
+    bounds = rrb.VisualBounds2D(x_range=timing.WIDE, y_range=timing.HIGH)
+    dots = rrb.Spatial2DView(
+        origin=f"/{timing.SCATTER}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
+    )
+    detections = picture.result.detections
+    upper = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
+    title = f"Time per frame, ms   cut at {upper:.2f}: 99.9 % of the slowest detector's frames"
+    axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_share(upper))))
+    paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
+    times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
+    right = _column((_text(ACCURACY, "Meaning"), 0.32), (times, 0.68))
+    return _row((dots, 0.5), (right, 0.5), name=name)
+
+
+def _effects(picture: Picture) -> Any:
+    """Tab of effects: room, events, lanes and plots, independent of detectors."""
+    result, effects = picture.result, picture.result.effects
+    bodies = [f"/{body_path(name)}/{leaf}" for name in result.assembly.names for leaf in ("mesh", "liquid")]
+    room = _spatial(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
+    text_column = _column(
+        (_text(HAPPENED, "What happened"), 0.4), (_list(event_paths(effects), "Events: click a time"), 0.6)
+    )
+    lanes = [*effect_lanes(effects), *picture.doing]
+    when = _states(picture, "When: what the effects found, and what people did", lanes)
+    plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:EFFECT_PLOTS]]
+    lanes_height, plots_height = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
+    return _column(
+        (_row((room, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
+        (when, lanes_height),
+        (rrb.Horizontal(*plots) if plots else None, plots_height),
+        name="Effects" if effects else "Tasks",
+    )
+
+
+def _session(picture: Picture) -> Any:
+    """Without anything to compare: the session, and what was replayed."""
+    room = _spatial(picture.title, picture.room(), picture.effects_eye)
+    return _row((room, 0.7), (_text(SESSION_TEXT, "The session"), 0.3), name="Session")
+
+
+def _details(picture: Picture, label: str) -> Any:
+    """Tab of one detector: errors, moments, lanes pair by pair, times by stage and counters."""
+    result = picture.result
+    title = f"What {label} said of each pair"
+    if label in result.comparisons:
+        outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
+        title = f"Pair by pair    {lane_legend(outcomes, label)}"
+    faulty = bool(result.misses.get(label) or result.false.get(label))
+    listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
+    text = _text(details_path(label), "Settings, and what each stage takes")
+    stages = _plot(picture.whole, timing.stages_path(label), STAGES)
+    counters = _plot(picture.whole, entity("counters", label), "Work per frame")
+    return _column(
+        (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
+        (_row((_states(picture, title, [*pair_lanes(result, label)]), 0.6),
+              (rrb.Tabs(stages, counters, active_tab=0), 0.4)), 0.4),
+        name=label,
+    )  # fmt: skip
+
+
+def _close_up(picture: Picture, has_moments: bool) -> Any:
+    return _spatial("Close-up: the nearest moment", picture.room(PINS), EYE) if has_moments else None
+
+
+def _height(lanes: int) -> float:
+    """Share of the height of a tab that so many lanes need; none needs nothing."""
+    return (RULER_POINTS + LANE_POINTS * lanes) / LOW_POINTS if lanes else 0.0
+
+
+def _row(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
+    """Views side by side with their shares of the width; ``None`` is no view."""
+    views, fractions = zip(*((view, fraction) for view, fraction in sized_views if view is not None), strict=True)
+    return rrb.Horizontal(*views, column_shares=fractions, name=name)
+
+
+def _column(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
+    """Views one below the other with their shares of the height; ``None`` is no view."""
+    views, fractions = zip(*((view, fraction) for view, fraction in sized_views if view is not None), strict=True)
+    return rrb.Vertical(*views, row_shares=fractions, name=name)
+
+
+def _seconds(start: float, end: float) -> rrb.TimeAxis:
+    """These seconds, from side to side; zooming stays possible."""
+    ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (start, end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
+
+
+def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "world") -> Any:
+    """A room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
+    if isinstance(eye, str):
+        controls = rrb.EyeControls3D(tracking_entity=f"/{eye}")
+    else:
+        controls = rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+        )
+    return rrb.Spatial3DView(
+        origin=f"/{origin}", contents=contents, name=drawable(name), eye_controls=controls, background=PLAIN,
+        line_grid=rrb.LineGrid3D(visible=False),
+    )  # fmt: skip
+
+
+def _text(path: str, name: str) -> Any:
+    return rrb.TextDocumentView(origin=f"/{path}", name=drawable(name))
+
+
+def _list(paths: Sequence[str], name: str) -> Any:
+    """Lines of entities of which a click moves the cursor; of none no view."""
+    times, text_columns = [TimelineColumn(SESSION)], [TextLogColumn("body")]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=text_columns)
+    contents, even = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
+    view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=even)
+    return view if paths else None
+
+
+def _plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
+    """Curves over time: of these entities, or of all below the origin."""
+    contents = [f"/{path}" for path in paths] or "$origin/**"
+    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(
+        origin=f"/{origin}", name=drawable(name), axis_x=axis, plot_legend=legend, contents=contents, **more
+    )
+
+
+def _states(picture: Picture, name: str, lanes: Sequence[str]) -> Any:
+    """Lanes over the whole session; of none no view."""
+    contents = [f"/{lane}" for lane in lanes]
+    view = rrb.StateTimelineView(origin="/", contents=contents, name=drawable(name), time_view=picture.whole)
+    return view if lanes else None

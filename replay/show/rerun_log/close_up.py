@@ -1,0 +1,310 @@
+"""The close-up of a moment: where it is seen from, what stands around it, and what points at it.
+
+Rerun runs no code of ours at a click. So what is shown is data over time: a click on a moment moves the cursor, and
+close-up and solids there are those of that moment. The eye is data too: a camera whose pose changes from moment to
+moment; the view tracks it, so wherever the cursor goes it stands before the nearest moment with nothing in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+
+from cdcore import TriangleMesh
+from cdcore.bounding.bounding_sphere import Sphere
+from cdcore.numerics import FloatArray
+from replay.auditing.fault import Fault
+from replay.auditing.outcome import Episode
+from replay.pipeline.run_result import RunResult
+from replay.show.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
+from replay.show.drawn_mesh import bends, edges_of, face_normals
+from replay.show.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of
+from replay.show.rerun_log.moments import COLOURS, Moments, Time, nearest_moments, point_of
+from replay.show.rerun_log.recording_file import (
+    RecordingWriter,
+    Steps,
+    entity,
+    packed,
+    pose_columns,
+    steps_of,
+    times_of,
+)
+from replay.show.rerun_log.scene import Colours, body_path
+from replay.words import length
+
+SPACE: Final = "world/focus"
+EYE: Final = f"{SPACE}/eye"
+PINS: Final = f"{SPACE}/pins"
+"""Dots at all faults in the room; a close-up needs none of them."""
+
+IN_FRONT: Final = 0.4
+"""Share of the way from the eye at which words stand: nearer than what they speak of, so that nothing hides them."""
+
+HANGING: Final = 0.05
+"""Height of words, in distances of the eye from what it looks at."""
+
+UNSEEN: Final = 0.01
+LEADER: Final = 0.8
+"""Points on the screen: the size of a dot that carries words, and the width of the line from them."""
+
+
+DISTANCES: Final = (CLOSE_UP, 0.45)
+"""Metres from the eye to a false contact, at least and at most."""
+
+REACHES: Final = 3.3
+"""Distance of the eye in radii of the ball that it shall see whole."""
+
+ROOM: Final = 0.5
+"""Metres: a larger ball or solid holds the room and is left out: all glass stands on the bench."""
+
+HALF_BAR: Final = 0.006
+"""Metres, half the bar at each end of a measure."""
+
+SHARP_COSINE: Final = float(np.cos(np.radians(1.8)))
+"""Edges sharper than this are drawn: the triangles of a flat side are the solver's business."""
+
+DRAWN_EDGES: Final = 40_000
+"""Edges of solids that one detector draws at most, 1 MB; the moments that last longest come first."""
+
+GAP: Final[Rgba] = (120, 235, 170, 255)
+"""The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
+
+
+def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) -> dict[Time, Eye]:
+    """Return the eye of each moment: before the missed contact, or so far off that a false contact is seen whole.
+
+    ``balls``: around each body of the assembly.
+    """
+    scene, eyes = result.session.scene, dict[Time, Eye]()
+    for time, moment in moments.items():
+        point = point_of(result, time, moment)
+        user = towards_user(result.assembly, scene, time[0], point)
+        if isinstance(moment, Fault) and moment.kind.is_miss:
+            eyes[time] = eye_before(np.asarray(point), CLOSE_UP * across(np.asarray(moment.evidence.normal), user))
+        else:
+            eyes[time] = _whole_body_eye(result, time, moment, user, balls)
+    return eyes
+
+
+def _whole_body_eye(
+    result: RunResult, time: Time, moment: Fault | Episode, user: FloatArray, balls: Sequence[Sphere]
+) -> Eye:
+    """Return an eye so far off that a ball around the solid, or around the smaller body, is seen whole."""
+    assembly, caged = result.assembly, caged_bodies(result, moment, balls)
+    body = min(caged or assembly.pairs[moment.pair].tolist(), key=lambda body: balls[body].radius)
+    target = np.asarray(point_of(result, time, moment))
+    if caged:
+        target = placed(assembly.motion, time[0], body, balls[body].centre[None])[0]
+    ends = moment.evidence.nearest if isinstance(moment, Fault) else None
+    gap = np.zeros(3) if ends is None else np.subtract(ends[1], ends[0])
+    distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
+    return eye_before(target, distance * across(gap, user))
+
+
+def caged_bodies(result: RunResult, moment: Fault | Episode, balls: Sequence[Sphere]) -> list[int]:
+    """Return the bodies whose solids are drawn around a false contact, by column of the assembly.
+
+    The body that reaches into the hull of the other has no hull drawn around it.
+    """
+    if not isinstance(moment, Fault) or moment.kind.is_miss or moment.detector not in detectors_with_solids(result):
+        return []
+    names, pair = result.assembly.names, result.assembly.pairs[moment.pair].tolist()
+    hollow = [body for body in pair if names[body] == moment.evidence.hollow]
+    return [body for body in hollow or pair if balls[body].radius <= ROOM]
+
+
+def free_body(result: RunResult, moment: Fault | Episode) -> int | None:
+    """Return the body that touches nothing, inside the hull of another, by column of the assembly."""
+    if not isinstance(moment, Fault) or not moment.evidence.hollow:
+        return None
+    if moment.detector not in detectors_with_solids(result):
+        return None
+    names, pair = result.assembly.names, result.assembly.pairs[moment.pair].tolist()
+    return next(body for body in pair if names[body] != moment.evidence.hollow)
+
+
+def hiding_bodies(result: RunResult, frame: int, pair: int, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
+    """Return the bodies beside a pair whose ball reaches between an eye and what it looks at in a frame."""
+    assembly, hiding = result.assembly, []
+    target, away = np.asarray(eye.target), np.subtract(eye.position, eye.target)
+    small = {body for body, ball in enumerate(balls) if ball.radius <= ROOM}
+    for body in small - {*assembly.pairs[pair].tolist()}:
+        centre = placed(assembly.motion, frame, body, balls[body].centre[None])[0]
+        fraction = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
+        if np.linalg.norm(centre - target - fraction * away) <= balls[body].radius:
+            hiding.append(body)
+    return hiding
+
+
+def log_close_ups(
+    writer: RecordingWriter, result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]
+) -> None:
+    """Send the eye, what each close-up says and measures, and the dots of the room."""
+    log_eyes(writer, EYE, nearest_moments(moments.keys()), eyes)
+    # Each fault while it lasts; nothing at other times.
+    faults = {time: fault for time, fault in moments.items() if isinstance(fault, Fault)}
+    segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
+    steps = steps_of(segments, len(writer.clock.ns), None)
+    log_marks(writer, SPACE, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
+    for label in detectors_with_solids(result):
+        cages = {
+            time: caged_bodies(result, fault, balls)
+            for time, fault in sorted(faults.items(), key=lambda item: -item[1].frames)
+            if fault.detector == label
+        }
+        _log_cages(writer, result, label, cages, steps)
+    dots = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
+    colours = packed(COLOURS[fault.kind.category] for fault in faults.values())
+    writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
+
+
+def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
+    """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
+    about = np.asarray(fault.point)
+    if fault.kind.is_miss:
+        return words_beside(eye, about, f"{fault.detector} misses this contact", MISSED, 0.0, 0.36)
+    if fault.evidence.nearest is None:
+        return words_beside(eye, about, f"{fault.detector}: false contact", INVENTED, 0.0, 0.36)
+    gap, free = length(fault.metres), free_body(result, fault)
+    text = f"{' and '.join(fault.bodies)}: {gap} apart"
+    if free is not None:
+        text = f"{result.assembly.names[free]} touches nothing: {gap}"
+    # From point to point, and a bar across at both ends.
+    ends = np.array(fault.evidence.nearest)
+    bar = np.cross(ends[1] - ends[0], look_rotation(eye)[:, 2])
+    bar *= HALF_BAR / max(float(np.linalg.norm(bar)), 1e-9)
+    lines = [ends, *(np.stack([end - bar, end + bar]) for end in ends)]
+    measure = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
+    return [*words_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
+
+
+def detectors_with_solids(result: RunResult) -> list[str]:
+    """Compared detectors with solids other than the meshes."""
+    meshes = {id(body.mesh) for body in result.assembly.bodies}
+    solids = {label: getattr(result.detectors.get(label), "colliders", ()) for label in result.comparisons}
+    return [label for label, bodies in solids.items() if any(id(body.mesh) not in meshes for body in bodies)]
+
+
+def _log_cages(
+    writer: RecordingWriter, result: RunResult, label: str, cages: Mapping[Time, Sequence[int]], steps: Steps
+) -> None:
+    """Send the edges of the solids of one detector in yellow, below their body, each while a false contact lasts.
+
+    ``cages``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
+    """
+    detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
+    names, left = result.assembly.names, DRAWN_EDGES
+    edges: dict[int, FloatArray] = {}
+    drawn: dict[int, dict[Time, Any]] = {}
+    for time, bodies in cages.items():
+        for body in bodies:
+            if body not in edges:
+                edges[body] = np.concatenate([sharp_edges(piece) for piece in detector.parts[names[body]]])
+            left -= len(edges[body])
+            if left >= 0:
+                drawn.setdefault(body, {})[time] = edges[body]
+    for body, strips in drawn.items():
+        # Wires ignore alpha: a row without lines hides them.
+        path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
+        writer.steps(path, steps, strips, _wires)
+        writer.static(path, rr.LineStrips3D.from_fields(colors=[INVENTED], radii=rr.Radius.ui_points(1.4)))
+
+
+def _wires(edges: list[Any]) -> rr.ComponentColumnList:
+    return rr.LineStrips3D.columns(strips=np.array(edges, dtype=np.float32).reshape(-1, 2, 3))
+
+
+def sharp_edges(mesh: TriangleMesh) -> FloatArray:
+    """Edges (k, 2, 3) at which two faces of a solid meet at an angle."""
+    edges, faces = edges_of(mesh)
+    return edges[bends(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
+
+
+def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]) -> Colours:
+    """White for a body that touches nothing, while it is said to; translucent what stands before a moment."""
+    colours: dict[str, list[tuple[int, int, Rgba]]] = {}
+    free = {time: free_body(result, moment) for time, moment in moments.items()}
+    hiding = {time: hiding_bodies(result, time[0], moment.pair, eyes[time], balls) for time, moment in moments.items()}
+    touched = {body for body in free.values() if body is not None}
+    for body in touched.union(*hiding.values()):
+        name = result.assembly.names[body]
+        tags = tags_of(name, result.session.scene)
+        rows = colours.setdefault(name, [])
+        for frame, later, time in nearest_moments(moments.keys()):
+            colour = see_through(tags) if body in hiding[time] else albedo(tags)
+            rows.append((frame, later, FREE if body == free[time] else colour))
+    return colours
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A dot or words (1, 3), or a line (2, 3), at places in the world, metres; ``size``: points on the screen."""
+
+    places: FloatArray
+    colour: Rgba
+    size: float
+    text: str = ""
+
+    @property
+    def part(self) -> str:
+        """Entity below that of all marks."""
+        if self.text:
+            return "words"
+        return "lines" if len(self.places) > 1 else "dots"
+
+
+def words_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
+    """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
+    axes = look_rotation(eye)
+    distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
+    anchor = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    # Words hang below their place: a line from above begins below them.
+    start = anchor - distance * (HANGING if up > 0 else 0.0) * axes[:, 1]
+    points = in_front(eye, np.stack([anchor, start, about]))
+    return [Mark(points[:1], colour, UNSEEN, text), Mark(points[1:], colour, LEADER)]
+
+
+def in_front(eye: Eye, points: FloatArray) -> FloatArray:
+    """The same places on the screen (n, 3), so near to the eye that nothing hides them."""
+    nearer: FloatArray = np.asarray(eye.position) + IN_FRONT * (points - eye.position)
+    return nearer
+
+
+def log_marks(writer: RecordingWriter, root: str, steps: Steps, marks: Mapping[Any, Sequence[Mark]]) -> None:
+    """Send ``words``, ``lines`` and ``dots`` below a root: the marks of each moment that is shown, and no other."""
+    for layer, columns in (("words", _points), ("lines", _strips), ("dots", _points)):
+        drawn = {moment: [mark for mark in some if mark.part == layer] for moment, some in marks.items()}
+        if any(drawn.values()):
+            writer.steps(f"{root}/{layer}", steps, drawn, columns)
+    writer.static(f"{root}/words", rr.Points3D.from_fields(show_labels=True))
+
+
+def _points(marks: Sequence[Mark]) -> rr.ComponentColumnList:
+    points = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 3)
+    return rr.Points3D.columns(positions=points, labels=[mark.text for mark in marks], **_looks(marks))
+
+
+def _strips(marks: Sequence[Mark]) -> rr.ComponentColumnList:
+    segments = np.array([mark.places for mark in marks], dtype=np.float32).reshape(-1, 2, 3)
+    return rr.LineStrips3D.columns(strips=segments, **_looks(marks))
+
+
+def _looks(marks: Sequence[Mark]) -> dict[str, Any]:
+    radii = np.array([rr.Radius.ui_points(mark.size) for mark in marks], dtype=np.float32)
+    return {"colors": packed(mark.colour for mark in marks), "radii": radii}
+
+
+def log_eyes(writer: RecordingWriter, path: str, steps: Steps, eyes: Mapping[Any, Eye]) -> None:
+    """Send a camera that stands elsewhere from each step on. A view that tracks it needs no command to follow."""
+    displayed = [eyes[moment] for *_, moment in steps]
+    positions, rotations = (
+        np.array([eye.position for eye in displayed]),
+        np.array([look_rotation(eye) for eye in displayed]),
+    )
+    writer.rows(path, times_of(steps), pose_columns(positions, rotations))
+    shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
+    writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))

@@ -1,0 +1,113 @@
+"""Texts of the picture, from templates: the answer, what accuracy costs, and what was replayed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from replay import words
+from replay.auditing.misses import MANY
+from replay.base.constants import CAVEAT
+from replay.base.shown import plural
+from replay.base.tables import Column, Table, markdown, table
+from replay.effects.effect_summary import happened_words
+from replay.pipeline.headline import doubts, price, undecided
+from replay.pipeline.run_result import RunResult
+from replay.show.accuracy import run_dots, tradeoff_dots
+from replay.show.palette import TICKS, Rgba
+from replay.show.plots import Dot
+from replay.show.report.markup import filled
+from replay.show.rerun_log.recording_file import entity
+from replay.show.rerun_log.timing import colour_of, stage_ms
+from replay.show.run_tables import ranking_table, sampling_notes
+from replay.show.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
+
+FOLDER: Final = "show/rerun_log"
+"""Of the templates."""
+
+ANSWER: Final = "answer"
+ACCURACY: Final = "accuracy/text"
+SESSION_TEXT: Final = "session"
+
+NO_BREAK: Final = "\u00a0"
+"""A space at which no line is broken: between a number and its unit."""
+
+
+def details_path(label: str) -> str:
+    """Entity of the text about one detector."""
+    return entity("details", label)
+
+
+def answer_text(result: RunResult) -> str:
+    """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
+    return filled(
+        f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result), price=price(result),
+        ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
+        notes=[*undecided(result), *sampling_notes(result)],
+    )  # fmt: skip
+
+
+def ranking_text(result: RunResult) -> str:
+    """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
+    contacts = plural(result.ranking[-1].contacts, "contact")
+    named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
+    columns = (
+        replace(column, name=column.short or column.name) for column in ranking_table(result).narrow().values().columns
+    )
+    return markdown(Table.of([named, *columns], result.ranking))
+
+
+def accuracy_text(result: RunResult) -> str:
+    """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
+    cost, *notes = price(result)
+    return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
+
+
+def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:
+    """A dot a detector, or a setting of a tradeoff, as on the page, and its colour."""
+    if result.tradeoff is not None and result.tradeoff.rows:
+        dots = tradeoff_dots(result.tradeoff)
+        return [(dot, colour_of(number) if dot.kind else TICKS) for number, dot in enumerate(dots)]
+    labels = [*result.detections]
+    return [(dot, colour_of(labels.index(dot.name.rpartition(": ")[0]))) for dot in run_dots(result)]
+
+
+def series_names(result: RunResult) -> dict[str, str]:
+    """Label -> what a legend says of its times."""
+    names = {}
+    for label, detector in result.document.detectors.items():
+        times = detector.seconds.sample_times
+        slow = f", p99 {words.milliseconds(times.p99)}, longest {words.milliseconds(times.max)}" if times else ""
+        names[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{slow}"
+    return names
+
+
+def replayed(result: RunResult) -> str:
+    """Sentence with the duration, frames, bodies and pairs replayed."""
+    times, assembly = result.assembly.motion.times, result.assembly
+    span = float(times[-1] - times[0]) if len(times) else 0.0
+    pairs = plural(len(assembly.pairs), "pair")
+    return f"{words.duration(span)}, {len(times):,} frames, {len(assembly.bodies)} bodies, {pairs}."
+
+
+def detector_text(result: RunResult, label: str) -> str:
+    """Text on a detector: errors, settings, pair-frames, and milliseconds by stage."""
+    counts = None
+    if label in result.comparisons:
+        head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
+        frames = result.document.audit[label].pair_frames
+        counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
+    rows = [(stage, f"{ms.mean():.4f}") for stage, ms in stage_ms(result.detections[label]).items()]
+    return filled(
+        f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
+        setting=result.document.detectors[label].spec, counts=counts,
+        stages=markdown(table("", ("stage", "ms a frame"), rows)),
+    )  # fmt: skip
+
+
+def session_text(result: RunResult) -> str:
+    """Text on the session and its events, for a run that compares nothing."""
+    return filled(
+        f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result), caveat=CAVEAT,
+        happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,
+    )  # fmt: skip

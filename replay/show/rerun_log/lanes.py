@@ -1,0 +1,182 @@
+"""Lanes of states, in the words of the audit, and of what people did. A state without a word is a gap.
+
+No change is lost. A lane is sent on the session timeline only: a reset one nanosecond before each change keeps the
+viewer from merging neighbours narrower than four pixels into grey, and a frame number leaves no room for it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from cdcore.protocol import counts_as_contact
+from replay.auditing.outcome import Comparison, Outcome
+from replay.base.shown import shown
+from replay.pipeline.run_result import RunResult
+from replay.show.palette import OUTCOMES, SERIES, VERDICTS, WITHIN_TOLERANCE, Rgba
+from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
+
+Span = tuple[str, int, int]
+"""A word, and the first and last nanosecond on the session timeline."""
+
+DOING: Final = "doing"
+"""Lanes stand in the order of their paths: these above those of effects and of the pair in focus."""
+
+KINDS: Final = ("stage", "task", "feature")
+"""Kinds of spans, in the order of their lanes; any other follows."""
+
+LANES: Final = "lanes"
+COLON: Final = "\u02d0_"
+"""A letter that looks like a colon."""
+
+MOST_PAIRS: Final = 40
+"""Pairs with lanes per detector at most: beyond it nobody scrolls, and every lane costs the viewer a row."""
+
+MOST_LANES: Final = 4
+"""Lanes beside the list at most, as many as a screen of 800 lines shows, the reference's among them."""
+
+SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
+"""Outcomes of a lane of all pairs: of several at a time the first is shown."""
+
+UNRANKED: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD)
+"""Outcomes of contact that matter least for the order of lanes."""
+
+NARROWEST: Final = 0.005
+"""Share of the session that a miss takes in the lane of all pairs at least: one of 54 ms in a minute is one pixel wide.
+The lane of its pair says exactly when."""
+
+
+def lane_name(*labels: str) -> str:
+    """A path that reads as words: the viewer shows the path of a lane, and escapes most of what is no letter.
+
+    The first two words are parted by a letter that looks like a colon, for a colon is escaped.
+    """
+    return COLON.join(re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in labels)
+
+
+def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
+    """Paths of the lanes of one detector, worst first, and the pair's column that each speaks of.
+
+    The viewer sorts lanes by path. Pairs have one in which the detector or the reference sees contact.
+    """
+    assembly, comparison = result.assembly, result.comparisons.get(label)
+    if comparison is None:
+        columns = np.flatnonzero(counts_as_contact(result.detections[label].verdict).any(axis=0)).tolist()
+    else:
+        columns = ranked_pairs(comparison, assembly.held)
+    lanes = {}
+    for rank, column in enumerate(columns[:MOST_PAIRS], 1):
+        name = f"{rank}_{assembly.pair_name(column)}{', held' if assembly.held[column] else ''}"
+        lanes[entity(LANES, label, lane_name(name))] = column
+    return lanes
+
+
+def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int]:
+    """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
+
+    A pair that was never in contact, for either detector, has none.
+    """
+    counts = comparison.by_pair
+    missed, false_contacts, both = -counts[:, SHOWN].T
+    rest = counts[:, UNRANKED].sum(axis=1)
+    order = np.lexsort((-rest, both, false_contacts, missed, grasped))
+    return [column for column in order.tolist() if counts[column, SHOWN].any() or rest[column]]
+
+
+def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
+    """Send what a detector made of each pair, or, where nothing was compared, what it said."""
+    comparison = result.comparisons.get(label)
+    states, styles = result.detections[label].verdict, VERDICTS
+    if comparison is not None:
+        states, styles = comparison.outcome, OUTCOMES
+    labels = np.array([styles[code][0] if code in styles else "" for code in range(256)], dtype=object)
+    for path, column in pair_lanes(result, label).items():
+        log_lane(writer, path, spans_of(writer, labels[states[:, column]]), styles.values())
+
+
+def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
+    """Lanes of all pairs, of the reference and of the first detectors of this order, each with what it is."""
+    what = {rank.label: rank.what for rank in result.ranking}
+    lanes = [lane_name(f"{number}_{label}", what[label]) for number, label in enumerate(order[: MOST_LANES - 1], 2)]
+    return [lane_name(f"1_{result.oracle} is the reference"), *lanes]
+
+
+def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
+    """Send contact of the reference in grey, and what is wrong or right anywhere."""
+    verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
+    touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
+    labels = np.where(touched, "contact", "").astype(object)
+    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", WITHIN_TOLERANCE)])
+    for label, path in zip(order, lanes[1:], strict=False):
+        outcome = result.comparisons[label].outcome
+        labels = np.full(len(outcome), "", dtype=object)
+        for code in reversed(SHOWN):
+            labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+        for miss in result.misses[label]:
+            labels[miss.first : miss.first + round(NARROWEST * len(labels))] = OUTCOMES[Outcome.MISSED][0]
+        log_lane(writer, path, spans_of(writer, labels), [OUTCOMES[code] for code in SHOWN])
+
+
+def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]:
+    """Stretches of the same word in a word per frame; ``""`` is a gap."""
+    ns = writer.clock.ns
+    if not len(ns):
+        return []
+    changes = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
+    # The last state lasts one frame: left open, it would run on to the end of the axis.
+    end = int(ns[-1]) + (round(float(np.median(np.diff(ns)))) if len(ns) > 1 else 1)
+    edges = [*ns[changes].tolist(), end]
+    return [span for span in zip(labels[changes].tolist(), edges, edges[1:], strict=False) if span[0]]
+
+
+def log_lane(writer: RecordingWriter, path: str, spans: Sequence[Span], styles: Iterable[tuple[str, Rgba]]) -> None:
+    """Send a lane of spans in order of time, and the colours of their words."""
+    colours = dict(styles)
+    writer.static(path, rr.StateConfiguration(values=[*colours], colors=packed(colours.values())))
+    # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
+    states = {0: ""}
+    for word, start, end in spans:
+        if start and start in states:
+            states[start - 1] = ""
+        states |= {start: word, end: ""}
+    stamps = sorted(states)
+    columns = rr.StateChange.columns(state=[states[ns] for ns in stamps])
+    writer.session_rows(path, np.array(stamps, dtype=np.int64), columns)
+
+
+def session_lanes(result: RunResult) -> dict[str, list[Span]]:
+    """Path -> its spans, in order of time; where spans of a kind overlap, each has a lane of its own."""
+    stamps = result.assembly.stamp_ns
+    if not len(stamps):
+        return {}
+    zero, last = int(stamps[0]), int(stamps[-1] - stamps[0])
+    kinds: dict[str, list[list[Span]]] = {}
+    for interval in sorted(result.session.intervals, key=lambda interval: (interval.start_ns, interval.end_ns)):
+        start, end = max(0, interval.start_ns - zero), min(last, interval.end_ns - zero)
+        if start < end:
+            rows = kinds.setdefault(interval.kind, [])
+            row = next((row for row in rows if row[-1][2] <= start), [])
+            if not row:
+                rows.append(row)
+            row.append((shown(interval.name or interval.kind), start, end))
+    order = sorted(kinds, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
+    lanes = [(kind, row) for kind in order for row in kinds[kind]]
+    return {entity(DOING, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}
+
+
+def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:
+    """Send the lanes; the same word has the same colour in all of them."""
+    lanes = session_lanes(result)
+    labels = dict.fromkeys(word for spans in lanes.values() for word, _, _ in spans)
+    for path, spans in lanes.items():
+        log_lane(writer, path, spans, in_series(labels))
+
+
+def in_series(labels: Mapping[str, Any]) -> list[tuple[str, Rgba]]:
+    """A colour for each word: ``labels`` maps it to its own, or to nothing."""
+    return [(word, colour or SERIES[k % len(SERIES)]) for k, (word, colour) in enumerate(labels.items())]

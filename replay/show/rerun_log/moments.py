@@ -1,0 +1,208 @@
+"""Moments of a run in one list, of all its detectors: what each missed, what it said falsely, and one contact of each
+other pair. A click on the time of a moment moves the cursor there.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from operator import itemgetter
+from pathlib import Path
+from typing import Any, Final, get_type_hints
+
+import numpy as np
+import rerun as rr
+
+from replay.auditing.fault import Fault, longest_curve_first
+from replay.auditing.outcome import Episode
+from replay.base.shown import plural
+from replay.effects.output import Vector, vector_of
+from replay.errors import RunFolderError
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import LISTED
+from replay.show.palette import FOUND, INVENTED, MISSED, Rgba
+from replay.show.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
+from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
+from replay.words import length
+
+MISS, FALSE, CONTACT = "miss", "false", "contact"
+"""Kinds of moments."""
+
+COLOURS: Final = {MISS: MISSED, FALSE: INVENTED, CONTACT: FOUND}
+UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
+"""What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
+
+LISTS: Final = "moments/list"
+TABLE: Final = "moments/table"
+
+
+Time = tuple[int, int]
+"""A frame, and nanoseconds after it."""
+
+Moments = Mapping[Time, Fault | Episode]
+"""Where the cursor meets each fault, and a contact of each pair without one; in order of time."""
+
+
+def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
+    """Return all moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
+    faults = [*_faults(result)]
+    timed: list[tuple[Time, bool, float, Fault | Episode]] = [
+        (fault.moment, fault.kind.is_miss, fault.metres, fault) for fault in faults
+    ]
+    for contact in _contacts(result, {fault.pair for fault in faults}):
+        timed.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
+    moments: dict[Time, Fault | Episode] = {}
+    frame, later = -1, 0
+    for (at, after), _, _, fault in sorted(timed, key=itemgetter(0, 1, 2)):
+        later = max(after, later + 1) if at == frame else after
+        frame = at
+        moments[frame, later] = fault
+    return moments
+
+
+def _faults(result: RunResult) -> Iterator[Fault]:
+    for label, misses in result.misses.items():
+        yield from longest_curve_first(misses)
+        yield from sorted(result.false.get(label, ()), key=lambda false: -false.frames)[:LISTED]
+
+
+def _contacts(result: RunResult, faulty: set[int]) -> Iterator[Episode]:
+    """The longest contact of each pair without a fault, the reference's before anybody else's."""
+    longest: dict[int, Episode] = {}
+    for label in (result.oracle, *result.comparisons):
+        for contact in sorted(result.episodes[label], key=lambda contact: contact.first - contact.last):
+            longest.setdefault(contact.pair, contact)
+    yield from (contact for pair, contact in longest.items() if pair not in faulty)
+
+
+def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
+    """Return where a moment is in the world: at the fault, or between the bodies of a contact."""
+    if isinstance(moment, Fault):
+        return moment.point
+    motion, pairs = result.assembly.motion, result.assembly.pairs
+    return vector_of(motion.translations[time[0], pairs[moment.pair]].mean(axis=0))
+
+
+def nearest_moments(times: Iterable[Time]) -> list[tuple[int, int, Time]]:
+    """Frame, nanoseconds after it, and the moment that is nearest from there on: it changes half-way between two."""
+    ordered = [*times]
+    rows = [(0, 0, time) for time in ordered[:1]]
+    for before, time in pairwise(ordered):
+        if before[0] == time[0]:
+            rows.append((*time, time))
+        else:
+            rows.append(((before[0] + time[0] + 1) // 2, 0, time))
+    return rows
+
+
+def leading(result: RunResult, moments: Moments) -> Time:
+    """The moment that comes first: that of the answer; where nothing is wrong the longest contact."""
+    answer = result.answers[0]
+    if answer.moment is None:
+        return max(moments, key=lambda time: moments[time].last - moments[time].first)
+    key = (answer.label, answer.moment.kind, answer.moment.number)
+    return next((time for time, fault in moments.items() if _key(fault) == key), next(iter(moments)))
+
+
+def _key(moment: Fault | Episode) -> tuple[str, str, int]:
+    """Label of the detector, kind and number of a moment; no detector is at fault about a contact."""
+    if isinstance(moment, Fault):
+        return moment.detector, moment.kind.category.value, moment.number
+    return "", CONTACT, 0
+
+
+def list_path(label: str) -> str:
+    """Entity of the list of the moments of one detector; ``""``: of contacts without a fault."""
+    return f"{LISTS}/{entity(label or CONTACT)}"
+
+
+def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
+    """Send one line per moment, for each detector below ``LISTS``."""
+    names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
+    widths = max(len(_key(moment)[0]) for moment in moments.values()), max(map(len, names))
+    lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
+    for (time, moment), name in zip(moments.items(), names, strict=True):
+        label, kind, _ = _key(moment)
+        line = (_line(moment, name, widths), kind, COLOURS[kind])
+        lines.setdefault(label, []).append((writer.session_ns(time), line))
+    for label, rows in lines.items():
+        times, texts = zip(*rows, strict=True)
+        writer.log_lines(list_path(label), np.array(times), texts)
+
+
+def _line(moment: Fault | Episode, name: str, widths: tuple[int, int]) -> str:
+    """One line of the list; ``widths``: letters of a label and of the name of a pair."""
+    label, kind, number = _key(moment)
+    numbered = f"{kind} {number or ''}"
+    line = f"{label:<{widths[0]}} {numbered:<8}  {name:<{widths[1]}}"
+    if isinstance(moment, Episode):
+        return f"{line} {'':14}  {plural(moment.last - moment.first + 1, 'frame')}"
+    late, what = (f"{moment.kind}: ", "curve") if moment.kind.is_miss else ("", "apart")
+    size = f"{length(moment.metres)} {what}" if moment.metres > 0 else ""
+    # In a narrow view the end is cut: what tells moments apart comes first.
+    return f"{line} {size:>14}  {late}{moment.cause}"
+
+
+@dataclass(frozen=True)
+class Bookmark:
+    """A position of the cursor, as the recording holds it.
+
+    Parameters
+    ----------
+    label : of the detector; ``""``: no detector is at fault.
+    kind : ``miss``, ``false``, ``contact`` or ``event``.
+    number : of the fault or the event.
+    session_ns : nanoseconds on the session timeline.
+    leads : whether the picture opens there.
+    """
+
+    label: str
+    kind: str
+    number: int
+    session_ns: int
+    leads: bool
+
+
+_BOOKMARK_TYPES: Final = get_type_hints(Bookmark)
+
+
+def bookmarks(writer: RecordingWriter, result: RunResult, moments: Moments) -> list[Bookmark]:
+    """Return the position of each moment: of a number that several detectors have, that of the first comes first."""
+    lead, order = leading(result, moments), [*result.comparisons, ""]
+    rows = [
+        Bookmark(*_key(moment), session_ns=writer.session_ns(time), leads=time == lead)
+        for time, moment in moments.items()
+    ]
+    return sorted(rows, key=lambda bookmark: order.index(bookmark.label))
+
+
+def log_bookmarks(writer: RecordingWriter, rows: Iterable[Bookmark]) -> None:
+    """Send the positions of the cursor, for ``read_bookmarks``."""
+    writer.static(TABLE, rr.AnyValues(moments=json.dumps([asdict(bookmark) for bookmark in rows])))
+
+
+def read_bookmarks(recording: Path) -> list[Bookmark]:
+    """Return the positions of the cursor that a recording holds; none if it compares nothing.
+
+    Raises ``RunFolderError``: the file is no recording, is damaged, or was written by an earlier version.
+    """
+    try:
+        require_complete_file(recording)
+        has_rows, texts = read_texts(recording, f"/{TABLE}", "moments")
+        rows = [_checked(fields) for text in texts for fields in json.loads(text)]
+    except UNREADABLE as error:
+        raise RunFolderError.unreadable(recording, error) from error
+    if has_rows and not texts:
+        raise RunFolderError(f"{recording} is a picture of an earlier version; run its session again")
+    return rows
+
+
+def _checked(fields: Any) -> Bookmark:
+    """Return the bookmark with these fields; ``TypeError`` where a run writes no such fields."""
+    bookmark = Bookmark(**fields)
+    for field, kind in _BOOKMARK_TYPES.items():
+        if type(getattr(bookmark, field)) is not kind:
+            raise TypeError(f"{field} of a moment is not {kind.__name__}")
+    return bookmark

@@ -1,0 +1,340 @@
+"""The tab *Pipeline*: bounding volumes of a pair, one look of the search, and what each stage left and took.
+
+The cursor of a recording is one for all tabs. So this tab, which is about one moment, has bodies of its own, which
+stand as in its worked moment until a click leads to another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from cdcore import Detection, Motion, Verdict
+from cdcore.bounding.bounding_sphere import Sphere
+from cdcore.bounding.box import box_best
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.protocol import counts_as_contact
+from replay import words
+from replay.auditing.fault import longest_curve_first
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.base.shown import plural
+from replay.base.tables import markdown, table
+from replay.detection.run_detector import watched_again
+from replay.effects.output import Vector
+from replay.pipeline.run_result import RunResult
+from replay.show.camera import Eye, across, eye_before, placed, towards_user
+from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
+from replay.show.rerun_log.close_up import ROOM, Mark, log_eyes, log_marks, words_beside
+from replay.show.rerun_log.recording_file import (
+    RecordingWriter,
+    Steps,
+    entity,
+    packed,
+    pose_columns,
+    steps_of,
+    times_of,
+)
+from replay.show.rerun_log.scene import log_shape
+from replay.show.rerun_log.timing import stage_ms, total_ms
+
+if TYPE_CHECKING:
+    from cdcore.search.result import SearchResult
+    from cdcore.search.tracing import LookTrace, Watched
+
+DRAWN_EVALUATIONS: Final = 40_000
+"""Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first."""
+
+LOOKS: Final = 60
+"""Looks drawn of one detector at most: beyond it nobody steps through them."""
+
+ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
+
+LOST, FOUND = "missed", "contact"
+
+
+STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
+    SPHERES: SERIES[5], BOXES: SERIES[0], SEARCHED: SERIES[1], CONFIRMED: SERIES[2],
+}  # fmt: skip
+"""Colours of what a stage leaves."""
+
+SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}
+
+ENDS: Final[Mapping[str, Rgba]] = {FOUND: SERIES[2], LOST: MISSED}
+"""Colour of how a look ended."""
+
+RISE: Final = np.array([0.0, 0.35, 0.0])
+"""How far above the user's side volumes are seen from."""
+
+WHOLE: Final = 2.6
+"""Distance of that eye in radii of a ball around both spheres: nearer their narrow view would cut them."""
+
+DISTANCES: Final = (0.22, 0.5)
+"""Metres from the eye to what the search found, at least and at most."""
+
+REACHES: Final = 4.2
+"""Distance of that eye in radii of the smaller body, so that all of it is seen."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """A frame that matters, and the look that led to its verdict."""
+
+    frame: int  # row of the verdict
+    pair: int  # its column
+    looked: int  # frame of the look; earlier where the pair was not searched again since
+    kind: str  # ``LOST`` or ``FOUND``
+    first: int  # frames in which it is shown: of a miss all of it, else this frame alone
+    last: int
+    later: int = 0  # nanoseconds after the frame
+    meets: Vector | None = None  # where the surfaces of a missed contact meet, world metres
+
+
+@dataclass(frozen=True, eq=False)
+class SearchRun:
+    """One audited detector at its work."""
+
+    label: str
+    detection: Detection
+    motion: Motion
+    counts: Mapping[str, IntArray]  # stage -> (T,) pairs that it left
+    watched: Watched  # what each stage did
+    searches: Sequence[Search]  # at most one per frame, in order of time
+
+    @property
+    def worked(self) -> Search:
+        """The one to begin with: of misses that with the most evaluations, else of contacts."""
+        return min(self.searches, key=lambda search: (search.kind != LOST, -self.look(search).evaluations))
+
+    def look(self, search: Search) -> SearchResult:
+        """Result of the search at its sample."""
+        return self.watched.search.noted[search.looked, search.pair].result
+
+    def trace(self, search: Search) -> LookTrace:
+        """Everything that its look evaluated."""
+        return self.watched.search.trace(self.motion, search.looked, search.pair)
+
+
+def search_runs(result: RunResult) -> list[SearchRun]:
+    """The audited detectors that can be watched, searched again; none of hours."""
+    runs: list[SearchRun] = []
+    for label in result.comparisons:
+        detection, motion = result.detections[label], result.assembly.motion
+        watched = watched_again(result.detectors.get(label), motion)
+        if watched is not None:
+            searches = _searches(result, label, watched)
+            runs.append(SearchRun(label, detection, motion, stage_counts(detection, watched), watched, searches))
+    return runs
+
+
+def stage_counts(detection: Detection, watched: Watched) -> dict[str, IntArray]:
+    """Stage -> pairs that it left, (T,); without boxes there is no such stage."""
+    left = {ALL: detection.verdict != Verdict.NO_POSE, SPHERES: watched.spheres, BOXES: watched.boxes}
+    if watched.boxes is watched.spheres:
+        del left[BOXES]
+    left |= {SEARCHED: watched.searched, CONFIRMED: counts_as_contact(detection.verdict)}
+    return {stage: pairs.sum(axis=1) for stage, pairs in left.items()}
+
+
+def _searches(result: RunResult, label: str, watched: Watched) -> list[Search]:
+    chosen: dict[int, Search] = {}
+    spent = 0
+    for search in [*_missed(result, label, watched), *_begun(result, label, watched)]:
+        evaluations = watched.search.noted[search.looked, search.pair].result.evaluations
+        room = len(chosen) < LOOKS and spent + evaluations <= DRAWN_EVALUATIONS
+        if search.frame not in chosen and room:
+            chosen[search.frame] = search
+            spent += evaluations
+    return [chosen[frame] for frame in sorted(chosen)]
+
+
+def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
+    """The frame of each miss that shows most, longest cut first, with the last look before it."""
+    for miss in longest_curve_first(result.misses[label]):
+        sampled = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
+        if len(sampled):
+            yield Search(miss.frame, miss.pair, int(sampled[-1]), LOST, miss.first, miss.last, meets=miss.point)
+
+
+def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
+    """The first frame of each contact that the search found, spread over the session where there are too many."""
+    begun = [
+        Search(contact.first, contact.pair, contact.first, FOUND, contact.first, contact.first)
+        for contact in result.episodes[label]
+        if (contact.first, contact.pair) in watched.search.noted
+    ]
+    stride = max(1, -(-len(begun) // LOOKS))
+    for remainder in range(stride):
+        yield from begun[remainder::stride]
+
+
+def pipeline_path(label: str, *names: str) -> str:
+    """Entity of a part of one detector's pipeline."""
+    return entity("pipeline", label, *names)
+
+
+def search_title(run: SearchRun, search: Search) -> str:
+    """When it is, and what."""
+    what = "a miss of the search" if search.kind == LOST else "a contact that the search finds"
+    return f"At {run.motion.times[search.frame]:.3f} s: {what}"
+
+
+def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, balls: Sequence[Sphere]) -> None:
+    """Send everything of one detector; at every instant without a search of its own its worked one is shown."""
+    _log_counts(writer, run)
+    if not run.searches:
+        return
+    root = pipeline_path(run.label)
+    segments = {search: ((search.frame, search.later), search.first, search.last) for search in run.searches}
+    steps = steps_of(segments, len(run.motion), run.worked)
+    for body, ball in enumerate(balls):
+        _log_body(writer, run, result, steps, body, ball)
+    eyes = {search: _search_eye(run, result, search, balls) for search in run.searches}
+    log_eyes(writer, f"{root}/near/eye", steps, {search: _volumes_eye(result, search, balls) for search in eyes})
+    log_eyes(writer, f"{root}/search/eye", steps, eyes)
+    log_marks(writer, f"{root}/search", steps, {search: _marks(run, result, search, eyes[search]) for search in eyes})
+    writer.steps(f"{root}/frame", steps, {search: [_frame_text(run, result, search)] for search in eyes}, _markdowns)
+    _log_list(writer, run, result)
+
+
+def _markdowns(texts: list[str]) -> rr.ComponentColumnList:
+    return rr.TextDocument.columns(text=texts, media_type=[rr.MediaType.MARKDOWN] * len(texts))
+
+
+def _log_counts(writer: RecordingWriter, run: SearchRun) -> None:
+    """Logs the pairs of each stage; the searched curve is wider, so that it shows behind an equal confirmed one."""
+    for rank, (stage, count) in enumerate(run.counts.items()):
+        if stage != ALL:
+            path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8
+            writer.curve(path, count, stage, STAGE_COLOURS[stage], width, step=True)
+
+
+def _log_body(
+    writer: RecordingWriter, run: SearchRun, result: RunResult, steps: Steps, body: int, ball: Sphere
+) -> None:
+    """A body as it stands in each search of it, the ground in all; below it its sphere and its box."""
+    assembly, motion = result.assembly, run.motion
+    name, mesh = assembly.names[body], assembly.bodies[body].mesh
+    tags, path = tags_of(name, result.session.scene), pipeline_path(run.label, "bodies", name)
+    near = np.array([body in assembly.pairs[search.pair] for *_, search in steps])
+    drawn = near | (not GROUND.isdisjoint(tags))
+    if not drawn.any():
+        return
+    when, frames = times_of(steps), [search.frame for *_, search in steps]
+    log_shape(writer, f"{path}/mesh", mesh)
+    writer.rows(path, when, pose_columns(motion.translations[frames, body], motion.rotations[frames, body]))
+    colours = np.tile(np.array(see_through(tags), dtype=np.uint8), (len(frames), 1))
+    colours[~(drawn & motion.valid[frames, body]), 3] = 0
+    writer.rows(f"{path}/mesh", when, rr.Mesh3D.columns(albedo_factor=colours))
+    # What holds the room has no wires.
+    if ball.radius > ROOM or not near.any():
+        return
+
+    def wires(stage: str, shape: Any, half: ArrayLike, **style: Any) -> None:
+        # Wires ignore alpha: an empty row hides them.
+        shape_path = f"{path}/{SHAPES[stage]}"
+        writer.rows(shape_path, when, shape.columns(half_sizes=np.tile(half, (int(near.sum()), 1))), near)
+        colour, lines = packed([STAGE_COLOURS[stage]]), rr.components.FillMode.MajorWireframe
+        writer.static(shape_path, shape.from_fields(fill_mode=lines, colors=colour, **style))
+
+    thin, thick = rr.Radius.ui_points(1.0), rr.Radius.ui_points(1.8)
+    wires(SPHERES, rr.Ellipsoids3D, np.full(3, ball.radius), centers=[ball.centre], line_radii=thin)
+    if BOXES in run.counts:
+        box = box_best(mesh)
+        # The axes of a box may be left-handed: turned about, the box is the same.
+        rotation = Rotation.from_matrix(box.axes * np.sign(np.linalg.det(box.axes))).as_quat()
+        wires(BOXES, rr.Boxes3D, box.half, centers=[box.centre], quaternions=[rotation], radii=thick)
+
+
+def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
+    """An eye that sees the spheres of both bodies whole, but of one that holds the room."""
+    motion, pair = result.assembly.motion, result.assembly.pairs[search.pair].tolist()
+    near = [body for body in pair if balls[body].radius <= ROOM] or pair
+    centres = np.concatenate([placed(motion, search.frame, body, balls[body].centre[None]) for body in near])
+    radii = np.array([[balls[body].radius] for body in near])
+    middle = ((centres - radii).min(axis=0) + (centres + radii).max(axis=0)) / 2
+    reach = (np.linalg.norm(centres - middle, axis=1) + radii[:, 0]).max()
+    away = towards_user(result.assembly, result.session.scene, search.frame, middle.tolist()) + RISE
+    return eye_before(middle, WHOLE * reach * away / np.linalg.norm(away))
+
+
+def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
+    """An eye before the place where the search ended, or where it missed, that sees the smaller body whole."""
+    assembly, sample = result.assembly, run.look(search)
+    ended = run.watched.search.points(assembly.motion, search.frame, search.pair, sample.hit or sample.closest)
+    target = ended.mean(axis=0) if search.meets is None else np.asarray(search.meets)
+    user = towards_user(assembly, result.session.scene, search.frame, target.tolist())
+    radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())
+    return eye_before(target, float(np.clip(REACHES * radius, *DISTANCES)) * across(np.zeros(3), user))
+
+
+def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[Mark]:
+    """Faces that ants of a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
+    trace, marks, centres = run.trace(search), list[Mark](), list[FloatArray]()
+    by_ants = np.flatnonzero(np.isfinite(trace.pheromone))
+    for side, body in enumerate(result.assembly.pairs[search.pair].tolist()):
+        corners = result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]]
+        centres.append(placed(run.motion, search.frame, body, corners.mean(axis=1)))
+        once = np.unique(trace.faces[by_ants, side], return_index=True)[1]
+        marks += [Mark(position, SERIES[1], 2.6) for position in centres[side][by_ants[once]][:, None]]
+    path = np.mean(centres, axis=0)[trace.best()]
+    marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
+    marks.append(Mark(path[-1:], ENDS[search.kind] if search.meets is None else WHITE, 8.0))
+    for number, (step, text, colour, right, up) in enumerate(_way_words(run, search, trace), 3):
+        marks += words_beside(eye, path[step], f"{number}  {text}", colour, right, up)
+    if search.meets is not None:
+        meets = np.asarray(search.meets)
+        gap = words.length(float(np.linalg.norm(meets - path[-1])))
+        text = f"missed: the surfaces meet here, {gap} away"
+        marks += [Mark(meets[None], MISSED, 8.0), *words_beside(eye, meets, text, MISSED, -0.05, 0.40)]
+    return marks
+
+
+def _way_words(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
+    """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
+    best, gaps = trace.best(), trace.distance[trace.best()].tolist()
+    last, ago = len(best) - 1, search.frame - search.looked
+    by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
+    if last:
+        yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
+    if len(by_ants) and 0 < by_ants[-1] < last:
+        yield int(by_ants[-1]), f"best ant: {words.length(gaps[by_ants[-1]])}", WHITE, 0.34, 0.10
+    if search.kind == FOUND:
+        yield last, "confirmed by the triangle test", ENDS[FOUND], 0.14, -0.34
+    else:
+        end = f"{words.length(gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
+        yield last, f"{end}, {ago} frames ago" if ago else end, WHITE, 0.14, -0.34
+
+
+def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
+    """The frame of a search in numbers: how many pairs each stage leaves, and what each takes."""
+    counts = {stage: int(count[search.frame]) for stage, count in run.counts.items()}
+    cells = {stage: str(count) for stage, count in counts.items()}
+    if (waiting := counts.get(BOXES, counts[SPHERES]) - counts[SEARCHED]) > 0:
+        cells[SEARCHED] += f", {waiting} as before"
+    if search.kind == LOST:
+        cells[CONFIRMED] += f", missed: {result.assembly.pair_name(search.pair)}"
+    times = [(stage, words.duration(ms[search.frame] / 1e3)) for stage, ms in stage_ms(run.detection).items()]
+    total = total_ms(run.detection)[search.frame]
+    price = (
+        f"{words.frame_time(total / 1e3)} for this frame: {words.share(total / BUDGET_MS)} of a {HEADSET_HZ:g} Hz frame"
+    )
+    left = table("", ("stage", "pairs that it leaves"), [*cells.items()])
+    return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
+
+
+def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> None:
+    """One line per search: a click on its time moves the cursor there."""
+    names = [result.assembly.pair_name(search.pair) for search in run.searches]
+    width, lines = max(map(len, names)), []
+    for search, name in zip(run.searches, names, strict=True):
+        samples = plural(run.look(search).evaluations, "sample")
+        line = f"{run.motion.times[search.frame]:8.3f} s  {search.kind:<9}  {name:<{width}}  {samples:>13}"
+        lines.append((line, search.kind, ENDS[search.kind]))
+    ns = writer.clock.ns[[search.frame for search in run.searches]]
+    writer.log_lines(pipeline_path(run.label, "moments"), ns, lines)

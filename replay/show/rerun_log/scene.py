@@ -1,0 +1,202 @@
+"""The room: bodies that stand where they stood, curves in which surfaces meet, and in red the faces of misses.
+
+A mesh is sent once, and a pose only where it changed; a body without a pose is not drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from itertools import chain
+from typing import Final
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from cdcore import Detection, FaceSets, Motion, TriangleMesh
+from cdcore.numerics import FloatArray
+from replay.auditing.fault import longest_curve_first
+from replay.auditing.first_touch import at_touch
+from replay.auditing.outcome import Comparison, Outcome
+from replay.pipeline.run_result import RunResult
+from replay.prepare.assembly import Assembly
+from replay.show.drawn_mesh import face_normals, shaded
+from replay.show.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
+from sessions.model.scene import Scene
+
+DRAWN_CONTACTS: Final = 20_000
+DRAWN_FACES: Final = 400_000
+"""Contacts, and face pairs behind them, that one detector draws at most: 10 MB and a second or two. Glass at rest on a
+bench touches it for minutes in hundreds of faces. Beyond this, frames without a moment are strided, and a curve may lag
+behind its body by the stride."""
+
+COLOURED: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+"""Outcomes with a colour of their own; all other contacts have that of what is found."""
+
+PUSHED_OUT: Final = 0.00015
+"""Metres that red faces stand off their body, so that the two do not flicker through each other."""
+
+DRAWN_MISSED_FACES: Final = 200_000
+"""Red faces per body at most, 7 MB: beyond it the shallowest misses stay without faces; pins and lanes show them."""
+
+LARGE_FACE: Final = 0.002
+"""Square metres, a triangle 6 cm wide and high: larger faces are not painted where smaller ones show the place. Two
+triangles of a bench top are two hands wide: painted, they drown the contact, and the curve says where on them it is."""
+
+Faces = NDArray[np.int64]
+Time = tuple[int, int]
+"""A frame, and nanoseconds after it."""
+
+Colours = Mapping[str, Sequence[tuple[int, int, Rgba]]]
+"""Body -> its colour from a frame, and nanoseconds after it, on; a body without a row has that of its tags."""
+
+
+def body_path(name: str) -> str:
+    """Entity of a body; punctuation in its name is escaped."""
+    return entity("world", name)
+
+
+def log_world(
+    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed: Container[str], colours: Colours
+) -> None:
+    """Send meshes and poses of the ``displayed`` bodies."""
+    writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
+    for column, body in enumerate(assembly.bodies):
+        if body.name in displayed:
+            path, usual = body_path(body.name), albedo(tags_of(body.name, scene))
+            log_shape(writer, f"{path}/mesh", body.mesh)
+            valid = assembly.motion.valid[:, column]
+            _log_colours(writer, f"{path}/mesh", valid, colours.get(body.name, ()), usual)
+            _log_poses(writer, path, assembly.motion, column)
+
+
+def log_shape(writer: RecordingWriter, path: str, mesh: TriangleMesh) -> None:
+    """Send a mesh, without a colour."""
+    vertices, normals, faces = shaded(mesh)
+    shape = rr.Mesh3D.from_fields(vertex_positions=vertices, vertex_normals=normals, triangle_indices=faces)
+    writer.static(path, shape)
+
+
+def _log_colours(
+    writer: RecordingWriter, path: str, valid: NDArray[np.bool_], steps: Sequence[tuple[int, int, Rgba]], usual: Rgba
+) -> None:
+    """Send the colour of a body; one without opacity while it has no pose.
+
+    A transform cannot hide a body: Rerun 0.41 refuses a scale or a quaternion of zero, and draws it at the identity.
+    """
+    flips = np.flatnonzero(np.diff(valid, prepend=~valid[:1])).tolist()
+    at = {(frame, later): colour for frame, later, colour in steps}
+    when, colour, rows = sorted({*((frame, 0) for frame in flips), *at}), usual, []
+    for moment in when:
+        colour = at.get(moment, colour)
+        rows.append((*colour[:3], colour[3] if valid[moment[0]] else 0))
+    writer.rows(path, when, rr.Mesh3D.columns(albedo_factor=np.array(rows, dtype=np.uint8).reshape(-1, 4)))
+
+
+def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) -> None:
+    frames = writer.clock.kept[motion.valid[writer.clock.kept, column]]
+    translation, rotation = motion.translations[frames, column], motion.rotations[frames, column]
+    poses = np.hstack([translation, rotation.reshape(-1, 9)])
+    changed = np.append(True, (poses[1:] != poses[:-1]).any(axis=1))[: len(frames)]
+    writer.rows(path, frames[changed], pose_columns(translation[changed], rotation[changed]))
+
+
+def log_touches(writer: RecordingWriter, result: RunResult) -> None:
+    """Send the poses of both bodies at a touch between frames; on the session timeline alone."""
+    assembly = result.assembly
+    for miss in chain.from_iterable(result.misses.values()):
+        touch = miss.evidence.touch
+        if touch is None:
+            continue
+        ns = writer.clock.ns[touch.frame : touch.frame + 1] + touch.later_ns
+        motion = at_touch(assembly, miss.pair, touch).motion
+        for body in assembly.pairs[miss.pair].tolist():
+            poses = pose_columns(motion.translations[:1, body], motion.rotations[:1, body])
+            writer.session_rows(body_path(assembly.names[body]), ns, poses)
+
+
+def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comparison: Comparison | None) -> None:
+    """Send ``world/contacts/<label>``: the curves in which surfaces meet.
+
+    What ``comparison`` calls missed is red, the rest blue. Nothing is sent of a detection without faces or curves.
+    """
+    sets, path = detection.face_sets, entity("world", "contacts", label)
+    if sets is None or detection.section_source is None:
+        return
+    contacts, frames = drawn_contacts(writer.clock, sets)
+    at = sets.frame[contacts], sets.pair[contacts]
+    curves = [detection.section(frame, pair) for frame, pair in zip(*(indices.tolist() for indices in at), strict=True)]
+    curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
+    lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
+    outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
+    colours = packed(OUTCOMES[code][1] if code in COLOURED else FOUND for code in outcomes.tolist())
+    strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
+    lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
+    in_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
+    writer.rows(path, frames, lines, in_frame.astype(np.int64))
+    writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
+
+
+def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]:
+    """Numbers of the contacts that are drawn, and the frames that get a row; one without contact clears."""
+    load = np.zeros(len(clock.ns))
+    np.add.at(load, sets.frame, np.maximum(1.0 / DRAWN_CONTACTS, (sets.stop - sets.start) / DRAWN_FACES))
+    stride = max(1, int(np.ceil(load[clock.kept].sum())))
+    frames = np.union1d(clock.kept[::stride], clock.moments)
+    busy = np.isin(frames, sets.frame)
+    return np.flatnonzero(np.isin(sets.frame, frames)), frames[busy | np.append(True, busy[:-1])[: len(busy)]]
+
+
+def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
+    """Send below each body, in its own frame, per frame its faces that met and were missed.
+
+    Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
+    """
+    assembly, misses = result.assembly, [*chain.from_iterable(result.misses.values())]
+    red: dict[int, dict[Time, list[Faces]]] = {
+        body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
+    }
+    left = dict.fromkeys(red, DRAWN_MISSED_FACES)
+    for miss in longest_curve_first(misses):
+        oracle, met = result.detections[result.oracle], dict[Time, Faces]()
+        if oracle.face_sets is not None:
+            met = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}
+        elif miss.evidence.faces is not None:
+            met = {miss.moment: miss.evidence.faces}
+        for time, faces in met.items():
+            for body, painted in _painted(assembly, miss.pair, faces).items():
+                if 0 < len(painted) <= left[body]:
+                    left[body] -= len(painted)
+                    red[body].setdefault(time, []).append(painted)
+    for body, faces_at in sorted(red.items()):
+        mesh = assembly.bodies[body].mesh
+        _log_red_faces(writer, f"{body_path(assembly.names[body])}/missed_faces", mesh, faces_at)
+
+
+def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
+    """Faces to paint of both bodies: large ones only where nothing smaller shows the place."""
+    whole = {body: np.unique(side) for body, side in zip(assembly.pairs[pair].tolist(), faces.T, strict=True)}
+    small = {body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE] for body, side in whole.items()}
+    return small if any(map(len, small.values())) else whole
+
+
+def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
+    """Area of each of these faces, square metres."""
+    areas: FloatArray = np.linalg.norm(face_normals(mesh.triangles[faces])[0], axis=1) / 2
+    return areas
+
+
+def _log_red_faces(
+    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Time, Sequence[Faces]]
+) -> None:
+    # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
+    after = ((frame + 1, 0) for frame, _ in painted if frame + 1 < len(writer.clock.ns))
+    times = sorted({(0, 0), *painted, *after})
+    none = np.zeros(0, dtype=np.int64)
+    faces = [np.unique(np.concatenate([none, *painted.get(time, ())])) for time in times]
+    triangles = mesh.triangles[np.concatenate(faces)]
+    corners = (triangles + PUSHED_OUT * face_normals(triangles)[1][:, None]).reshape(-1, 3)
+    shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
+    writer.rows(path, times, shapes, [3 * len(some) for some in faces])
+    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))

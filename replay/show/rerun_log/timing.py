@@ -1,0 +1,148 @@
+"""Cost of each detector: milliseconds of every frame by stage, its counters, and accuracy against cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from cdcore import Detection
+from cdcore.numerics import FloatArray
+from replay import words
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.show.accuracy import accuracy_plot
+from replay.show.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
+from replay.show.plots import LETTER, Dot, Plot, Point
+from replay.show.rerun_log.recording_file import RecordingWriter, entity, packed
+
+BUDGET_LINE: Final = "timing/budget"
+CUT_PERCENTILE: Final = 99.9
+"""A plot of times ends at what one frame in a thousand exceeds: one slow frame would press all curves to the floor."""
+
+IDLE: Final = 1e-7
+"""Seconds, in the mean, below which a stage had nothing to do and is not shown."""
+
+STAGES: Final[Mapping[str, str]] = {
+    "volumes": "broad phase",
+    "broad": "broad phase",
+    "spheres": "broad phase",
+    "boxes": "broad phase",
+    "surfaces": "narrow phase",
+    "meshes": "narrow phase",
+    "rest": "other",
+}
+"""Stage as a detector calls it -> in words of the field; any other keeps its name."""
+
+SCATTER: Final = "accuracy/plot"
+UNIT: Final = 1.3
+"""Units of a view, one a pixel at 1,920 x 1,080, for one of a plot."""
+
+SIZE: Final = (690.0, 680.0)
+"""Of the plot of losses over costs, in its units."""
+
+UP: Final = 30.0
+"""How far words are moved up, in units of the view: the viewer centres them on their place and hangs them below."""
+
+WIDE: Final = (-10.0, UNIT * SIZE[0] + 10.0)
+HIGH: Final = (-40.0, UNIT * SIZE[1] + 10.0)
+"""Range of its view along both axes."""
+
+
+def colour_of(number: int) -> Rgba:
+    """Colour of the n-th detector in every plot."""
+    return SERIES[number % len(SERIES)]
+
+
+def stage_ms(detection: Detection) -> dict[str, FloatArray]:
+    """Stage -> milliseconds of each frame, (T,); where the whole motion was asked at once, their mean."""
+    frames, stages = len(detection.times), dict[str, FloatArray]()
+    for name, value in detection.seconds.items():
+        if np.sum(value) > IDLE * frames:
+            word = STAGES.get(name, name)
+            ms = 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
+            stages[word] = stages.get(word, 0.0) + ms
+    return stages
+
+
+def total_ms(detection: Detection) -> FloatArray:
+    """Milliseconds of each frame, (T,)."""
+    total: FloatArray = sum(stage_ms(detection).values(), start=np.zeros(len(detection.times)))
+    return total
+
+
+def ceiling(totals: Sequence[FloatArray]) -> float:
+    """Milliseconds at which a plot of these is cut."""
+    return max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in totals if len(ms)), default=0.0) or BUDGET_MS
+
+
+def budget_share(top: float) -> float:
+    """The largest of 1, 1/10, 1/100 ... of a frame's budget that a plot up to ``top`` shows."""
+    return float(10.0 ** min(0, int(np.floor(np.log10(top / BUDGET_MS)))))
+
+
+def total_path(label: str) -> str:
+    """Entity of all that a detector took."""
+    return entity("timing", label, "total")
+
+
+def stages_path(label: str) -> str:
+    """Entity below which the stages of a detector stand."""
+    return entity("timing", label, "stages")
+
+
+def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
+    """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
+    totals = {label: total_ms(detection) for label, detection in detections.items()}
+    fraction = budget_share(ceiling([*totals.values()]))
+    fraction_text = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(
+        fraction, f"{words.number(fraction)} of "
+    )
+    name = f"{fraction_text}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(fraction * BUDGET_MS / 1e3)}"
+    frames = len(writer.clock.ns)
+    writer.curve(BUDGET_LINE, np.full(frames, fraction * BUDGET_MS), name, BUDGET)
+    for number, (label, detection) in enumerate(detections.items()):
+        writer.curve(total_path(label), totals[label], legends[label], colour_of(number))
+        _log_stages(writer, label, stage_ms(detection))
+        for rank, (counter, value) in enumerate(detection.work.items()):
+            if np.any(value):
+                counts = value.sum(axis=1) if isinstance(value, np.ndarray) else np.full(frames, value)
+                legend = f"{counter.replace('_', ' ')}: {int(np.sum(value)):,} in all"
+                writer.curve(entity("counters", label, counter), counts, legend, colour_of(rank))
+
+
+def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatArray]) -> None:
+    """Lines added up, the total drawn first: Rerun has no areas."""
+    for rank, (stage, total) in enumerate(zip(stages, accumulate(stages.values()), strict=True)):
+        path = f"{stages_path(label)}/{entity(f'{len(stages) - rank}_{stage}')}"
+        writer.curve(path, total, f"+ {stage}" if rank else stage, colour_of(rank))
+
+
+def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, Rgba]]) -> None:
+    """Send losses over costs, the plot of the page, in a flat view: Rerun plots over time alone."""
+    if dots:
+        plot = accuracy_plot([dot for dot, _ in dots], SIZE, "; left is cheaper, down is better")
+        _log_plot(writer, plot, [colour for _, colour in dots])
+
+
+def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> None:
+    """Send a plot with the ``colours`` of its dots."""
+    root, radius = SCATTER, rr.Radius.ui_points
+
+    def placed(points: Sequence[Point]) -> FloatArray:
+        return UNIT * np.reshape(points, (-1, 2))
+
+    lines = [placed(corners) for _, corners in plot.lines]
+    writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))
+    dots = placed([point for _, point in plot.dots])
+    writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
+    half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
+    anchors = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
+    texts = rr.Points2D(
+        anchors - np.array([0.0, UP]), labels=[words.text for words in plot.words],
+        colors=packed(TICKS if words.dot < 0 else colours[words.dot] for words in plot.words),
+        radii=radius(0.01), show_labels=True,
+    )  # fmt: skip
+    writer.static(f"{root}/words", texts)

@@ -1,0 +1,164 @@
+"""A run as tables: verdict data in float64 and int64, bodies by name, one row per thing that happened."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from cdcore import Verdict
+from cdcore.numerics import IntArray
+from cdcore.protocol import counts_as_contact, is_one_of
+from replay.auditing.fault import Fault
+from replay.auditing.holding import within
+from replay.auditing.outcome import Outcome
+from replay.base.constants import VERDICT_FRAMES
+from replay.document.run_document import RunDocument
+from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
+from replay.pipeline.run_result import RunResult
+from replay.pipeline.summary import frame_seconds
+from replay.prepare.flags import POSE_DOUBT, flag_word
+from replay.show.results.parquet import table_of
+
+VERDICT_NAMES: Final = [verdict.name for verdict in Verdict]
+OUTCOME_NAMES: Final = [outcome.name for outcome in Outcome]
+
+ROWS_PER_BATCH: Final = 200_000
+"""Rows of the frame table that are made at a time: some 20 MB, for a session of any length."""
+
+STATED: Final = (Verdict.UNRESOLVED, Verdict.INVALID)
+"""Verdicts that are no contact and still worth a row."""
+
+Columns = dict[str, Any]
+
+
+def frame_table(result: RunResult) -> Iterator[pa.Table]:
+    """Pair-frames where anything happened, in order of time, part by part.
+
+    A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
+    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``,
+    ``miss/<label>`` and ``false/<label>`` (number of the miss or the false contact, null outside);
+    ``work/<label>/<counter>`` where counted per pair-frame; and ``frame_seconds/<label>`` (the whole frame, all pairs)
+    where frames were timed. ``flag`` names what was in doubt about a pose of either body (``frozen+gap``; null:
+    nothing); such pair-frames always have a row, except those after a gap, whose poses are not in doubt.
+    """
+    rows, columns = _happened(result)
+    numbers = {
+        f"{kind}/{label}": _numbers(faults[label], rows, columns)
+        for label in result.comparisons
+        for kind, faults in (("miss", result.misses), ("false", result.false))
+    }
+    for start in range(0, max(1, len(rows)), ROWS_PER_BATCH):
+        batch = slice(start, start + ROWS_PER_BATCH)
+        cut = {name: number[batch] for name, number in numbers.items()}
+        yield pa.table(_frame_columns(result, rows[batch], columns[batch], cut))
+
+
+def timing_table(result: RunResult) -> pa.Table:
+    """Seconds of every frame: ``frame stamp_ns time``, and ``seconds/<label>/<stage>`` of detectors timed by frame."""
+    times = result.assembly.motion.times
+    columns: Columns = {"frame": np.arange(len(times)), "stamp_ns": result.assembly.stamp_ns, "time": times}
+    for label, detection in result.detections.items():
+        for stage, value in detection.seconds.items():
+            if isinstance(value, np.ndarray):
+                columns[f"seconds/{label}/{stage}"] = value
+    return pa.table(columns)
+
+
+def series_table(result: RunResult) -> pa.Table:
+    """Every value of every series of the effects: ``effect series unit time value``."""
+    named = [(kind, name, series) for kind, run in result.effects.items() for name, series in run.series.items()]
+    every = [series for _, _, series in named]
+    rows = np.repeat(np.arange(len(every)), [len(series.times) for series in every])
+    columns: Columns = {
+        "effect": _dictionary(rows, [kind for kind, _, _ in named]),
+        "series": _dictionary(rows, [name for _, name, _ in named]),
+        "unit": _dictionary(rows, [series.unit for series in every]),
+        "time": pa.array(np.concatenate([np.zeros(0), *(series.times for series in every)])),
+        "value": pa.array(np.concatenate([np.zeros(0), *(series.values for series in every)])),
+    }
+    return pa.table(columns)
+
+
+def metrics_table(result: RunResult) -> pa.Table:
+    """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
+    rows = [row | _measured(result.document, row["detector"]) for row in metric_rows(result)]
+    tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
+    return table_of(rows, METRICS | MEASURED | dict.fromkeys(tasks, float))
+
+
+def _measured(document: RunDocument, label: str) -> dict[str, Any]:
+    detector = document.detectors.get(label)
+    seconds = None if detector is None else detector.seconds
+    samples = None if seconds is None else seconds.sample_times
+    taken = (
+        None if seconds is None else seconds.per_frame_mean,
+        None if samples is None else samples.p99,
+        None if samples is None else samples.max,
+    )
+    milliseconds = [None if time is None else 1e3 * time for time in taken]
+    return dict(zip(MEASURED, (document.oracle, document.session.facts.get("vr_type"), *milliseconds), strict=True))
+
+
+def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
+    """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
+    rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
+        verdicts = [detection.verdict[start : start + VERDICT_FRAMES] for detection in result.detections.values()]
+        marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED) for verdict in verdicts]
+        if marked:
+            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+            marked += [((flag & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
+            frame, column = np.nonzero(np.logical_or.reduce(marked))
+            rows.append(frame + start)
+            columns.append(column)
+    return np.concatenate(rows), np.concatenate(columns)
+
+
+def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
+    ends = result.assembly.pairs[columns]
+    flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
+    codes, index = np.unique(flag, return_inverse=True)
+    named = pa.array(index.reshape(-1).astype(np.int32), mask=flag == 0)
+    return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))
+
+
+def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
+    names, ends = list(result.assembly.names), result.assembly.pairs[columns]
+    table: Columns = {
+        "frame": pa.array(rows),
+        "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
+        "time": pa.array(result.assembly.motion.times[rows]),
+        "body_a": _dictionary(ends[:, 0], names),
+        "body_b": _dictionary(ends[:, 1], names),
+        "held": pa.array(result.assembly.held[columns] | within(result.holdings, columns, rows, rows)),
+        "flag": _flag_column(result, rows, columns),
+    }
+    for label, detection in result.detections.items():
+        table[f"verdict/{label}"] = _dictionary(detection.verdict[rows, columns], VERDICT_NAMES)
+    for label, comparison in result.comparisons.items():
+        table[f"outcome/{label}"] = _dictionary(comparison.outcome[rows, columns], OUTCOME_NAMES)
+        for name in (f"miss/{label}", f"false/{label}"):
+            table[name] = pa.array(numbers[name], mask=numbers[name] == 0)
+    for label, detection in result.detections.items():
+        for counter, count in detection.work.items():
+            if isinstance(count, np.ndarray):
+                table[f"work/{label}/{counter}"] = pa.array(count[rows, columns].astype(np.int64))
+        seconds = frame_seconds(detection)
+        if seconds is not None:
+            table[f"frame_seconds/{label}"] = pa.array(seconds[rows])
+    return table
+
+
+def _dictionary(values: NDArray[np.integer], names: list[str]) -> pa.DictionaryArray:
+    return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(names, pa.string()))
+
+
+def _numbers(faults: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
+    """Number of the miss or the false contact that each row belongs to, 0 outside."""
+    number = np.zeros(len(rows), dtype=np.int64)
+    for fault in faults:
+        start, stop = np.searchsorted(rows, [fault.first, fault.last + 1])
+        number[start:stop][columns[start:stop] == fault.pair] = fault.number
+    return number

@@ -1,0 +1,321 @@
+"""The tables of a run, each built once; a renderer takes the columns for which it has room."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+from cdcore.protocol import DECIDED, REFUSED
+from replay import words
+from replay.auditing.fault import Cause, FaultKind
+from replay.auditing.gates import percent
+from replay.auditing.look_phases import PHASES
+from replay.base.constants import BUDGET_MS
+from replay.base.shown import plural
+from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
+from replay.base.wilson import OVER_CONTACTS, Proportion
+from replay.document.audit import DetectorAudit
+from replay.document.detector import LongestStage
+from replay.document.run_document import ContactLengths
+from replay.effects.effects_runner import CURVES
+from replay.pipeline.answer import busy_text
+from replay.pipeline.ranking import Range, all_unconfirmed
+from replay.pipeline.run_result import Summarised
+from replay.show.words import (
+    PAIR_FRAME_ROWS,
+    WITHIN,
+    span_words,
+    tallied,
+)  # fmt: skip
+from sessions import Finding
+
+LATE_OR_SHORT = "late or cut short"
+FALSE_CONTACT = "false contact"
+REFERENCE = "reference"
+NOT_APPLICABLE = "-"
+
+UNCONFIRMED = "unconfirmed frames"
+"""Stands for *false frames* of a detector that only calls them candidates."""
+
+CUT = "cut by lost poses"
+"""Column of contacts, there only where lost poses cut one."""
+
+MOST_REASONS = 4
+"""Reasons listed why containment was refused; each open body makes one of its own."""
+
+
+def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
+    return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
+
+
+def _false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
+    false, unconfirmed = of
+    if false is None:
+        return NOT_APPLICABLE
+    if false.value is None:
+        return "0 %"
+    word = " unconfirmed" if unconfirmed else ""
+    text = percent(false, word.strip()) if intervals else f"{words.share(false.value)}{word}"
+    return Marked(text, INVENTED if false.count else "")
+
+
+def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
+    """Contacts with a fault, the mean over the sampling offsets; ``None`` of the reference."""
+    return None if proportion is None else (proportion.value or 0.0) * contacts
+
+
+def _milliseconds(seconds: float | None) -> float | None:
+    return None if seconds is None else 1e3 * seconds
+
+
+def _ms(seconds: float | None) -> str:
+    return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
+
+
+def _moment(row: Mapping[str, Any]) -> Cell:
+    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
+    moment = row["start"] if row["touch"] is None else row["touch"]
+    unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
+    below = f"within {words.duration(unsure)}" if unsure > 1e-6 else ""
+    return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
+
+
+def _quick_ms(seconds: float | None) -> str:
+    return "" if seconds is None else words.milliseconds(seconds)
+
+
+def _stage(longest: LongestStage | None) -> str:
+    return f"{longest.stage} {100 * longest.fraction:.0f} %" if longest else ""
+
+
+COLUMNS = columns_of(
+    "show/run_tables.toml",
+    {
+        "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
+        "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
+        "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
+        "mean_late": lambda rank: _mean_count(rank.late_or_cut_short, rank.contacts),
+        "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
+        "mean_milliseconds": lambda rank: _milliseconds(rank.mean),
+        "p99_milliseconds": lambda rank: _milliseconds(rank.p99),
+        "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
+        "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
+        "false_of": lambda rank: (rank.false, rank.unconfirmed),
+        "false_share": _false_cell,
+        "ms": _ms,
+        "loss": words.loss_number,
+        "quick_ms": _quick_ms,
+        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.share(fraction),
+        "percent": lambda fraction: "" if fraction is None else words.share(fraction),
+        "stage": _stage,
+        "cut_of": lambda row: row["lengths"].cut,
+        "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
+        "moment_of": _moment,
+        "as_is": lambda cell: cell,
+        "gap_of": lambda row: None if row["gap"] is None else 1e3 * row["gap"],
+    },
+)
+RANKING = COLUMNS["ranking"]
+
+
+def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
+    """Every detector of a run, the one with the largest fault first, and the reference last.
+
+    Counts are smallest to largest over the sampling offsets; ``intervals``: beside each share its own.
+    """
+    ranks = result.ranking
+    contacts = ranks[-1].contacts if ranks else 0
+    made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
+    title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
+    notes = [OVER_CONTACTS] if intervals else []
+    if busy := busy_text(result.document):
+        notes.append(busy)
+    notes += timing_notes(result)
+    made = Table.of(RANKING, ranks, title, notes)
+    if intervals:
+        with_intervals = partial(_false_cell, intervals=True)
+        columns = (
+            replace(column, show=with_intervals) if column.name == FALSE_CONTACT else column for column in made.columns
+        )
+        made = replace(made, columns=tuple(columns))
+    some = any(rank.undecided for rank in ranks)
+    return made.only(*(name for name in made.head if some or name != "undecided"))
+
+
+def ranking_numbers(result: Summarised) -> Table:
+    """The ranking as Parquet has it; numbers of contacts are means over the sampling offsets."""
+    return Table.of((column.stored for column in RANKING), result.ranking)
+
+
+def timing_notes(result: Summarised) -> list[str]:
+    """A line that names the detectors of a ranking that were not timed frame by frame, where others were."""
+    live = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
+    at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
+    if len(at_once) in (0, len(live)):
+        return []
+    verb = "was" if len(at_once) == 1 else "were"
+    return [f"{', '.join(at_once)} {verb} run on all frames at once: compare no time with those of other rows."]
+
+
+def happened(contacts: int) -> str:
+    """How many contacts the reference found, as a sentence."""
+    return f"{plural(contacts, 'contact')} happened." if contacts else "No contact happened."
+
+
+def sampling_notes(result: Summarised) -> list[str]:
+    """Over what the counts of detectors of a fixed rate range, and at which offset their moments are."""
+    labels = [rank.label for rank in result.ranking if rank.phases > 1]
+    if not labels:
+        return []
+    who = ", ".join(labels)
+    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset nearest the mean."]
+
+
+def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
+    """Pair-frames of every audited detector, a column each."""
+    audits = list(audit.values())
+    rows: list[tuple[Cell, ...]] = [
+        (name, *(getattr(each.pair_frames, field) for each in audits)) for field, name in PAIR_FRAME_ROWS.items()
+    ]
+    rows.append(("missed, of those in contact", *(percent(each.time_missed) for each in audits)))
+    rows.append(("between frames", *(each.between_frames for each in audits)))
+    return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
+
+
+NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
+
+
+def pair_table(result: Summarised, label: str) -> Table:
+    """Pairs that touched, or were said to, by what a detector made of them; the most missed first, as in the lanes.
+
+    Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
+    """
+    rows, grasped_rows = list[dict[str, Any]](), list[dict[str, Any]]()
+    for pair in result.document.pairs:
+        audit = pair.audit.get(label)
+        if audit is None:
+            continue
+        frames = audit.pair_frames
+        lengths = pair.contacts.get(result.oracle, NO_CONTACTS)
+        if lengths.count or frames.false_contact or frames.within_tolerance:
+            rows.append({
+                "pair": pair.name, "lengths": lengths, "audit": audit, "frames": frames,
+                "within_tolerance": frames.within_tolerance,
+            })  # fmt: skip
+        if grasped := audit.while_grasped:
+            lengths = pair.grasped_contacts.get(result.oracle, NO_CONTACTS)
+            grasped_rows.append({
+                "pair": f"{pair.name} (held)", "lengths": lengths, "audit": grasped, "frames": grasped,
+                "within_tolerance": 0,
+            })  # fmt: skip
+    rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
+    title = f"Contacts ({result.oracle}) and what {label} made of them"
+    made = Table.of(COLUMNS["pairs"], rows + grasped_rows, title, containment_notes(result, result.oracle))
+    absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
+    absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
+    return made.only(*(name for name in made.head if name not in absent))
+
+
+def contact_table(result: Summarised, label: str) -> Table:
+    """Contacts that a detector found, a row per pair."""
+    rows = [
+        {"pair": f"{pair.name} (held)" if pair.grasp or grasped else pair.name, "lengths": contacts[label]}
+        for pair in result.document.pairs
+        for grasped, contacts in ((False, pair.contacts), (True, pair.grasped_contacts))
+        if label in contacts
+    ]
+    made = Table.of(
+        COLUMNS["lengths"] + COLUMNS["cut"], rows, f"Contacts found by {label}", containment_notes(result, label)
+    )
+    return made if any(made.column(CUT)) else made.only(*(column.name for column in COLUMNS["lengths"]))
+
+
+def containment_notes(result: Summarised, label: str) -> list[str]:
+    """A line where this detector never decides of some pairs if one body is inside the other.
+
+    Pairs that it decides in some frames are no matter of this line: their undecided frames are counted.
+    """
+    stated = [pair.containment.get(label, DECIDED) for pair in result.document.pairs]
+    refused = [word for word in stated if word.startswith(REFUSED)]
+    why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
+    more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
+    of = f"{len(refused)} of {plural(len(stated), 'pair')}"
+    return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
+
+
+def miss_table(misses: Table, label: str) -> Table:
+    """The misses of a detector, those that were never found first."""
+    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != FaultKind.NEVER_REPORTED)
+    noisy = any(row["noise"] for row in rows)
+    columns = COLUMNS["misses"]
+    return Table.of(columns if noisy else columns[:-1], rows, f"missed by {label}")
+
+
+def false_table(false: Table, label: str) -> Table:
+    """The false contacts of a detector, the longest first."""
+    rows = sorted(false.where(detector=label).plain(), key=lambda row: -row["frames"])
+    thing = "unconfirmed contact" if all(row["cause"] == Cause.BOUNDING_VOLUMES for row in rows) else "false contact"
+    return Table.of(COLUMNS["false"], rows, f"{thing}s of {label}")
+
+
+LATE = f"over {BUDGET_MS:.1f} ms"
+"""Column of the frames that took longer than one at 90 Hz."""
+
+
+def cost_table(result: Summarised) -> Table:
+    """The times of each detector; the mean is over all frames, quantiles and the share over budget over the samples."""
+    rows, notes = [], list[str]()
+    for label, detector in result.document.detectors.items():
+        how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
+        if label in result.document.audit and not detector.online:
+            notes.append(f"{label} cannot run frame by frame")
+        rows.append({"detector": label, "how": how, "seconds": detector.seconds})
+    if busy := busy_text(result.document):
+        notes.append(busy)
+    return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
+
+
+EFFECTS = (
+    Column("effect", of="0", whole=True),
+    Column("because", wide=True, of=lambda row: "; ".join(row[1].because)),
+    Column("found", of=lambda row: tallied(row[1].events) or _curves(int(row[1].counters.get(CURVES, 0)))),
+    Column("runs only in", wide=True, of=lambda row: row[1].trigger or "always"),
+    Column("work", wide=True, of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row[1].counters.items())),
+    Column("ms", float, of=lambda row: 1e3 * row[1].seconds, show=".1f"),
+    Column("% of the run", float, of=lambda row: 100 * row[1].fraction, show=".1f"),
+    Column("% skipped", float, of=lambda row: 100 - 100 * row[1].frames_run / max(1, row[1].frames), show=".1f"),
+)
+
+
+def _curves(count: int) -> str:
+    return plural(count, "curve") if count else "nothing"
+
+
+def effect_table(result: Summarised) -> Table:
+    """Effects of the plan: what each found, why it ran, what it cost, how much of the session its trigger skipped."""
+    return Table.of(EFFECTS, result.document.effects.items(), "Effects")
+
+
+def finding_table(
+    findings: Sequence[Finding], title: str = "Findings", *, marks: Sequence[str] = ("", "", "")
+) -> Table:
+    """The findings about a recording, in the order given; ``marks`` of a severity: note, warning, error.
+
+    What a code means and what to do stands below its first row only: with nine losses of tracking it would be most of
+    the table.
+    """
+    first = {finding.code: finding for finding in reversed(findings)}
+
+    def message(finding: Finding) -> Cell:
+        below = f"{finding.meaning}; {finding.fix}" if finding is first[finding.code] else ""
+        return Marked(finding.message, "", below)
+
+    columns = (
+        Column("severity", of="severity", show=lambda level: Marked(level.name.lower(), marks[level]), whole=True),
+        Column("code", whole=True),
+        Column("body", whole=True),
+        Column("what", of=message),
+        Column("seconds", of=lambda finding: span_words(finding.start, finding.end), whole=True),
+        Column("count", int),
+    )
+    return Table.of(columns, findings, title)

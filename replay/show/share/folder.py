@@ -1,0 +1,125 @@
+"""The folder that a run is sent as: the report, the live picture beside it, and the recording; it opens by itself.
+
+A browser reads no file for a page of ``file://`` but scripts, styles and pictures. So the recording and the viewer lie
+packed in scripts; the viewer's, the largest, is there once for all runs. The page is made anew from summary and tables:
+one that came with the folder is never passed on. It has no stills: every fault leads the picture to its moment.
+"""
+
+import gzip
+import json
+import shutil
+from base64 import b64encode
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from replay.base.machine import versions
+from replay.base.tables import Marked, table
+from replay.errors import OutputError
+from replay.pipeline.headline import held
+from replay.show.report.markup import filled
+from replay.show.report.page import page_of
+from replay.show.report.run_view import Hero, RunView, session_names
+from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
+from sessions.mcap.metadata import SHARE
+
+SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
+INDEX: Final = "index.html"
+
+
+def require_consent(folders: Sequence[RunFolder]) -> None:
+    """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
+    consents = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
+    without = [f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHARE]
+    if without:
+        what = f"no consent to share is recorded: {', '.join(without)}"
+        raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")
+
+
+def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool = False) -> str:
+    """Write runs to a folder that opens by a double click on ``index.html``; why there is no picture, or nothing.
+
+    Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: the recording of a run is none.
+    """
+    pictured_runs = [run for run in folders if run.has_picture]
+    for run in pictured_runs:
+        _require_whole(run.picture)
+    viewer, why = _viewer() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
+    pages = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
+    titles: dict[str, str] = {}
+    with result_folder(out, SHARED, force=force) as folder:
+        for name, content in viewer.items():
+            (folder / name).write_bytes(content)
+        for name, run in pages.items():
+            page = INDEX if len(pages) == 1 else f"{name}.html"
+            titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
+        if len(pages) > 1:
+            (folder / INDEX).write_text(_list(pages, titles), encoding="utf-8", newline="\n")
+        mark = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
+        write_summary(folder, SHARED, mark)
+    return why
+
+
+def _require_whole(picture: Path) -> None:
+    """Refuse a damaged recording before the viewer is started, which takes seconds."""
+    from replay.show.rerun_log.moments import read_bookmarks
+
+    read_bookmarks(picture)
+
+
+def _viewer() -> tuple[dict[str, bytes], str]:
+    from replay.show.rerun_log.viewer import ViewerError
+    from replay.show.rerun_log.web_viewer import PROGRAM, web_viewer
+
+    try:
+        viewer = web_viewer()
+    except ViewerError as error:
+        return {}, str(error)
+    script = files("replay.show.share").joinpath("picture.js").read_bytes()
+    return viewer | {"viewer.js": _packed(viewer.pop(PROGRAM)), "picture.js": script}, ""
+
+
+def _packed(content: bytes) -> bytes:
+    return b'window.packed="' + b64encode(gzip.compress(content, 6, mtime=0)) + b'";\n'
+
+
+def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
+    """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
+    view = folder_view(run, pictured=pictured)
+    if pictured:
+        recording, labels = run.picture, list(run.document.audit)
+        shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
+        packed = _moments(recording, labels) + _packed(recording.read_bytes())
+        page.with_name(f"{name}.js").write_bytes(packed)
+    page.write_text(shared_page(view, name), encoding="utf-8", newline="\n")
+    return view.title
+
+
+def _moments(recording: Path, labels: Sequence[str]) -> bytes:
+    from replay.show.rerun_log.web_viewer import moment_commands
+
+    commands = {name: b64encode(data).decode() for name, data in moment_commands(recording, labels).items()}
+    return f"window.moments={json.dumps(commands)};\n".encode()
+
+
+def shared_page(view: RunView, recording: str) -> str:
+    """The page of a run; ``recording`` is the name of its packed recording."""
+    rerun = versions().get("rerun-sdk", "")
+    return page_of(view, held(view.run), "show/share/page.html", recording=recording, rerun=rerun)
+
+
+def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
+    rows: list[Sequence[Any]] = []
+    for name, run in pages.items():
+        who = run.document.session.facts.get("pseudonym", "")
+        rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
+    runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
+    return filled("show/share/list.html", runs=runs)
+
+
+def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
+    """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
+    tradeoff, names = run.document.tradeoff, ", ".join(session_names(run.document))
+    hero = None if tradeoff is None else Hero(tradeoff.answer, tradeoff.advice)
+    return RunView(run, run.rows, names, run.faults, hero, pictured=pictured)

@@ -1,0 +1,280 @@
+"""Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it.
+
+The protobuf library reads one message. Where `pose_encoding` writes its bodies in as many bytes, all messages of that
+length which agree with those bytes in everything but the numbers are read with one comparison and one gather. All
+others, such as those of other programs, are left to the protobuf library, one by one.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
+
+from sessions.errors import SessionFileError
+from sessions.mcap.catalogue import Catalogue
+from sessions.mcap.frame_layout import NEGATIVE_WIDTH, SECONDS_WIDTH, frame_layout
+from sessions.mcap.metadata import MAX_BODIES
+from sessions.mcap.pose_encoding import FRAME_WITHOUT_SAMPLES, SECOND_NS
+from sessions.mcap.refusals import TOO_MANY, refused
+from sessions.mcap.schemas import TF, TRACKING, WORLD, message_class
+from sessions.mcap.unpacking import MessageTable, rows_at
+from sessions.model.frames import Frames, Status, absent_samples
+
+# Cells (frames times bodies) made at once, 65 bytes each: an ordinary chunk of 12 bodies has 11,000, a hostile one
+# that declares thousands of bodies and holds millions of empty frames is cut into parts of 17 MB.
+CELLS_AT_ONCE = 1 << 18
+# A message of /tf: 100 bytes per body, so this is 10,000 bodies.
+MESSAGE_BYTES = 1 << 20
+MOST_TRANSFORMS = 4096
+# Messages of one length are read set of bodies by set of bodies, this many at most, as long as so many messages are
+# left: a message of 12 bodies takes the protobuf library 18 us, a set of bodies takes about 1 ms.
+LAYOUTS_PER_LENGTH, FEWEST_OF_A_LAYOUT = 32, 64
+
+_NOTED = (Status.LOST, Status.HELD, Status.INTERPOLATED)
+_Identity = tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class BodySamples:
+    """Samples of one body, whose frames are ``parent`` and ``child``."""
+
+    rows: NDArray[np.int64]
+    """(n,) numbers of their messages, ascending."""
+    step: int
+    """Place in the first of these messages."""
+    parent: str
+    child: str
+    stamped: bool
+    """Whether they have device stamps."""
+    sample_ns: NDArray[np.int64]
+    values: NDArray[np.float64]
+    """(n, 7) position and quaternion xyzw."""
+
+
+@dataclass
+class Appearance:
+    """How often, and from when to when (frame stamps), a body was given in a frame."""
+
+    first_ns: int
+    last_ns: int
+    count: int = 0
+
+
+class FrameDecoder:
+    """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
+
+    ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies, or
+    more bodies that messages repeat or note, than the file has room for are refused. One that is not ``strict`` adds
+    bodies that are not among the names, takes poses in every frame, and notes in ``met`` when each of both was met.
+    """
+
+    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None, *, strict: bool = True) -> None:
+        self._catalogue, self._strict = catalogue, strict
+        self._grow = names is None or not strict
+        self._columns = {name: column for column, name in enumerate(names or ())}
+        self._parent: str | None = None
+        self._notes: dict[bytes, list[tuple[str, int]]] = {}
+        self._pending: tuple[_Identity, bytes] | None = None
+        self.doubled = Counter[str]()
+        self.met: dict[tuple[str, str], Appearance] = {}
+        self._samples_left = catalogue.most_samples
+
+    def fork(self) -> "FrameDecoder":
+        """A decoder that goes on from here and leaves this one as it is."""
+        made = copy(self)
+        made._columns = dict(self._columns)
+        return made
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The bodies, one per column."""
+        return tuple(self._columns)
+
+    def _frames_and_notes(self, table: MessageTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        notes = table.of_channels(self._catalogue.ids(TRACKING))
+        empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)
+        return np.union1d(table.of_channels(self._catalogue.ids(TF)), notes[empty]), notes[~empty]
+
+    def decode(self, table: MessageTable) -> Iterator[Frames]:
+        """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
+        rows, notes = self._frames_and_notes(table)
+        size = table.end[rows] - table.start[rows]
+        if len(size) and size.max() > MESSAGE_BYTES:
+            raise self._refused(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
+        pending = self._notes_of(table, rows, notes)
+        at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
+        for start in range(0, len(rows), at_once):
+            chunk = rows[start : start + at_once]
+            mine = {row - start: note for row, note in pending.items() if start <= row < start + len(chunk)}
+            yield self._frames(table, chunk, mine)
+
+    def _frames(self, table: MessageTable, rows: NDArray[np.int64], notes: dict[int, bytes]) -> Frames:
+        end = np.where(np.isin(table.channel[rows], list(self._catalogue.ids(TF))), table.end[rows], table.start[rows])
+        samples = self._samples(table, rows, end)
+        columns = [self._column(body.parent, body.child) for body in samples]
+        stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
+        for body in () if self._strict else samples:
+            times = stamp[body.rows]
+            appearance = self.met.setdefault((body.parent, body.child), Appearance(int(times[0]), int(times[0])))
+            appearance.first_ns, appearance.last_ns = (
+                min(appearance.first_ns, int(times.min())),
+                max(appearance.last_ns, int(times.max())),
+            )
+            appearance.count += len(times)
+        self._samples_left -= shape[0] * shape[1]
+        if self._samples_left < 0:
+            raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
+        sample, position, quaternion, status = absent_samples(*shape)
+        for body, column in zip(samples, columns, strict=True):
+            sample[body.rows, column] = body.sample_ns if body.stamped else stamp[body.rows]
+            position[body.rows, column] = body.values[:, :3]
+            quaternion[body.rows, column] = body.values[:, 3:]
+            status[body.rows, column] = Status.VALID
+        for row, payload in notes.items():
+            self._apply(status[row], payload)
+        return Frames(self.names, stamp, table.log_ns[rows], sample, position, quaternion, status)
+
+    def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
+        """The samples of some messages, bodies in the order in which they appear.
+
+        Of several samples of a body in one message the first is taken; the others are counted in ``doubled``.
+        """
+        start = table.start[rows]
+        size = end - start
+        order = np.argsort(size, kind="stable")
+        decoded: list[BodySamples] = []
+        others: list[int] = []
+        for left in np.split(order, np.flatnonzero(np.diff(size[order])) + 1):
+            length = int(size[left[0]]) if len(left) else 0
+            for _ in range(LAYOUTS_PER_LENGTH if length else 0):
+                if len(left) < FEWEST_OF_A_LAYOUT:
+                    break
+                samples = self._alike(rows_at(np.frombuffer(table.data, np.uint8), start[left], length), left)
+                if not samples:
+                    break
+                decoded += samples
+                left = np.setdiff1d(left, samples[0].rows, assume_unique=True)
+            others += left.tolist() if length else []
+        decoded += self._parsed([(row, table.data[start[row] : end[row]]) for row in sorted(others)])
+        return sorted(decoded, key=lambda body: (body.rows[0], body.step))
+
+    def _alike(self, messages: NDArray[np.uint8], rows: NDArray[np.int64]) -> list[BodySamples]:
+        """The samples of all messages (n, length) that hold the bodies of the first as `pose_encoding` writes them."""
+        transforms = self._transforms(messages[0].tobytes())
+        names = tuple(transform.child_frame_id for transform in transforms)
+        negative = any(transform.timestamp.seconds < 0 for transform in transforms)
+        layout = frame_layout(names, NEGATIVE_WIDTH if negative else SECONDS_WIDTH)
+        if len(layout.template) != messages.shape[1] or len(set(names)) < len(names):
+            return []
+        fits = layout.fits(messages)
+        if not fits[0]:
+            return []
+        table, samples = messages[fits], []
+        for step, name in enumerate(names):
+            seconds, nanos = layout.stamps(table, step)
+            times = self._times(seconds, nanos)
+            samples.append(BodySamples(rows[fits], step, WORLD, name, True, times, layout.values(table, step)))
+        return samples
+
+    def _parsed(self, messages: Iterable[tuple[int, bytes]]) -> Iterator[BodySamples]:
+        """The samples of numbered messages as the protobuf library reads them."""
+        groups: dict[tuple[str, str, bool], list[tuple[int, int, Any]]] = {}
+        left = self._samples_left
+        for row, payload in messages:
+            transforms = self._transforms(payload)
+            left -= len(transforms)
+            if left < 0:
+                raise self._refused(TOO_MANY, "too-much")
+            taken = set[str]()
+            for step, transform in enumerate(transforms):
+                name = transform.child_frame_id
+                if name in taken:
+                    self.doubled[name] += 1
+                    self._count(1)
+                    continue
+                taken.add(name)
+                groups.setdefault((transform.parent_frame_id, name, transform.HasField("timestamp")), []).append(
+                    (row, step, transform)
+                )
+        for (parent, name, stamped), samples in groups.items():
+            rows = np.array([row for row, _, _ in samples])
+            stamps = np.array([(transform.timestamp.seconds, transform.timestamp.nanos) for _, _, transform in samples])
+            poses = [(transform.translation, transform.rotation) for _, _, transform in samples]
+            values = np.array([(p.x, p.y, p.z, q.x, q.y, q.z, q.w) for p, q in poses])
+            yield BodySamples(rows, samples[0][1], parent, name, stamped, self._times(*stamps.T), values)
+
+    def _transforms(self, payload: bytes) -> Any:
+        try:
+            transforms = FrameTransforms.FromString(payload).transforms
+        except DecodeError:
+            raise self._refused("a message on /tf is no foxglove.FrameTransforms") from None
+        if len(transforms) > MOST_TRANSFORMS:
+            raise self._refused(f"a message on /tf holds {len(transforms)} bodies", "too-much")
+        return transforms
+
+    def _times(self, seconds: NDArray[np.int64], nanos: NDArray[np.int64]) -> NDArray[np.int64]:
+        limit = (1 << 63) // SECOND_NS - 2
+        if not -limit < seconds.min() <= seconds.max() < limit:
+            raise self._refused("a transform is stamped beyond the year 2262")
+        return seconds * SECOND_NS + nanos
+
+    def _count(self, more: int) -> None:
+        """Count what messages hold beyond a sample of each body."""
+        self._samples_left -= more
+        if self._samples_left < 0:
+            raise self._refused(TOO_MANY, "too-much")
+
+    def _column(self, parent: str, name: str) -> int:
+        self._parent = parent if self._parent is None else self._parent
+        if parent != self._parent and self._strict:
+            what = f"/tf holds transforms with parents {self._parent!r} and {parent!r}, and a session has one world"
+            raise self._refused(what, "unknown-frame")
+        if name not in self._columns:
+            if not self._grow:
+                raise self._refused(
+                    f"/tf holds body {name!r}, which metadata vrlab.bodies does not list", "unlisted-body"
+                )
+            if len(self._columns) == MAX_BODIES:
+                raise self._refused(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
+            self._columns[name] = len(self._columns)
+        return self._columns[name]
+
+    def _notes_of(self, table: MessageTable, rows: NDArray[np.int64], notes: NDArray[np.int64]) -> dict[int, bytes]:
+        """Frame number -> its note. A note belongs to the next frame if sequence and stamps agree, else to none."""
+        waiting = {} if self._pending is None else {0: self._pending}
+        for note, frame in zip(notes.tolist(), np.searchsorted(rows, notes).tolist(), strict=True):
+            waiting[frame] = (_identity(table, note), table.payload(note))
+        self._pending = waiting.pop(len(rows), None)
+        return {
+            frame: payload
+            for frame, (identity, payload) in waiting.items()
+            if identity == _identity(table, int(rows[frame]))
+        }
+
+    def _apply(self, status: NDArray[np.uint8], payload: bytes) -> None:
+        if payload not in self._notes:
+            try:
+                message = message_class("Tracking").FromString(payload)
+            except DecodeError:
+                raise self._refused("a message on /tracking is no vrlab.Tracking") from None
+            if len(self._notes) >= MAX_BODIES:
+                self._notes.clear()
+            self._notes[payload] = [(body.name, body.status) for body in message.bodies]
+        self._count(max(0, len(self._notes[payload]) - len(self._columns)))
+        for name, value in self._notes[payload]:
+            column = self._columns.get(name)
+            if column is not None and status[column] != Status.ABSENT and value in _NOTED:
+                status[column] = value
+
+    def _refused(self, what: str, code: str = "bad-message") -> SessionFileError:
+        return refused(self._catalogue.path, code, what)
+
+
+def _identity(table: MessageTable, row: int) -> _Identity:
+    return int(table.sequence[row]), int(table.publish_ns[row]), int(table.log_ns[row])

@@ -1,0 +1,243 @@
+"""Reads a session file: metadata, meshes and events at once, poses chunk by chunk when they are asked for.
+
+Memory for ``Session.blocks`` is one chunk and one block, for a file of any length.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from os import PathLike
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from google.protobuf.message import DecodeError
+
+from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError, WrongInputError
+from sessions.mcap import annotations, metadata, schemas
+from sessions.mcap.mcap_file import McapFile, McapFrames
+from sessions.mcap.pose_decoding import FrameDecoder
+from sessions.mcap.refusals import refused
+from sessions.mcap.writer import SCENE_FILE
+from sessions.mesh_data import MeshData
+from sessions.model.constants import SCENE_FACT
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+
+Value = TypeVar("Value")
+
+
+def _require_path(given: object) -> None:
+    if not isinstance(given, str | PathLike):
+        kind = type(given).__name__
+        raise WrongInputError(f"read_session takes the path of a file, not {kind}; arrays: Session.from_arrays(...)")
+
+
+def read_session(path: str | Path, *, scene: str | Path | None = None) -> Session:
+    """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
+
+    Meshes are checked against their hashes. Frames and streams are decoded when asked for.
+    A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
+
+    ``path``: the file; ``scene``: a scene file that stands in place of the session's own, which is not looked at
+    (`with_scene`).
+
+    Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
+    ``TornFileError`` when it was cut short, for example by a crash of the recorder: `recover` saves what is there.
+    """
+    _require_path(path)
+    file = McapFile(Path(path))
+    if file.catalogue.tear is not None:
+        if file.catalogue.is_import:
+            what = f"it is cut short at byte {file.catalogue.tear} and no session"
+            raise refused(path, "no-poses", what)
+        raise TornFileError(
+            f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
+            "`replay recover`"
+        )
+    check_version(file)
+    file.catalogue.check_pose_channels()
+    names = listed_names(file) if file.own else _scanned_names(file)
+    session = session_of(file, names, None if scene is None else Scene())
+    if scene is None:
+        return session
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(session, scene)
+
+
+def session_of(file: McapFile, names: tuple[str, ...], scene: Scene | None = None) -> Session:
+    """The session in a file, of these bodies; a part that is refused is left out, unless the file is read strictly."""
+    facts, hashes = session_facts(file)
+    meshes: dict[str, MeshData | None] = {}
+    for name, stated in hashes.items():
+        meshes[name] = file.attempt(partial(attached_mesh, file, name, stated), None, name)
+    streams: dict[str, Any] = {
+        name: LazyMapping(file.topics_below(prefix), partial(_stream, file, prefix))
+        for prefix, name in schemas.STREAMS.items()
+    }
+    return Session(
+        McapFrames(file, names),
+        {name: mesh for name, mesh in meshes.items() if mesh is not None},
+        file.attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
+        events=file.attempt(partial(topic_content, file, schemas.EVENTS), ()),
+        intervals=file.attempt(partial(topic_content, file, schemas.INTERVALS), ()),
+        facts=facts,
+        origin=str(file.path),
+        live_contacts=file.attempt(partial(topic_content, file, schemas.LIVE_CONTACTS), ()),
+        colliders=file.attempt(partial(attached_colliders, file), {}),
+        **streams,
+    )
+
+
+def _stream(file: McapFile, prefix: str, key: str) -> Any:
+    return file.attempt(partial(topic_content, file, prefix + key), None)
+
+
+def load_streams(session: Session) -> None:
+    """Load everything of a session but its frames."""
+    for name in schemas.STREAMS.values():
+        dict(getattr(session, name))
+
+
+def check_version(file: McapFile) -> None:
+    """Refuse a file of our profile that is of another version."""
+    if file.own:
+        metadata.check_version(file.catalogue.profile, file.path)
+
+
+def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
+    """The facts of a session, and mesh name -> SHA-256."""
+    if not file.own:
+        return {"format": "foreign", "profile": file.catalogue.profile or "none", **metadata.DECLARED}, {}
+    facts, hashes = metadata.metadata_of(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {})
+    facts.pop(SCENE_FACT, None)  # of the program that wrote it
+    return facts, hashes
+
+
+def listed_names(file: McapFile) -> tuple[str, ...]:
+    """The bodies that a file of the profile lists."""
+    return metadata.names_of(file.catalogue.metadata_record(metadata.BODIES_RECORD), file.path)
+
+
+def _scanned_names(file: McapFile) -> tuple[str, ...]:
+    """The bodies of a foreign file, which lists them nowhere: one pass over its poses."""
+    decoder = FrameDecoder(file.catalogue, None)
+    for table in file.tables(schemas.TF):
+        for _ in decoder.decode(table):
+            pass
+    return decoder.names
+
+
+def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
+    """The mesh of a body; ``expected`` is its SHA-256."""
+    data = file.attachment(metadata.mesh_file(name))
+    if data is None:
+        raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
+    if (digest := hashlib.sha256(data).hexdigest()) != expected:
+        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {digest[:12]!r}, not {expected[:12]!r})"
+        raise refused(file.path, "mesh-hash", what)
+    return _mesh(file, data)
+
+
+def _mesh(file: McapFile, data: bytes) -> MeshData:
+    from sessions.meshes.mesh_files import mesh_from_bytes
+
+    try:
+        return mesh_from_bytes(data, "glb")
+    except MeshFileError as error:
+        raise _coded(file, error.code, error) from None
+
+
+def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
+    """Body -> its colliders, in the order of their numbers."""
+    colliders: dict[str, dict[int, MeshData]] = {}
+    for attachment in file.catalogue.attachments:
+        key = metadata.collider_name(attachment)
+        if key is not None:
+            colliders.setdefault(key[0], {})[key[1]] = _mesh(file, file.attachment(attachment) or b"")
+    return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in colliders.items()}
+
+
+def attached_scene(file: McapFile) -> Scene:
+    """The scene in a file, an empty one where it has none."""
+    data = file.attachment(SCENE_FILE)
+    if data is None:
+        return Scene()
+    from sessions.scene_files.scene_toml import parse_scene
+
+    try:
+        return parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE)
+    except SessionError as error:
+        raise _coded(file, "bad-scene", error) from None
+
+
+def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
+    """Turns an error in a part of a file into a refusal of the file."""
+    failure = SessionFileError(f"{file.path}: {error}")
+    failure.code = code
+    return failure
+
+
+Messages = list[tuple[int, bytes]]
+"""(publish_ns, payload) of a topic, in file order."""
+
+
+def _samples(prefix: str, messages: Messages, _last_ns: int) -> Any:
+    return annotations.read_stream(prefix, (payload for _, payload in messages))
+
+
+_TOPIC_READERS: dict[str, Callable[[Messages, int], Any]] = {
+    schemas.EVENTS: lambda messages, _: tuple(
+        annotations.read_event(payload, time_ns) for time_ns, payload in messages
+    ),
+    schemas.INTERVALS: lambda messages, last_ns: annotations.read_intervals(
+        (payload for _, payload in messages), last_ns
+    ),
+    schemas.LIVE_CONTACTS: lambda messages, _: tuple(annotations.read_contact(payload) for _, payload in messages),
+    **{prefix: partial(_samples, prefix) for prefix in schemas.STREAMS},
+}
+"""Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
+
+
+def is_session_topic(topic: str) -> bool:
+    """Whether a session holds the messages of a topic, other than poses."""
+    return schemas.topic_key(topic) in _TOPIC_READERS
+
+
+def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
+    """Decodes the messages of a topic; ``last_ns`` closes intervals without an end."""
+    try:
+        return _TOPIC_READERS[schemas.topic_key(topic)](messages, last_ns)
+    except (DecodeError, ValueError, OverflowError, SessionError):
+        raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
+
+
+def topic_content(file: McapFile, topic: str) -> Any:
+    """Reads and decodes the messages of a topic."""
+    messages = list(file.payloads(topic))
+    last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
+    return read_topic(file.path, topic, messages, last_ns)
+
+
+class LazyMapping(Mapping[str, Value], Generic[Value]):
+    """Parts of a session by name; ``load`` is called once per key, when its value is asked for."""
+
+    def __init__(self, keys: Sequence[str], load: Callable[[str], Value]) -> None:
+        self._keys, self._load = dict.fromkeys(keys), cache(load)
+
+    def __reduce__(self) -> Any:
+        return LazyMapping, (tuple(self._keys), self._load.__wrapped__)
+
+    def __getitem__(self, key: str) -> Value:
+        if key not in self._keys:
+            raise KeyError(key)
+        return self._load(key)
+
+    def __contains__(self, key: object) -> bool:  # the mixin's own would load the value
+        return key in self._keys
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)

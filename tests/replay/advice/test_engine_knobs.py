@@ -1,0 +1,103 @@
+"""Every row of an engine is a detector's setting, and every sentence of advice holds in every state."""
+
+import re
+from pathlib import Path
+
+import pytest
+from support.price_rows import price_row
+from support.small_worlds import cube
+
+import replay.guide
+from cdcore import Body, TriangleMesh, create_detector
+from cdcore.detectors import detector_row
+from cdcore.protocol import Solids
+from replay.advice.engine_knobs import advice_words, engine_named, engines
+from replay.detection.detector_spec import parse_detector
+from replay.errors import TradeoffError
+
+CHOICES = [(name, choice) for name, engine in engines().items() for choice in engine.choices]
+GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be_audited(name, choice):
+    engine = engines()[name]
+    first = engine.choices[0]
+    assert set(choice.knobs) <= set(first.knobs) and choice.pages
+    assert choice is first or all(value != first.knobs[knob] for knob, value in choice.knobs.items())
+    assert all(engine.pages[page] in GUIDE for page in choice.pages)
+    if detector_row(choice.detector).engine:
+        pytest.importorskip(detector_row(choice.detector).engine)
+    spec, solid = parse_detector(choice.asked(1e9)), TriangleMesh(cube().vertices, cube().faces)
+    bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
+    assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
+
+
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_a_step_a_collider_and_an_offset_are_those_of_the_setting_and_no_row_is_one_that_the_engine_excludes(
+    name, choice
+):
+    """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
+    knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
+    assert not re.search("shape=mesh|continuous", choice.asked(1e9))
+    assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
+    step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
+    pieces = "16" in " ".join(knobs.values())
+    assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3))
+    assert (settings.get("pieces") == 16) == pieces
+    if "Is Trigger" in knobs:
+        trigger = knobs["Is Trigger"] == "on"
+        assert settings.get("skin_m", 0.0) == (0.0 if trigger else float(knobs["Default Contact Offset"]))
+        assert not trigger or "does not push" in choice.consequence
+    if choice.detector == "mujoco":
+        assert settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
+
+
+def test_a_step_as_fast_as_the_recording_sees_every_frame():
+    fast = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
+    assert "rate_hz" not in fast.asked(89.94) and "rate_hz=90" in fast.asked(120.0)
+
+
+def test_an_engine_that_is_not_known_is_answered_with_those_that_are():
+    with pytest.raises(TradeoffError, match="no engine 'godot'; there are: unity, unreal, mujoco"):
+        engine_named("godot")
+
+
+def row(number, *counts, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
+    made = {"number": number, "knobs": knobs, "contacts": contacts, "undecided": undecided, "consequence": consequence}
+    return price_row("", 1.0, *counts) | made | {"false": share}
+
+
+START = {"Step": "0.02", "Shape": "hull"}
+STATES = {
+    "no contact": ([row(1, 0, contacts=0, share=None, **START)], ["No contact happened, so none for E to miss."]),
+    "no contact, all of it false": ([row(1, 0, 0, 2, contacts=0, share=1.0, **START)], [
+        "No contact happened, so none for E to miss.", "All that row 1 reports is false."]),
+    "one, found": ([row(1, 0, contacts=1, **START)], ["Row 1 gets each of 1 contact right."]),
+    "mended, by the fewest knobs": ([
+        row(1, (1, 2), 1, 3, share=0.9, **START), row(2, 0, 1, Step="1", Shape="box"), row(3, 0, (0, 2), Step="2")], [
+        "Row 1: 1-2 of 4 contacts missed, 1 late or cut short, 90 % of its contact time false.",
+        "Take row 3 (Step 2): 0 of 4 contacts missed, 0-2 late or cut short, 0 % of its contact time false "
+        "(measured on this session)."]),
+    "mended by two alike, the one that changes fewer settings": ([
+        row(1, 3, **START), row(2, 0, share=None, Step="1", Shape="box"), row(3, 0, share=None, Step="2")], [
+        "Row 1: 3 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false.",
+        "Take row 3 (Step 2): 0 of 4 contacts missed, 0 late or cut short (measured on this session)."]),
+    "not mended": ([row(1, 0, 2, **START), row(2, 1, 2, Step="1")], [
+        "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
+        "No other row is clearly better."]),
+    "another setting that gives the same": ([
+        row(1, 0, 0, 40, share=0.86, **START), row(2, 0, 0, 39, share=0.858, Shape="box")], [
+        "Row 1: 0 of 4 contacts missed, 0 late or cut short, 86 % of its contact time false.",
+        "No other row is clearly better."]),
+    "undecided": ([row(1, 1, undecided=1, share=None, **START), row(2, 0, Step="1", consequence="It reports only.")], [
+        "Row 1: 1 of 4 contacts missed, 0 late or cut short, 1 undecided.",
+        "Take row 2 (Step 1): 0 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false "
+        "(measured on this session).", "It reports only."]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_sentence_of_advice_holds_in_every_state(state):
+    rows, sentences = STATES[state]
+    assert advice_words("E", rows) == sentences

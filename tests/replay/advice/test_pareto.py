@@ -1,0 +1,79 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.price_rows import front, price_row
+
+from replay.advice.pareto import advice_of, contenders_of, front_of, sorted_rows
+
+rows = st.lists(
+    st.builds(
+        price_row, st.just(""), st.integers(1, 8), st.integers(0, 6), complete=st.booleans(),
+        spread=st.none() | st.sampled_from([0.01, 0.1, 0.3]), contact_frames_undecided=st.sampled_from([0, 0, 0, 1]),
+    ),
+    max_size=12,
+).map(lambda found: [{**row, "label": f"r{k}"} for k, row in enumerate(found)])  # fmt: skip
+
+
+@given(rows)
+def test_the_front_is_that_of_a_second_way(found):
+    assert front_of(found) == front(found)
+    order = [(row["loss"], row["mean_ms"]) for row in sorted_rows(found) if not row["contact_frames_undecided"]]
+    assert order == sorted(order)
+
+
+def test_what_gets_more_wrong_contends_only_where_it_is_quicker():
+    undecided = price_row("undecided", 0.1, 9, contact_frames_undecided=1)
+    found = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
+    assert contenders_of(found) == ["right", "quicker"]
+
+
+def test_one_pass_ties_with_nothing_and_is_advised_never():
+    slow, quick = price_row("once", 2.5, 0, spread=None, complete=True), price_row("exact", 0.04, 0)
+    assert front_of([slow, quick]) == ["exact"]
+    some = [quick, price_row("a", 0.05, 1), price_row("b", 0.06, 2)]
+    assert not any("once" in sentence for sentence in advice_of([*some, slow]))
+
+
+@pytest.mark.parametrize(
+    ("found", "share", "why"),
+    [
+        ([price_row("a", 1.0, 0), price_row("b", 2.0, 1)], 1.0, "advice needs 3"),
+        ([], 1.0, "0 settings were"),
+        ([price_row(name, 1.0, 0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
+    ],
+)
+def test_fewer_than_three_prices_give_no_advice_and_say_why(found, share, why):
+    (sentence,) = advice_of(found, processor_fraction=share)
+    assert sentence.startswith("No advice") and why in sentence
+
+
+def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves():
+    usual = price_row("meshes at 50 Hz", 0.026, (0, 1), 7, (9, 10), rate_hz=50, p99=0.2)
+    found = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
+    assert advice_of(found) == [
+        "Missing nothing costs 0.041 ms a frame (exact), 0.37 % of a 90 Hz frame.",
+        "At 0.026 ms (meshes at 50 Hz): 0-1 of 18 contacts missed, 7 late or cut short, "
+        "19 % of its contact time false; slow samples (p99) get no cheaper.",
+    ]
+    slow = [found[0], {**usual, "mean_high": 0.05}, found[2]]
+    assert advice_of(slow)[1].startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
+    for times, said in (
+        ({"p99_ms": None}, "get no cheaper."), ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms.")
+    ):  # fmt: skip
+        assert advice_of([found[0], usual | times, found[2]])[1].endswith(f"; slow samples (p99) {said}")
+    wrong = [price_row("paper", 0.2, 1), price_row("a", 0.3, 2), price_row("b", 0.4, 3)]
+    assert advice_of(wrong)[0].startswith(
+        "The smallest loss, 0.056, costs 0.2 ms a frame (paper), 1.8 % of a 90 Hz frame. It gets"
+    )
+    assert "No other setting is faster beyond doubt" in advice_of(wrong)[1]
+
+
+@pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])
+def test_a_busy_machine_leaves_advice_on_accuracy_and_none_on_cost(at_work, busy):
+    right = [price_row(name, 1.0, 0) for name in "abcde"]
+    accuracy, cost = advice_of(right, processor_fraction=at_work)
+    assert accuracy == "Every contact is right with a, b, c and 2 more."
+    assert cost == f"The machine was busy ({busy}): run again for reliable times. No advice about cost until then."
+    wrong = [price_row("a", 1.0, 2), price_row("b", 1.0, 1), price_row("c", 1.0, 3)]
+    accuracy = advice_of(wrong, processor_fraction=at_work)[0]
+    assert accuracy.startswith("The smallest loss, 0.056, has b: 1 of 18 contacts missed") and "ms" not in accuracy

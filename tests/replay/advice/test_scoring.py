@@ -1,0 +1,56 @@
+import re
+
+import pytest
+from support.small_worlds import cubes
+
+from replay.advice.scoring import Scoring
+from replay.advice.settings import settings_of
+from replay.auditing.tolerance import TAU
+from replay.detection.detector_spec import parse_detector
+from replay.detection.run_detector import make_detector
+from replay.errors import TradeoffError
+from replay.prepare.assemble import assemble
+
+PLACES = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
+
+
+@pytest.fixture(scope="module")
+def assembly(bumped):
+    return assemble(bumped)
+
+
+def figures(assembly, spec):
+    (setting,) = settings_of(f"it={spec}")
+    detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
+    return Scoring(assembly, parse_detector("exact"), 0, TAU).figures(detection, setting, assembly)
+
+
+def wrong_by_hand(touching, every, first):
+    """Contacts missed, late or cut short, and false, of samples every so many frames that are held until the next."""
+    looks = [k for k in range(len(touching)) if k == 0 or k % every == first]
+    said = [touching[max(k for k in looks if k <= frame)] for frame in range(len(touching))]
+    spans = "".join("C" if one else "." for one in touching)
+    found = [sum(said[span.start() : span.end()]) / len(span[0]) for span in re.finditer("C+", spans)]
+    false = "".join("F" if one and not true else "." for one, true in zip(said, touching, strict=True))
+    return sum(not one for one in found), sum(0 < one < 1 for one in found), len(re.findall("F+", false))
+
+
+def test_counts_of_a_step_rate_are_those_by_hand_over_its_offsets(assembly):
+    told = figures(assembly, "discrete[rate_hz=20]")
+    by_hand = [wrong_by_hand([place < 1 for place in PLACES], 5, first) for first in range(5)]
+    for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):
+        assert (told[f"{name}_smallest"], told[f"{name}_largest"]) == (min(counts), max(counts)), name
+        assert told[name] == pytest.approx(sum(counts) / 5, abs=2 / 36)
+    assert told["loss"] == pytest.approx(told["missed"] / 2 + told["not_reported"] + told["false"])
+    assert told["offsets"] == 16
+
+
+def test_the_oracle_beside_itself_is_wrong_nowhere_and_balls_are_false_where_they_overlap(assembly):
+    exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
+    assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
+    assert balls["missed"] == balls["late"] == 0 < balls["false_contacts"] and balls["false"] == balls["loss"] == 5 / 8
+
+
+def test_a_session_without_contact_is_refused():
+    with pytest.raises(TradeoffError, match="nothing can be missed"):
+        Scoring(assemble(cubes({"a": [0, 0], "b": [3, 4]})), parse_detector("exact"), 0, TAU)

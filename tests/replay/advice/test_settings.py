@@ -1,0 +1,60 @@
+from dataclasses import fields
+
+import pytest
+
+from cdcore.detectors import load_detector
+from replay.advice.settings import next_to_front, settings_list, settings_of
+from replay.detection.detector_spec import parse_detector
+
+
+def test_compounds_are_listed_and_shipped_colliders_where_there_are_some():
+    bare = {setting.label for setting in settings_list()}
+    more = {setting.asked for setting in settings_list(shipped=True) if setting.label not in bare}
+    assert more == {"collider[shape=shipped]"}
+    compounds = {setting.asked for setting in settings_list() if setting.settings.get("shape") == "compound"}
+    assert compounds == {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
+
+
+def test_every_setting_is_one_its_detector_has_and_can_be_asked_again():
+    labels = [setting.label for setting in settings_list()]
+    assert len(labels) == len(set(labels)) >= 40
+    for setting in settings_list():
+        detector = load_detector(setting.detector)
+        assert set(setting.settings) <= {item.name for item in fields(detector.Settings)}, setting.label
+        detector.Settings(**setting.settings)
+        again = parse_detector(setting.asked)
+        assert (again.name, dict(again.settings)) == (setting.detector, dict(setting.settings))
+
+
+def test_the_first_eleven_are_one_of_each_family():
+    head = settings_list()[:11]
+    assert {setting.detector for setting in head} == {"exact", "hybrid", "hybrid-qaco", "collider"}
+    assert {"box", "capsule", "sphere", "hull", "mesh"} <= {setting.settings.get("shape") for setting in head}
+    assert {10, 22.5, 50} <= {setting.rate_hz for setting in head}
+
+
+def test_a_step_as_fast_as_the_recording_is_no_setting_of_its_own():
+    assert 90 in {setting.rate_hz for setting in settings_list()}
+    assert max(setting.rate_hz or 0 for setting in settings_list(frames_hz=89.94)) == 72
+
+
+def test_what_is_tried_next_stands_beside_the_front_on_its_line():
+    every = settings_list()
+    untried = [setting for setting in every if setting.label != "meshes at 50 Hz"]
+    nearest = next_to_front(untried, every, ["exact", "meshes at 50 Hz"])[:3]
+    assert all(setting.line == "meshes at a step rate" for setting in nearest)
+    assert {setting.rate_hz for setting in nearest} <= {30, 45, 60, 72}
+
+
+@pytest.mark.parametrize(
+    ("spec", "complete"),
+    [
+        ("exact", True), ("exact[containment=false]", False), ("hybrid", True),
+        ("discrete", True), ("discrete[rate_hz=22.5]", False), ("static[epsilon=0.01]", False), ("sphere", False),
+        ("solid-style[budget=30]", False), ("collider", False), ("collider[shape=mesh]", True), ("hybrid-qaco", False),
+        ("hybrid-qaco[decide=mesh]", True), ("continuous", False), ("package.module:Class", False),
+    ],
+)  # fmt: skip
+def test_complete_is_what_asks_every_face_at_every_frame(spec, complete):
+    (setting,) = settings_of(f"it={spec}")
+    assert setting.complete == complete and setting.label == "it" == setting.spec.label

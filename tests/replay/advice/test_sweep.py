@@ -1,0 +1,128 @@
+import json
+from contextlib import contextmanager
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes, framed
+
+from cdcore.kernels import compiling
+from replay.advice import sweep as trading
+from replay.advice.sweep import FRONT_PASSES, PASSES, tradeoff
+from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.synthetic.scenes import make_scene_session
+
+LIST = {
+    "FCL": "hybrid", "exact": "exact", "rare": "discrete[rate_hz=20]", "boxes": "collider[shape=box]",
+    "balls": "sphere", "between": "continuous",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def done(bumped):
+    return tradeoff(bumped, detectors=LIST)
+
+
+def audited(run, label):
+    """Counts of a run, of a detector without a step rate."""
+    audit = run.document.audit[label]
+    counts = audit.contacts, audit.contacts_missed, audit.late_or_cut_short, len(run.false[label])
+    return *counts, audit.false_contact.value, run.detections[label].digest
+
+
+def counted(row):
+    keys = ("contacts", "missed", "late", "false_contacts", "false", "digest")
+    return tuple(row[key] for key in keys)
+
+
+def effects_world():
+    """A scene whose effects name their pairs, and a pose that the policy drops: what an audit would not ask of all."""
+    places = {"a": [0] * 8, "b": [3, 0.9, 3, 0.9, 3, 1.4, 0.9, 3], "c": [0.9, 3, 3, 3, 3, 3, 3, 0.9]}
+    near = SceneEffect("contact", {"between": ["a", "b"]})
+    scene = Scene("room", bodies=tuple(SceneBody(name) for name in places), effects=(near,))
+    session = cubes(places, scene=scene)
+    quaternion = session.frames.quaternion_xyzw.copy()
+    quaternion[3, 1] = 0.0
+    return replace(session, source=replace(session.frames, quaternion_xyzw=quaternion))
+
+
+def test_counts_of_every_setting_are_those_of_an_audit_of_the_same_session():
+    how = {"detectors": "exact,hybrid,collider[shape=sphere]", "policy": ["zero-quaternion=drop"]}
+    for world in (effects_world(), cubes({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):
+        run, done = compute(world, oracle="continuous", **how), tradeoff(world, oracle="continuous", **how)
+        assert done.about["pairs"] == len(run.assembly.pairs) and done.about["frames"] == len(run.assembly.motion)
+        assert [counted(row) for row in done.rows] == [audited(run, row["label"]) for row in done.rows]
+
+
+@pytest.mark.slow
+def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_its_audit_counts():
+    session = make_scene_session("bench-bumps")[0]
+    done = tradeoff(session, time_limit=20.0)
+    quiet = done.about["processor_share"] > 0.95
+    assert len(done.rows) >= 12 or not quiet
+    assert len(done.front) >= 3 or not quiet
+    by_label = {row["label"]: row for row in done.rows}
+    run = compute(
+        session, detectors={"hulls": by_label["hulls at 50 Hz"]["settings"], "paper": by_label["paper"]["settings"]}
+    )
+    assert counted(by_label["paper"]) == audited(run, "paper")
+    over, hulls = run.phases["hulls"].spreads(), by_label["hulls at 50 Hz"]
+    assert [hulls["missed_smallest"], hulls["missed_largest"]] == [
+        over["contacts_missed"][end] for end in ("smallest", "largest")
+    ]
+    assert hulls["false"] == run.phases["hulls"].proportions()["false_contact"].value
+
+
+def test_every_setting_is_timed_in_three_passes_and_sorted_by_loss(done):
+    assert all(row["passes"] >= PASSES and row["mean_low"] is not None for row in done.rows)
+    assert max(row["passes"] for row in done.rows) == FRONT_PASSES
+    # Between frames nobody asks live, so no frame has a time of its own.
+    assert [row["label"] for row in done.rows if row["p99_ms"] is None] == ["between"]
+    losses = [row["loss"] for row in done.rows]
+    assert losses == sorted(losses) and len(losses) == len(LIST)
+    assert [row["label"] for row in done.rows if row["oracle"]] == ["exact"]
+    assert done.front and all(row["front"] == (row["label"] in done.front) for row in done.rows)
+    json.dumps(done.as_json(), allow_nan=False)
+
+
+def test_a_compound_is_not_begun_where_cutting_it_takes_longer_than_there_is_time(bumped, monkeypatch):
+    asked = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
+    monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
+    assert tradeoff(bumped, detectors=asked, time_limit=60.0).cut == ("pieces",)
+
+
+def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeypatch):
+    def limited(compiled):
+        @contextmanager
+        def reported(tell):
+            yield SimpleNamespace(seconds=compiled)
+
+        clock = iter(range(100000))
+        with monkeypatch.context() as patch:
+            patch.setattr(compiling, "compiling_reported", reported)
+            patch.setattr(trading, "perf_counter", lambda: float(next(clock)))
+            return tradeoff(bumped, detectors=LIST, time_limit=20.0), next(clock)
+
+    done, ended = limited(0.0)
+    assert ended < 40  # once the time is up nothing is begun
+    assert 1 <= len(done.rows) < len(LIST)
+    assert {row["prepare_seconds"] for row in done.rows} == {1.0}  # from one tick of the clock to the next
+    assert set(done.cut) == {*LIST} - {row["label"] for row in done.rows}
+    assert not limited(1800.0)[0].cut
+
+
+def test_a_pose_that_the_policy_drops_is_no_contact():
+    places = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
+    turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
+    turns[5, 1] = 0.0
+    session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, places, turns)
+    done = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"], start=0.01)
+    assert (done.rows[0]["contacts"], done.rows[0]["loss"]) == (1, 0)
+    assert done.about["seconds"] == pytest.approx(0.06)
+
+
+def test_what_a_tradeoff_does_not_take_is_refused_in_a_sentence(bumped):
+    with pytest.raises(TypeError, match="takes no noise"):
+        tradeoff(bumped, noise="vive")

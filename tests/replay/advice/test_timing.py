@@ -1,0 +1,137 @@
+from time import sleep
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.shapes import unturned
+
+from replay.advice.timing import LEAD_FRAMES, MEAN, TURN_FRAMES, Clock, LiveFrames, Timed, known
+from replay.detection.sample_times import P99
+
+
+class Sleepy:
+    """Takes so long for every look and for every answer."""
+
+    def __init__(self, seconds, online=True):
+        self.seconds, self.online, self.looks = seconds, online, []
+
+    def detect(self, motion):
+        sleep(self.seconds)
+
+    def live(self):
+        return self
+
+    def look(self, now):
+        self.looks.append(len(now))
+        sleep(self.seconds)
+
+
+def test_a_pass_asks_one_frame_after_the_other_with_the_clock_outside():
+    motion = unturned(np.zeros((12, 1, 3)))
+    one, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
+    asked = [Timed("", detector, motion) for detector in (one, two, whole)]
+    first, second, third = LiveFrames(motion, 10_000).live_pass(asked)
+    assert one.looks == two.looks == [1] * 12 and len(first) == len(second) == 12
+    assert (first >= 0.001).all() and (second >= 0.003).all()
+    assert not whole.looks and (third >= 0.002).all() and len(set(third)) == 1
+
+
+def test_of_too_many_frames_turns_spread_evenly_are_timed_and_a_jump_in_time_is_not():
+    class Long:
+        def __len__(self):
+            return 20 * TURN_FRAMES
+
+        def frames(self, start, stop):
+            return range(start, stop)
+
+    frames = LiveFrames(Long(), 5 * TURN_FRAMES)
+    assert frames.count == 5 * TURN_FRAMES and len(frames.turns) == 5
+    assert [len(lead) for lead, _ in frames.turns] == [0] + [LEAD_FRAMES] * 4
+    first, last = frames.turns[0][1], frames.turns[-1][1]
+    assert first[0].start == 0 and last[-1].stop == 20 * TURN_FRAMES
+    assert all(lead[-1].stop == asked[0].start for lead, asked in frames.turns[1:])
+    assert LiveFrames(Long(), 10**9).count == 20 * TURN_FRAMES and LiveFrames(Long(), -5).count == TURN_FRAMES
+
+
+def made(own, reference):
+    rows = [[np.array(one, dtype=float) for one in each] for each in (own, reference)]
+    return Timed("it", None, None, *rows)
+
+
+def test_a_ratio_is_of_the_same_passes_and_one_pass_has_no_interval():
+    machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
+    value, _, high = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN)
+    assert value == pytest.approx(2.0) and high < 2.2
+    assert known(made([[2.0]], [[1.0]]).ratio(MEAN)) == [pytest.approx(2.0), None, None]
+
+
+@pytest.mark.parametrize(("level", "value"), [(MEAN, 1.5), (P99, 1.99)])
+def test_an_interruption_in_one_pass_of_seven_is_in_no_price(level, value):
+    own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
+    hit = np.random.default_rng(3).random((7, 400)) < 0.03
+    middle, _, high = made(own + 50 * hit, np.ones((7, 400))).ratio(level)
+    assert middle == pytest.approx(value, abs=0.01) and high < 1.1 * value
+
+
+class Frames:
+    """Gives each setting its time: the reference 2 ms, its twin so many times that, a setting 4 ms."""
+
+    def __init__(self, ratios, compiles=lambda number: None):
+        self.ratios, self.compiles, self.asked = ratios, compiles, 0
+
+    def live_pass(self, asked, number):
+        self.asked += 1
+        self.compiles(self.asked)
+        times = {"reference": 0.002, "twin": 0.002 * self.ratios[number], "one": 0.004}
+        return [np.array([times[each.label]]) for each in asked]
+
+
+def clocked(frames, compiled=None):
+    reference, twin, one = (Timed(name, None, None) for name in ("reference", "twin", "one"))
+    clock = Clock(frames, reference, twin, compiled)
+    for _ in frames.ratios:
+        clock.time([one, twin])
+    return clock, one
+
+
+def test_the_same_setting_twice_is_a_tie_or_every_interval_is_widened_until_it_is():
+    clock, one = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
+    assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
+    assert clock.price(one, MEAN)[0] == pytest.approx(0.004) and one.passes == 7 == clock.twin.passes
+    clock, one = clocked(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
+    told, price = clock.as_json(), clock.price(one, MEAN)
+    assert not told["tie"] and told["widened"] == pytest.approx(1.4, rel=1e-3)
+    assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
+
+
+def test_a_pass_in_which_a_kernel_was_compiled_is_taken_again():
+    compiled = SimpleNamespace(seconds=0.0)
+
+    def compiles(number):
+        if number == 2:
+            compiled.seconds += 5.0
+
+    frames = Frames([1.0, 1.0, 1.0], compiles)
+    clock, one = clocked(frames, compiled)
+    assert frames.asked == 4 and one.passes == 3
+    assert 0.0 <= clock.at_work < 1.0
+
+
+@pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
+def test_the_p99_of_a_rate_is_that_of_its_samples_and_its_mean_over_all_frames(rate_hz, sampled):
+    motion = unturned(np.zeros((60, 1, 3)), np.arange(60) / 90)
+    frames = LiveFrames(motion, 10_000)
+    samples = frames.samples(rate_hz)
+    assert samples.sum() == sampled and samples[0]
+    clock = Clock(frames, Timed("reference", None, None), Timed("twin", None, None))
+    one = made([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
+    one.rate_hz = rate_hz
+    clock.twin.reference = one.reference
+    clock.twin.own = one.reference
+    assert clock.price(one, P99)[0] == pytest.approx(0.28)
+    assert clock.price(one, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
+
+
+def test_a_rate_without_a_sample_in_the_timed_frames_has_no_p99():
+    own = made([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
+    assert known(own.ratio(P99, samples=np.zeros(2, np.bool_))) == [None, None, None]

@@ -1,0 +1,58 @@
+"""The page in a browser: its first screen, phones, dark and light, accessibility."""
+
+import pytest
+from support.browser import opened, serious_faults
+
+from replay.pipeline.engine import compute
+from replay.show.report.page import report_html
+from replay.studies.synthetic_sessions import synthetic_session
+
+pytestmark = pytest.mark.slow
+
+DETECTORS = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],exact"
+WIDTHS = pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (400, "light"), (400, "dark")])
+BOX = """(name => {
+  const box = document.querySelector(name).getBoundingClientRect();
+  return [box.top, box.bottom, box.right];
+})"""
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    session, _ = synthetic_session("bench-bumps", 0, None)
+    file = tmp_path_factory.mktemp("demo") / "report.html"
+    file.write_text(report_html(compute(session, detectors=DETECTORS)), encoding="utf-8")
+    return file
+
+
+def test_the_first_screen_holds_answer_picture_ranking_scatter_and_timeline(demo, tmp_path):
+    with opened(demo.as_uri(), tmp_path, (1280, 800)) as page:
+        for part in ("h1", ".where", ".hero dl", ".hero .still", ".rank", ".sc", ".time", ".top nav"):
+            top, bottom, right = page.ask(f"{BOX}('{part}')")
+            assert 0 <= top < bottom <= 742 and right <= 1280, part
+        assert page.ask("[...document.querySelectorAll('dt')].map(one => one.innerText)") == [
+            "Why",
+            "Fix",
+            "Cost",
+            "See it",
+        ]
+        assert page.ask("document.querySelectorAll('.lane').length") >= 4
+
+
+def test_phone_page_shows_picture_after_sentence_and_stacked_ranking(demo, tmp_path):
+    with opened(demo.as_uri(), tmp_path, (400, 800)) as page:
+        places = [page.ask(f"{BOX}('{part}')[0]") for part in ("h1", ".hero .still", ".hero dl", ".rank", ".time")]
+        assert places == sorted(places)
+        rows = page.ask("[...document.querySelectorAll('.rank tbody tr')].map(one => one.offsetTop)")
+        assert rows == sorted(set(rows)) and page.ask(f"{BOX}('.rank thead')[2]") < 40
+
+
+@WIDTHS
+def test_nothing_is_clipped_or_fails_accessibility_checks(demo, tmp_path, width, scheme):
+    with opened(demo.as_uri(), tmp_path, (width, 800), scheme) as page:
+        page.ask("for (const one of document.querySelectorAll('details')) one.open = true")
+        assert page.ask("document.documentElement.scrollWidth <= innerWidth")
+        # What is wider than its place can be moved, by keys too.
+        wide = "[...document.querySelectorAll('table, svg, img, code')].filter(one => !one.closest('[tabindex]') && "
+        assert page.ask(f"{wide} one.getBoundingClientRect().right > innerWidth).map(one => one.outerHTML)") == []
+        assert serious_faults(page, tmp_path) == [] and page.errors() == []

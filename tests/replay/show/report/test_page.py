@@ -1,0 +1,88 @@
+"""What the page says is what the result and its tables say, in every state."""
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.documents import EMPTY, detector_of, document_with
+from support.report_states import STATES, read_page, steady
+from support.small_worlds import TWO_BUMPS, cubes
+
+from replay import run
+from replay.pipeline.engine import compute
+from replay.show.report.markup import environment
+from replay.show.report.page import report_html
+from replay.show.report.run_view import RunView
+from replay.studies.synthetic_sessions import synthetic_session
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_page_reads_as_it_did(state, snapshot):
+    assert read_page(report_html(steady(state))) == snapshot
+
+
+def test_what_only_bounding_volumes_report_is_unconfirmed():
+    page = report_html(compute(cubes({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere"))
+    assert "1 unconfirmed contact" in page
+
+
+def test_what_a_hand_holds_is_no_contact_of_the_reference():
+    rows = [{"detector": label, "held": kept} for label in ("exact", "it") for kept in (False, True)]
+    run = SimpleNamespace(
+        document=document_with(detectors={"exact": detector_of("exact"), "it": detector_of("x")}), oracle="exact"
+    )
+    contacts = RunView(run, lambda _: rows, "s").contacts
+    assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
+
+
+@pytest.mark.parametrize(("count", "last"), [(6, "6.0 s: spilt"), (9, "and 3 more")])
+def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
+    rows = [
+        {"source": "effect/spill", "name": "spill", "time": float(k), "message": "spilt"} for k in range(count, 0, -1)
+    ]
+    run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=())
+    lines = RunView(run, lambda name: rows if name == "events" else [], "s").hero.lines
+    assert lines[0] == "1.0 s: spilt" and lines[-2] == last
+
+
+def test_the_page_needs_nothing_from_outside_and_runs_no_script():
+    page = report_html(steady("several"))
+    assert all(place.startswith(("data:", "#")) for place in re.findall(r'(?:src|href)="([^"]*)"', page))
+    assert "@import" not in page and "<script" not in page
+    (allowed,) = re.findall('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
+    assert allowed.startswith("default-src 'none'; ") and "script" not in allowed and "http" not in allowed
+
+
+@pytest.mark.parametrize(
+    ("scene", "curve", "headline"),
+    [
+        ("ammonia-calorimetry", "The temperature of calorimeter: 20.00 to 24.4", "warms from 20.00 to 24.4"),
+        ("titration", "over what came in; the line is its end point, ", "equivalent in flask after 25.0"),
+    ],
+)
+def test_experiment_result_is_headline_and_first_curve(scene, curve, headline):
+    page = report_html(compute(synthetic_session(scene)[0], detectors=()))
+    captions = re.findall(r"<figcaption>(The (?:temperature|pH)[^<]*)</figcaption>", page)
+    assert curve in "".join(captions) and headline in page[: page.index(captions[0])]
+
+
+def test_hostile_names_stay_text():
+    session = cubes({"<script>alert(1)</script>": [0] * 30, 'b"&\u202e': [3, 2, 0.9, 2, 3] * 6})
+    text = report_html(compute(session, detectors="slow=discrete[rate_hz=5]"))
+    assert "<script" not in text and "&lt;script&gt;" in text and "\u202e" not in text
+
+
+@given(st.text())
+def test_no_text_becomes_an_element(text):
+    page = environment().from_string('<p title="{{ text }}">{{ text }}</p>').render(text=text)
+    assert page.count("<") == page.count(">") == page.count('"') == 2
+
+
+def test_report_names_no_path_and_no_session_file(tmp_path):
+    out = tmp_path / "anna-smith"
+    run(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
+    page = (out / "report.html").read_text("utf-8")
+    assert "replay view . --" in page
+    assert "anna-smith" not in page and str(tmp_path) not in page

@@ -1,0 +1,91 @@
+"""Pictures of faults: what covers what, and that the arrow is as long as the gap."""
+
+import base64
+import io
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.report_states import steady
+
+from replay.show.report.page import report_html
+from replay.show.report.rasteriser import FOCAL, Lines, Shape, View, covered, drawn
+from replay.show.report.still import FIRST, fault_still
+
+SIZE = (180, 120)
+BLACK = np.zeros((SIZE[1], SIZE[0], 3))
+
+
+def view():
+    return View(np.zeros(3), np.eye(3), SIZE, (SIZE[0] / 2, SIZE[1] / 2))
+
+
+def wall(z, edge=4.0):
+    """Two triangles across the picture at this depth."""
+    a, b, c, d = ([x, y, z] for x, y in ((-edge, -edge), (edge, -edge), (edge, edge), (-edge, edge)))
+    return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
+
+
+def test_triangle_covers_the_pixels_of_rays_that_meet_it():
+    rng = np.random.default_rng(3)
+    local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
+    local[8:, 0, 2] = 0.4  # these reach behind the eye
+    result = [np.concatenate(part) for part in zip(*covered(local, view()), strict=True)]
+    y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
+    focus = FOCAL * SIZE[1]
+    across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
+    rays = np.stack([across, up, -np.ones(len(x))], axis=1)
+    for number, (a, b, c) in enumerate(local):
+        # a point s a + t b + u c on a ray, by Cramer's rule: the shares are scaled volumes, of one sign inside
+        fractions = np.stack([rays @ np.cross(b, c), rays @ np.cross(c, a), rays @ np.cross(a, b)], axis=1)
+        fractions *= np.sign(np.linalg.det([a, b, c]))
+        clear = np.abs(fractions).min(axis=1) > 1e-9
+        inside = np.flatnonzero((fractions > 0).all(axis=1) & clear)
+        mine = result[0] == number
+        assert set(inside) <= set(result[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
+        depth = abs(np.linalg.det([a, b, c])) / fractions[result[1][mine]].sum(axis=1)
+        assert np.allclose(1 / result[2][mine], depth, rtol=1e-9)
+
+
+@pytest.mark.parametrize("alpha", [1.0, 0.2])
+def test_opaque_wall_hides_and_glass_does_not(alpha):
+    wall_of = Shape(wall(-1.0), (0.0, 0.0, 1.0), alpha)
+    opaque, glass = ([wall_of], []) if alpha == 1 else ([], [wall_of])
+    opaque.append(Shape(wall(-2.0), (1.0, 0.0, 0.0)))
+    line = Lines(np.array([[[-0.5, 0.0, -1.5], [0.5, 0.0, -1.5]]]), (1.0, 1.0, 0.0), 1.0)
+    picture, shape = drawn(view(), opaque, glass, [line], BLACK)
+    # The diagonal, where two triangles share an edge, runs through middles of pixels.
+    assert (shape == 0).mean() > 0.98
+    assert (picture[..., 0].max() > 0.3) == (alpha < 1), "red behind the wall"
+    assert (picture[..., 1].max() > 0.9) == (alpha < 1), "the yellow line between them"
+
+
+def test_picture_holds_the_whole_cage_and_the_gap_arrow():
+    result = steady("only false")
+    (fault,) = result.false["c"]
+    text = fault_still(result, "c", fault, FIRST)[0]
+    assert f"{1e3 * fault.metres:.2g} mm" in text and "from " in text
+    recorded = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
+    r, g, b = np.moveaxis(np.asarray(recorded.convert("RGB")).astype(int), -1, 0)
+    rows, columns = np.nonzero((r > 190) & (g > 140) & (b < 90))
+    assert len(rows) > 200
+    assert (
+        rows.min() > 0 and columns.min() > 0 and rows.max() < recorded.height - 1 and columns.max() < recorded.width - 1
+    )
+
+
+@pytest.mark.parametrize("state", ["several", "only false", "between frames", "no reference", "a tradeoff"])
+def test_drawings_of_a_page_are_unchanged(state, monkeypatch, snapshot):
+    """Lanes, plots and words as they are written; of each raster picture the mean of its tiles."""
+    pictures, made = [], Image.fromarray
+
+    def noted(pixels):
+        tiles = [tile for band in np.array_split(pixels, 6) for tile in np.array_split(band, 8, axis=1)]
+        pictures.append(" ".join(f"{tile.mean():.0f}" for tile in tiles))
+        return made(pixels)
+
+    monkeypatch.setattr(Image, "fromarray", noted)
+    page = report_html(steady(state))
+    drawings = re.findall(r"<svg\b.*?</svg>|<div class=.ticks.*?</div>", page, re.DOTALL)
+    assert [*pictures, *(re.sub('base64,[^"]+', "", drawing) for drawing in drawings)] == snapshot

@@ -1,0 +1,67 @@
+"""A number leads to its moment; a wrong one, a file that is none and letters without a glyph are said plainly."""
+
+import json
+from dataclasses import replace
+
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+from support.sentences import recording_text
+
+from replay.errors import RunFolderError
+from replay.show.rerun_log.moments import read_bookmarks
+from replay.show.rerun_log.recording_file import recording_file
+from replay.show.rerun_log.viewer import _target
+
+PLACE = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
+
+CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
+
+
+def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
+    for place in read_bookmarks(recording):
+        requested = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
+        for by in ("", place.label) if requested else ():
+            assert _target(recording, *requested, by) == place.session_ns
+    with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
+        _target(recording, None, 999, "")
+    with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
+        _target(recording, 1, None, "nobody")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
+def test_damaged_recording_is_a_sentence(recording, tmp_path, content):
+    whole = recording.read_bytes()
+    (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
+    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
+        read_bookmarks(tmp_path / "run.rrd")
+
+
+CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
+
+
+@pytest.mark.parametrize(
+    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([place]) for place in CHANGED_PLACES)]
+)
+def test_recording_with_foreign_moments_is_damaged(tmp_path, moments):
+    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
+    with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):
+        read_bookmarks(tmp_path / "run.rrd")
+
+
+def test_earlier_picture_version_is_named_in_a_sentence(tmp_path):
+    with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
+    with pytest.raises(RunFolderError, match="earlier version; run its session again"):
+        _target(tmp_path / "run.rrd", 1, None, "")
+
+
+def test_characters_missing_in_the_viewer_font_become_numbers(demo, drawn):
+    scene = replace(demo.session.scene, name="手 at the bench")
+    bodies = tuple(replace(item, name="手") if item.name == "rod" else item for item in demo.assembly.bodies)
+    run = replace(demo, session=replace(demo.session, scene=scene), assembly=replace(demo.assembly, bodies=bodies))
+    recorded = drawn(run)
+    assert "/world/u624b" in recorded.entities and not [path for path in recorded.entities if "手" in path]
+    text = recording_text(recorded.path)
+    assert "u624b at the bench" in text and "手" not in text and "beaker-u624b" in text

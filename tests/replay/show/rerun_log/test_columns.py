@@ -1,0 +1,40 @@
+"""Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import rerun as rr
+
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, ragged
+from replay.show.rerun_log.scene import log_contacts
+
+
+@pytest.mark.parametrize("counts", [[1, 1], [1, 3], [3, 1]])
+def test_counts_that_do_not_add_up_are_refused(counts):
+    columns = rr.Points3D.columns(positions=np.zeros((3, 3)))
+    with pytest.raises(AssertionError, match=f"{sum(counts)} values announced, 3 given"):
+        ragged(columns, counts)
+
+
+def test_values_that_rerun_drops_are_an_error(tmp_path):
+    stream = rr.RecordingStream("test")
+    writer = RecordingWriter(stream, RecordingClock(np.arange(3), np.arange(3), np.arange(0)))
+    with pytest.raises(ValueError, match="no columns for x"):
+        writer.rows("x", [0, 1], rr.Points3D.columns())
+
+
+def test_a_long_session_is_strided_but_for_its_moments(demo):
+    assert RecordingClock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
+    kept = RecordingClock.of(demo.assembly, [200, 100], limit=100).kept.tolist()
+    assert kept == sorted({*range(0, 270, 3), 100, 200})
+
+
+@pytest.mark.parametrize("lacks", ["face_sets", "section_source"])
+def test_contacts_without_faces_or_curves_are_not_drawn(demo, lacks):
+    stream = rr.RecordingStream("test")
+    memory, writer = stream.memory_recording(), RecordingWriter(stream, RecordingClock.of(demo.assembly))
+    log_contacts(writer, "exact", demo.detections[demo.oracle], None)
+    sent = memory.num_msgs()
+    log_contacts(writer, "exact", replace(demo.detections[demo.oracle], **{lacks: None}), None)
+    assert memory.num_msgs() == sent > 0

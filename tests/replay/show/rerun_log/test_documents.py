@@ -1,0 +1,18 @@
+from support.price_rows import price_row
+from support.report_states import traded
+from support.small_worlds import TWO_BUMPS, cubes
+
+from replay.pipeline.engine import compute
+from replay.show.rerun_log.documents import dots_of, replayed
+
+
+def test_a_setting_stands_at_its_time_and_loss():
+    slow, quick = price_row("slow", 0.5, (0, 1), 1), price_row("quick", 0.05, 2, 3)
+    dots = [dot for dot, _ in dots_of(traded(slow, quick))]
+    assert [(dot.x, dot.y) for dot in dots] == [(0.5, slow["loss"]), (0.05, quick["loss"])]
+    assert [dot.name for dot in dots] == ["slow: 0.083", "quick: 0.28"]
+
+
+def test_what_was_replayed_is_as_long_as_its_window():
+    run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
+    assert replayed(run).startswith("600 ms, 7 frames")

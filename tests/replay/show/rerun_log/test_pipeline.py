@@ -1,0 +1,54 @@
+"""The pipeline read back: misses are where the surfaces meet, and both volumes are in sight."""
+
+import numpy as np
+import pytest
+
+from cdcore.bounding.bounding_sphere import sphere_best
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.show.palette import MISSED, SERIES
+from replay.show.rerun_log.pipeline_view import FOUND, LOST, search_runs
+from replay.show.rerun_log.recording_file import packed
+from replay.words import length
+
+LABEL = "paper"
+ROOT = f"pipeline/{LABEL}"
+
+
+@pytest.fixture(scope="module")
+def watched(searching):
+    (item,) = search_runs(searching)
+    return item
+
+
+@pytest.fixture(scope="module")
+def read(searching, drawn):
+    return drawn(searching)
+
+
+def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watched, read):
+    lost = [moment for moment in watched.searches if moment.kind == LOST]
+    assert lost
+    for moment in lost:
+        *_, stop, meets = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
+        assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == packed([MISSED])[0]
+        section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
+        assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
+        text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
+        assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meets)))) in text
+    result = next(moment for moment in watched.searches if moment.kind == FOUND)
+    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == packed([SERIES[2]])[0]
+
+
+def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, read):
+    # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
+    half = np.arctan(np.tan(0.45) * 595 / 640)
+    for moment in watched.searches:
+        (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
+        (rotation,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
+        axes = rotation_from_quaternion(np.array(rotation))
+        for body in searching.assembly.pairs[moment.pair].tolist():
+            ball = sphere_best(searching.assembly.bodies[body].mesh)
+            if ball.radius < 0.5:
+                rotated = searching.assembly.motion.rotations[moment.frame, body] @ ball.centre
+                middle = (rotated + searching.assembly.motion.translations[moment.frame, body] - eye) @ axes
+                assert -middle[2] * np.sin(half) - abs(middle[0]) * np.cos(half) >= ball.radius

@@ -1,0 +1,72 @@
+"""A recording is complete or an error: a full disk is one sentence and exit 1, and nothing hangs."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.chunk import RrdReader
+from support.peak_memory import environment
+from support.small_worlds import cubes
+
+from replay.show.rerun_log import recording_file as module
+from replay.show.rerun_log.recording_file import recording_file, require_complete
+from sessions import write_session
+
+LIMITED = """
+import resource, sys
+from replay.cli.main import main
+from replay.show.rerun_log import recording
+
+def limited(result, path, write=recording.write_recording, **settings):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)  # not earlier: the compiler keeps files too
+    write(result, path, **settings)
+
+recording.write_recording = limited
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+def write(path, count=30):
+    with recording_file("test", path, rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
+        for k in range(count):
+            stream.log(f"p{k}", rr.Points3D(np.ones((100, 3))))
+
+
+def test_a_recording_ends_in_a_footer_and_reads_back(tmp_path):
+    write(tmp_path / "x.rrd")
+    require_complete((tmp_path / "x.rrd").read_bytes())
+    reader = RrdReader(tmp_path / "x.rrd")
+    assert len(reader.recordings()) == len(reader.blueprints()) == 1
+
+
+@pytest.mark.parametrize("cut", [lambda whole: whole[:-1], lambda whole: whole[: len(whole) // 2], lambda whole: b"",
+                                 lambda whole: whole[40:]])  # fmt: skip
+def test_a_cut_recording_is_refused(cut, tmp_path):
+    write(tmp_path / "x.rrd")
+    with pytest.raises(OSError, match="has no end"):
+        require_complete(cut((tmp_path / "x.rrd").read_bytes()))
+
+
+def test_an_encoder_that_does_not_end_is_an_error(tmp_path, monkeypatch):
+    def hanging(self, *, flush, flush_timeout_sec):
+        raise RuntimeError("Flush timed out")
+
+    monkeypatch.setattr(rr.BinaryStream, "read", hanging)
+    with pytest.raises(OSError, match=f"within {module.ENCODED_WITHIN_S:g} s"):
+        write(tmp_path / "x.rrd")
+    assert not (tmp_path / "x.rrd").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of file sizes")
+@pytest.mark.parametrize("kilobytes", [8, 100])
+def test_picture_too_large_for_the_disk_exits_1(kilobytes, tmp_path):
+    write_session(cubes({"a": [0] * 2000, "b": np.tile([3, 0.9], 1000)}), tmp_path / "s.mcap")
+    sentence = ["run", tmp_path / "s.mcap", "--out", tmp_path / "run", "--detectors", "sphere", "--oracle", "hybrid"]
+    command = [sys.executable, "-c", LIMITED, str(kilobytes * 1024), *map(str, sentence)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), timeout=300)
+    assert done.returncode == 1 and "cannot be written" in done.stderr and "File too large" in done.stderr
+    assert not (tmp_path / "run").exists() and [path.name for path in tmp_path.iterdir()] == ["s.mcap"]

@@ -1,0 +1,176 @@
+"""The room and its moments: whatever a recording says at a cursor is what the tables of the result say of that time."""
+
+import numpy as np
+import pytest
+from support.small_worlds import jumping
+
+from cdcore import Verdict
+from cdcore.bounding.bounding_sphere import sphere_best
+from replay.auditing.fault import Fault
+from replay.auditing.outcome import Outcome
+from replay.pipeline.engine import compute
+from replay.show.camera import CLOSE_UP, placed
+from replay.show.drawn_mesh import face_normals
+from replay.show.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of
+from replay.show.rerun_log import scene
+from replay.show.rerun_log.close_up import ROOM, close_up_eyes, detectors_with_solids, sharp_edges
+from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
+from replay.show.rerun_log.recording_file import RecordingClock, packed
+from replay.show.rerun_log.scene import LARGE_FACE, PUSHED_OUT, drawn_contacts, face_areas
+from replay.words import length
+
+COLOURS = {Outcome.MISSED: MISSED, Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE}
+
+
+@pytest.fixture(scope="module")
+def runs(demo, taps, passed):
+    """Misses and false contacts of a fixed rate, of hulls, between frames, and of a reference that lists no faces."""
+    late = compute(jumping([3, 3, 3, 0.9, 3, 3, 3, 3]), detectors="slow=discrete[rate_hz=20]", oracle="continuous")
+    return {"rate": demo, "hulls": taps(135, "hull", "collider", shape="hull"), "between": passed, "late": late}
+
+
+def nanoseconds(run, frame, later=0):
+    return int(run.assembly.stamp_ns[frame] - run.assembly.stamp_ns[0]) + later
+
+
+def faults(run):
+    """What the tables say is wrong, where there is most to see of it, and its metres."""
+    for label, misses in run.misses.items():
+        yield from (((label, MISS, miss.number), miss, miss.moment, miss.metres) for miss in misses)
+        yield from (
+            ((label, FALSE, false.number), false, false.moment, false.metres) for false in run.false.get(label, ())
+        )
+
+
+def moments(run, read):
+    """Every fault has a line, a number that leads there, a dot, and an eye and words before it."""
+    places, pair_name = read_bookmarks(read.path), run.assembly.pair_name
+    lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS}")]
+    lines = {ns: " ".join(text[0].split()) for path in lists for ns, _, text in read.column(path, "TextLog:text")}
+    yield sorted(lines), sorted(place.session_ns for place in places)
+    existing = {(place.label, place.kind, place.number): place.session_ns for place in places}
+    assert {name for name in existing if name[0]} == {name for name, *_ in faults(run)}
+    for name, fault, printed, size in faults(run):
+        ns, written = existing[name], f" {length(size)} "
+        assert 0 <= ns - nanoseconds(run, *printed) < 10, "of one frame each has a nanosecond of its own"
+        assert lines[ns].startswith(" ".join([*map(str, name), pair_name(fault.pair)]))
+        assert not size > 0 or written in lines[ns]
+        (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
+        (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
+        if name[1] == MISS:
+            assert output == f"{name[0]} misses this contact"
+            yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
+        elif np.isfinite(size):
+            assert length(size) in output
+            yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
+    ((_, _, dots),) = read.column("world/focus/pins", "Points3D:positions")
+    yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
+
+
+def words(run, read):
+    """Words and lines stand there while a fault lasts, at no other time; where two overlap, one may end the other's."""
+    lasting = np.zeros(len(run.assembly.motion))
+    segments = [slice(min(fault.first, frame), fault.last + 1) for _, fault, (frame, _), _ in faults(run)]
+    for segment in segments:
+        lasting[segment] += 1
+    sure = np.ones(len(lasting), dtype=bool)
+    for segment in segments:
+        sure[segment] &= lasting[segment].max() == 1
+    for part, component in (("words", "Points3D:labels"), ("lines", "LineStrips3D:strips")):
+        recorded = [len(read.at(f"world/focus/{part}", component, frame)) > 0 for frame in range(len(lasting))]
+        yield np.array(recorded)[sure], lasting[sure]
+
+
+def curves(run, read):
+    """The sections of the reference, red where they were missed and blue where they were found."""
+    detection, (label,) = run.detections[run.oracle], run.comparisons
+    path = f"world/contacts/{run.oracle}"
+    drawn, outcome = f"/{path}" in read.entities, run.comparisons[label].outcome
+    yield drawn, detection.section_source is not None
+    for frame in range(len(outcome) if drawn else 0):
+        strips, colours = [np.zeros((0, 2, 3))], []
+        for pair in np.flatnonzero(detection.verdict[frame] == Verdict.CONTACT).tolist():
+            strips.append(detection.section(frame, pair))
+            colours += [COLOURS.get(outcome[frame, pair], FOUND)] * len(strips[-1])
+        yield np.reshape(read.at(path, "LineStrips3D:strips", frame), (-1, 2, 3)), np.concatenate(strips)
+        yield read.at(path, "LineStrips3D:colors", frame), packed(colours)
+
+
+def red_faces(run, read):
+    """Faces that met unseen while they did, at the deepest moment where none are listed."""
+    assembly, oracle, (misses,) = run.assembly, run.detections[run.oracle], run.misses.values()
+    painted, times = {}, {nanoseconds(run, frame) for frame in range(len(assembly.motion))}
+    for miss in misses:
+        if oracle.face_sets is not None:
+            segment = range(miss.first, miss.last + 1)
+            met = {nanoseconds(run, frame): oracle.faces(frame, miss.pair) for frame in segment}
+        else:
+            touch = miss.evidence.touch
+            met = {nanoseconds(run, *miss.moment): miss.evidence.faces if touch is None else [touch.faces]}
+            times |= {ns - early for ns in met for early in (0, 1)}
+        for ns, faces in met.items():
+            sides = dict(zip(assembly.pairs[miss.pair].tolist(), np.transpose(faces), strict=True))
+            small = {body: k[face_areas(assembly.bodies[body].mesh, k) <= LARGE_FACE] for body, k in sides.items()}
+            for body, side in (small if any(map(len, small.values())) else sides).items():
+                painted.setdefault(body, {}).setdefault(ns, set()).update(side.tolist())
+    for body, faces_at in painted.items():
+        path, mesh = f"world/{assembly.names[body]}/missed_faces", assembly.bodies[body].mesh
+        for ns in times:
+            recorded = read.at_ns(path, "Mesh3D:vertex_positions", ns)
+            faces = mesh.triangles[sorted(faces_at.get(ns, ()))]
+            yield np.reshape(recorded, (-1, 3, 3)), faces + PUSHED_OUT * face_normals(faces)[1][:, None]
+
+
+def cages(run, read):
+    """The edges of the hull that a body lies in, while a false contact lasts."""
+    names, count = run.assembly.names, len(run.assembly.motion)
+    for label in detectors_with_solids(run):
+        lasts = {}
+        for _, false, *_ in faults(run):
+            lasts.setdefault(false.evidence.hollow, np.zeros(count, dtype=bool))[false.first : false.last + 1] = True
+        for hollow, frames in lasts.items():
+            edges = sharp_edges(run.detectors[label].colliders[names.index(hollow)].mesh)
+            for k in range(count):
+                recorded = read.at(f"world/{hollow}/solid_of_{label}", "LineStrips3D:strips", k)
+                yield np.reshape(recorded, (-1, 2, 3)), edges if frames[k] else edges[:0]
+
+
+def colours(run, read):
+    """A body is white that touches nothing inside a hull, faint that stands before a moment, unseen without a pose."""
+    assembly, balls = run.assembly, [sphere_best(body.mesh) for body in run.assembly.bodies]
+    moments = key_moments(run)
+    for (frame, later), eye in close_up_eyes(run, moments, balls).items():
+        moment = moments[frame, later]
+        ns = nanoseconds(run, frame, later)
+        sight = np.linspace(eye.position, eye.target, 2000)
+        for body, name in enumerate(assembly.names):
+            pair, tags = assembly.pairs[moment.pair].tolist(), tags_of(name, run.session.scene)
+            centre = placed(assembly.motion, frame, body, balls[body].centre[None])
+            near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= ROOM
+            colour = see_through(tags) if near and body not in pair else albedo(tags)
+            is_fault = isinstance(moment, Fault)
+            hollow = moment.evidence.hollow if is_fault else ""
+            solids = is_fault and moment.detector in detectors_with_solids(run)
+            if solids and hollow and body in pair and name != hollow:
+                colour = FREE
+            (recorded,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
+            yield recorded, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
+
+
+@pytest.mark.parametrize("name", ["rate", "hulls", "between", "late"])
+@pytest.mark.parametrize("column", [moments, words, curves, red_faces, cages, colours])
+def test_scene_at_a_cursor_matches_the_result_at_that_time(column, name, runs, drawn):
+    for recorded, requested in column(runs[name], drawn(runs[name])):
+        assert np.shape(recorded) == np.shape(requested)
+        assert np.allclose(recorded, requested, rtol=0.0, atol=PUSHED_OUT + 1e-6)
+
+
+def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):
+    sets = demo.detections[demo.oracle].face_sets
+    moments = [miss.frame for miss in demo.misses["22.5Hz"]]
+    clock = RecordingClock.of(demo.assembly, moments)
+    assert len(drawn_contacts(clock, sets)[0]) == len(sets.frame)
+    monkeypatch.setattr(scene, "DRAWN_CONTACTS", 20)
+    part, frames = drawn_contacts(clock, sets)
+    assert {*moments} <= {*frames.tolist()} and len(part) < len(sets.frame)
+    assert np.isin(sets.frame[part], frames).all()

@@ -1,0 +1,103 @@
+"""A run opens in a viewer of its own, on this machine only, and the picture shows what it says it shows."""
+
+import io
+import socket
+import time
+from types import SimpleNamespace
+from unittest.mock import Mock
+
+import psutil
+import pytest
+from support.headless import pixels, viewer_or_skip
+
+from replay.show.rerun_log import viewer as module
+from replay.show.rerun_log.moments import Bookmark, read_bookmarks
+from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
+
+
+def test_missing_binary_is_a_sentence(monkeypatch, tmp_path):
+    monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
+    with pytest.raises(ViewerError, match="came without its viewer"):
+        start_viewer()
+
+
+def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
+    monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
+    monkeypatch.setattr(module, "free_port", lambda: 1)
+    with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
+        start_viewer(headless=True)
+
+
+def test_recording_is_open_once_all_of_it_arrived(tmp_path):
+    empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
+    arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
+    states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]
+    client = Mock(get_state=Mock(side_effect=states))
+    OpenViewer(Mock(), 0, client, io.BytesIO()).open(tmp_path / "run.rrd")
+    assert client.get_state.call_count == len(states)
+
+
+def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
+    places = [Bookmark("hull", "miss", 1, 5, False), Bookmark("mesh", "miss", 1, 7, True)]
+    monkeypatch.setattr(module, "read_bookmarks", lambda _: places)
+    monkeypatch.setattr(module, "start_viewer", Mock())
+    open_viewer(tmp_path).seek.assert_called_once_with(7)
+
+
+@pytest.fixture(scope="module")
+def opened(recording):
+    with viewer_or_skip(open_viewer, recording, headless=True) as opened:
+        yield opened
+
+
+def settled(opened, title):
+    """Pixels of the view with this title, once two pictures in a row are equal."""
+    before = b""
+    for _ in range(50):
+        view = next(item for item in opened.state().views if item.name.startswith(title))
+        try:
+            picture = opened.screenshot(view)
+        except ConnectionError:  # Not laid out yet.
+            picture = b""
+        if picture and picture == before:
+            break
+        before = picture
+        time.sleep(0.2)
+    return pixels(before)
+
+
+@pytest.mark.slow
+def test_no_view_reports_an_error_and_a_recording_is_open(opened):
+    settled(opened, "Where")
+    state = opened.state()
+    assert len(state.recordings) == 1
+    assert not [(view.name, report.summary) for view in state.views for report in view.reports]
+    assert {view.view_class for view in state.views} >= {"3D", "2D", "StateTimeline", "TextLog", "TimeSeries"}
+
+
+@pytest.mark.slow
+def test_paused_cursor_stands_on_the_leading_moment(opened, recording):
+    place = next(item for item in read_bookmarks(recording) if item.leads)
+    time.sleep(0.5)
+    printed = opened.state().recordings[0]
+    assert (printed.current_timeline, printed.current_time) == ("session", place.session_ns)
+
+
+@pytest.mark.slow
+def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
+    listening = [
+        item.laddr for item in psutil.Process(opened.process.pid).net_connections() if item.status == psutil.CONN_LISTEN
+    ]
+    assert opened.port in {address.port for address in listening}
+    assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}
+
+
+@pytest.mark.slow
+def test_closing_ends_the_process_and_frees_the_port(opened, recording):
+    with open_viewer(recording, miss=1, headless=True) as second:
+        port, process = second.port, second.process
+        assert port != opened.port
+    assert process.poll() is not None
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(("127.0.0.1", port))

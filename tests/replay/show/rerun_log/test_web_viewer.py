@@ -1,0 +1,123 @@
+"""The viewer for a browser comes from a server of this machine, within a limit of time; a recording gives moments."""
+
+import socket
+import subprocess
+import threading
+import time
+from contextlib import contextmanager
+from unittest.mock import Mock
+
+import pytest
+
+from replay.show.rerun_log import viewer, web_viewer
+from replay.show.rerun_log.moments import Bookmark
+from replay.show.rerun_log.web_viewer import PROGRAM, SCRIPT, cursor_at, moment_commands
+
+OK = b"HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n"
+
+
+@contextmanager
+def server(answer):
+    """A server that treats each connection by ``answer``; its address."""
+    with socket.create_server((viewer.LOOPBACK, 0)) as listening:
+
+        def serve():
+            while True:
+                try:
+                    connection, _ = listening.accept()
+                except OSError:
+                    return
+                threading.Thread(target=answer, args=(connection,), daemon=True).start()
+
+        threading.Thread(target=serve, daemon=True).start()
+        try:
+            yield f"http://{viewer.LOOPBACK}:{listening.getsockname()[1]}/file"
+        finally:
+            listening.shutdown(socket.SHUT_RDWR)
+
+
+def stay_silent(connection):
+    time.sleep(10)
+    connection.close()
+
+
+def send_byte_by_byte(connection):
+    connection.sendall(OK)
+    for _ in range(100):
+        time.sleep(0.05)
+        try:
+            connection.sendall(b"x")
+        except OSError:
+            return
+
+
+def send_a_part(connection):
+    connection.sendall(OK + b"x" * 60)
+    connection.close()
+
+
+def send_all(connection):
+    connection.sendall(OK + b"x" * 100)
+    connection.close()
+
+
+def send_no_http(connection):
+    connection.sendall(b"\0\0\x06\4\0\0\0\0\0\0\5\0\0\x40\0\r\n\r\n")
+    connection.close()
+
+
+@pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_part, send_no_http])
+def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
+    with server(answer) as url:
+        began = time.monotonic()
+        with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):
+            web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
+        assert time.monotonic() - began < 2
+
+
+def test_reply_of_another_program_on_the_port_is_rejected():
+    with server(send_all) as url:
+        assert web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+        with pytest.raises(web_viewer._ServerEndedError):
+            web_viewer._fetched(url, Mock(poll=lambda: 1), time.monotonic() + 5)
+
+
+def test_proxy_of_the_environment_is_bypassed(monkeypatch):
+    with server(stay_silent) as proxy:
+        for name in ("http_proxy", "HTTP_PROXY", "all_proxy"):
+            monkeypatch.setenv(name, proxy)
+        for name in ("no_proxy", "NO_PROXY"):
+            monkeypatch.delenv(name, raising=False)
+        with server(send_all) as url:
+            assert web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+
+
+@pytest.mark.slow
+def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
+    with socket.create_server((viewer.LOOPBACK, 0)) as taken:
+        free = viewer.free_port
+        ports = iter([taken.getsockname()[1], free()])
+        monkeypatch.setattr(viewer, "free_port", lambda: next(ports, None) or free())
+        files = web_viewer.web_viewer()
+    assert b"WebHandle" in files[SCRIPT] and files[PROGRAM][:4] == b"\0asm"
+
+
+def test_server_that_always_ends_is_a_sentence(monkeypatch, tmp_path):
+    ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
+    monkeypatch.setattr(web_viewer, "_start_server", ended)
+    with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):
+        web_viewer._served_files(tmp_path)
+    assert ended.call_count == web_viewer.STARTS
+
+
+def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
+    places = [
+        Bookmark("hull", "miss", 2, 5, leads=False),
+        Bookmark("mesh", "false", 1, 6, leads=False),
+        Bookmark("", "event", 3, 7, leads=True),
+    ]
+    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: places)
+    commands = moment_commands(tmp_path, ["hull", "mesh"])
+    del commands["layout"]
+    assert commands == {"miss=2": cursor_at(5), "false=1&by=mesh": cursor_at(6), "": cursor_at(7)}
+    assert moment_commands(tmp_path, []).keys() == {"", "layout"}, "a run that asked no detector"

@@ -1,0 +1,190 @@
+"""Pictures, whole: the layout from the first tab to the last, and what every entity shows when; no view opens empty."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+from support.report_states import steady, with_steady_times
+
+from replay.effects.effects_runner import SKIPPED, EffectRun
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
+from replay.effects.protocol import EffectSpec
+from replay.pipeline.engine import compute
+from replay.show.rerun_log.moments import read_bookmarks
+from replay.studies.synthetic_sessions import synthetic_session
+from sessions import Interval
+
+TIMES = np.array([0.0, 0.5, 1.0])
+POUR = EffectOutput(
+    events=(
+        EffectEvent(0.25, "pours", ("rod",)),
+        EffectEvent(0.5, "spill", ("beaker", "bench"), message="3 mL beside", level="warning", point=(0.0, 0.1, 0.0)),
+    ),
+    series={"beaker/volume": Series(TIMES, np.array([3.0, 2.0, np.nan]), "mL")},
+    lanes={"rod": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")), SKIPPED: (LaneSpan(0.5, 1.0, SKIPPED),)},
+    liquids={"beaker": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
+)
+END = EffectOutput(events=(EffectEvent(0.1, "end-point", ("beaker",), message="equivalent"),))
+DONE = [
+    ("task", 0.2, 1.0, "stir"), ("task", 0.8, 1.5, "carry"), ("task", 1.0, 9.0, "tap"), ("stage", -5.0, 2.5, "lesson"),
+    ("feature", 0.5, 0.6, "hint"), ("quiz", 1.0, 1.2, "q1"), ("task", -5.0, -1.0, "before"), ("task", 9, 99, "after"),
+]  # fmt: skip
+
+
+def with_effects(result, **outputs):
+    runs = {
+        kind: EffectRun(EffectSpec(kind, "x", lambda _: None), ("declared",), output, 0.1, {}, 3, 2)
+        for kind, output in outputs.items()
+    }
+    return replace(result, effects=runs)
+
+
+def with_tasks(result):
+    zero = int(result.assembly.stamp_ns[0])
+    spans = [
+        Interval(zero + round(1e9 * start), zero + round(1e9 * end), kind, name) for kind, start, end, name in DONE
+    ]
+    return replace(result, session=replace(result.session, intervals=spans))
+
+
+STATES = (
+    "several", "only false", "between frames", "undecided", "no contact", "no reference", "effects", "a tradeoff",
+    "too few prices", "millimetres", "nothing wrong",
+)  # fmt: skip
+PICTURES = {
+    **{state: lambda _, name=state: steady(name) for state in STATES},
+    "taps": lambda taps: with_effects(taps(), pour=POUR, reaction=END),
+    "a search that misses": lambda taps: with_tasks(taps(135, "paper", "hybrid-qaco", variant="corrected", budget=300)),
+    "a hull": lambda taps: with_effects(taps(135, "hull", "collider", shape="hull"), pour=EffectOutput()),
+}
+
+
+SCENES = {
+    scene: lambda _, name=scene: compute(synthetic_session(name, 0, None)[0], detectors="discrete[rate_hz=22.5]")
+    for scene in ("titration", "ammonia-calorimetry", "flame-test")
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
+    read = drawn(with_steady_times(PICTURES[name](taps)))
+    parts = layout_of(read.path)
+    (first,) = parts["/viewport"].pop("ViewportBlueprint:root_container")
+    lines = [*layout(parts, f"container/{uuid(first)}")]
+    lines += [f"{path} {name}: {plain(value)}" for path in sorted(parts) for name, value in sorted(parts[path].items())]
+    lines += map(str, read_bookmarks(read.path))
+    printed = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
+    lines += [
+        f"{path} {component}: {in_time(read.column(path[1:], component))}"
+        for path, own in printed.items()
+        for component in sorted(own)
+        if not path.startswith("/__")
+    ]
+    assert "\n".join(lines) == snapshot
+
+
+def layout_of(path):
+    reader = RrdReader(path)
+    chunks = reader.stream(store=reader.blueprints()[0]).to_chunks()
+    return components((chunk.entity_path, chunk.to_record_batch()) for chunk in chunks)
+
+
+def components(batches):
+    """Entity -> component -> its latest value."""
+    result = {}
+    for path, batch in batches:
+        own = result.setdefault(path, {})
+        own |= {name: batch.column(name).to_pylist()[-1] for name in batch.schema.names if ":" in name}
+    return result
+
+
+def uuid(number):
+    text = bytes(number).hex()
+    return "-".join((text[:8], text[8:12], text[12:16], text[16:20], text[20:]))
+
+
+def layout(parts, path, depth=0):
+    """A line for a container or a view with all that is set of it, then those in it."""
+    own = {}
+    for part in sorted(part for part in parts if part.startswith(f"/{path}")):
+        own |= parts.pop(part)
+    below = own.pop("ContainerBlueprint:contents", ())
+    if active := own.pop("ContainerBlueprint:active_tab", ()):
+        own["active"] = below.index(active[0])
+    yield "  " * depth + "; ".join(
+        f"{name.partition(':')[2] or name} {plain(values)}" for name, values in sorted(own.items())
+    )
+    for inner in below:
+        yield from layout(parts, inner, depth + 1)
+
+
+FEW = 24
+"""Numbers that stand there one by one; of more their sums."""
+
+
+def in_time(rows):
+    """Values with their nanoseconds; of many numbers how many there are, their sums, and those of their places."""
+    numbers = np.concatenate([np.ravel(values) for *_, values in rows] or [[]])
+    if numbers.dtype.kind in "US" or len(numbers) <= FEW:
+        return "; ".join(f"{'' if ns is None else ns} {plain(values)}" for ns, _, values in rows)
+    numbers, stamps = numbers.astype(np.float64), [ns or 0 for ns, *_ in rows]
+    sizes = [np.size(values) for *_, values in rows]
+    sums = (np.nansum(part) for part in (numbers, np.abs(numbers), numbers * np.arange(len(numbers)), stamps, sizes))
+    return f"{len(rows)} rows, {len(numbers)} numbers, {plain([*sums])}"
+
+
+def plain(value):
+    """Four digits of each number."""
+    if isinstance(value, float):
+        return f"{round(value, 6) + 0.0:.4g}"
+    if isinstance(value, list):
+        return f"[{' '.join(map(plain, value))}]"
+    return repr(value) if isinstance(value, dict | str) else str(value)
+
+
+OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
+"""Classes of views that show rows of all times; any other shows what is latest at the cursor."""
+
+DRAWN = ("positions", "strips", "vertex_positions", "half_sizes", "scalars", "state", "text", "translation")
+"""Components without which nothing is seen."""
+
+
+def selected(query, entities):
+    """Entities of a query; a later and more exact rule wins, as in the viewer."""
+    for entity in entities:
+        rules = [
+            (len(path), line.startswith("-"))
+            for line in query
+            for path in [line.lstrip("+- ")]
+            if entity == path or (path.endswith("/**") and (entity + "/").startswith(path[:-2]))
+        ]
+        if rules and not max(rules)[1]:
+            yield entity
+
+
+def seen(read, entity, over_time, ns):
+    """How many values that can be seen an entity has at the cursor, or ever in a view of all times."""
+    names = {name for batch in read.entities[entity] for name in batch.schema.names if name.endswith(DRAWN)}
+    rows = [read.column(entity.removeprefix("/"), name) for name in names]
+    if not over_time:
+        rows = [[row for row in some if row[0] is None or row[0] <= ns][-1:] for some in rows]
+    return sum(len(values) for some in rows for *_, values in some)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.31, 1.0, None])
+@pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
+def test_no_view_is_empty_or_names_unrecorded_paths(name, share, taps, drawn):
+    read = drawn((PICTURES | SCENES)[name](taps))
+    places, parts = read_bookmarks(read.path), layout_of(read.path)
+    opens = sum(place.session_ns for place in places if place.leads)
+    ns = opens if share is None else int(share * max((place.session_ns for place in places), default=0))
+    for path, view in parts.items():
+        if "ViewBlueprint:display_name" in view:
+            (origin,) = view["ViewBlueprint:space_origin"]
+            query = [line.replace("$origin", origin) for line in parts[f"{path}/ViewContents"]["ViewContents:query"]]
+            exact = {line for line in query if not line.startswith("-") and not line.endswith(("*", "/liquid"))}
+            followed = parts.get(f"{path}/EyeControls3D", {}).get("EyeControls3D:tracking_entity", ())
+            assert {*exact, *followed} <= {*read.entities}, view
+            over_time = view["ViewBlueprint:class_identifier"][0] in OVER_TIME
+            assert sum(seen(read, entity, over_time, ns) for entity in selected(query, read.entities)), view

@@ -1,0 +1,100 @@
+"""The tables of a batch in few files say what its run folders say, and nothing of folders that are gone or changed."""
+
+import json
+import shutil
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.class_folders import made_class
+
+from replay import read
+from replay.show.results.data_set import DATA_SET, write_batch_tables
+
+RUNS = [f"run{k:03d}" for k in range(12)]
+
+
+@pytest.fixture
+def batch(tmp_path, monkeypatch):
+    monkeypatch.setattr("replay.show.results.batch_parts.SHARD_RUNS", 5)
+    made_class(tmp_path / "runs", len(RUNS), 6)
+    write_batch_tables(tmp_path / "runs", dict.fromkeys(RUNS, "asked"))
+    return tmp_path / "runs"
+
+
+def by_folder(top, work):
+    """What reading run by run gives: as if there were no tables of the batch."""
+    away = top / ".away"
+    (top / "batch.tables").rename(away)
+    try:
+        return work()
+    finally:
+        away.rename(top / "batch.tables")
+
+
+def rows(tables):
+    return {name: table.to_pylist() for name, table in tables.items()}
+
+
+@pytest.mark.slow
+def test_batch_tables_hold_all_rows_in_the_same_order(batch):
+    files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
+    assert len(files) == 3 * len(DATA_SET)
+    for top in (batch, batch.parent):
+        assert rows(read(top)) == by_folder(batch, lambda top=top: rows(read(top)))
+    whole = pq.read_table(batch / "batch.tables" / "misses").to_pylist()
+    assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
+
+
+def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
+    shutil.rmtree(batch / "run003")
+    metrics = pq.read_table(batch / "run007" / "metrics.parquet").slice(0, 1)
+    pq.write_table(metrics, batch / "run007" / "metrics.parquet")
+    summary = json.loads((batch / "run007" / "summary.json").read_text("utf-8"))
+    (batch / "run007" / "summary.json").write_text(json.dumps(summary | {"made": "again"}), "utf-8")
+    result = read(batch)["metrics"]["run"].to_pylist()
+    assert set(result) == {*RUNS} - {"run003"}
+    assert result.count("run007") == 1 < result.count("run006")
+
+
+def test_what_did_not_change_is_not_written_again(batch):
+    before = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
+    write_batch_tables(batch, dict.fromkeys(RUNS, "asked"))
+    assert {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")} == before
+    shutil.rmtree(batch / "run011")
+    write_batch_tables(batch, dict.fromkeys(RUNS[:-1], "asked"))
+    after = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
+    assert len(before.keys() & after.keys()) == 2 * len(DATA_SET) and len(after) == len(before)
+
+
+PARTS = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
+UNREADABLE = [
+    "", "[]", '{"schema": "vrlab-replay/parts/9", "parts": []}', PARTS % '{"stem": "../x", "runs": {}}',
+    PARTS % '{"stem": 1, "runs": {"a": [1]}}',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", UNREADABLE)
+def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
+    expected = rows(read(batch))
+    (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
+    assert rows(read(batch)) == expected
+
+
+@pytest.mark.parametrize("length", [0, 4, 1000])
+def test_damaged_batch_file_leaves_the_run_folders(batch, length):
+    expected = rows(read(batch))
+    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    file.write_bytes(file.read_bytes()[:length])
+    # Rows of folders come after those of parts.
+    by_run = {name: sorted(table, key=lambda row: row["run"]) for name, table in rows(read(batch)).items()}
+    assert by_run == expected
+
+
+def test_rows_that_name_another_folder_are_not_read(batch):
+    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    table = pq.read_table(file)
+    names = ["../../elsewhere", *table["run"].to_pylist()[1:]]
+    place = table.column_names.index("run")
+    pq.write_table(table.set_column(place, "run", pa.array(names, pa.string())), file)
+    assert read(batch)["misses"].num_rows == by_folder(batch, lambda: read(batch))["misses"].num_rows - 1

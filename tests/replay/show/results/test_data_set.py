@@ -1,0 +1,241 @@
+"""Many runs as one data set: every row says whose it is, and the guide's questions give what a recount gives."""
+
+import io
+import re
+import threading
+from collections import Counter
+from dataclasses import replace
+from statistics import mean
+from typing import ClassVar
+
+import duckdb
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.small_worlds import STEP_NS, cubes
+
+from replay import read
+from replay.errors import RunFolderError
+from replay.guide.pages import page
+from replay.metrics.row import metric_rows
+from replay.pipeline.engine import compute
+from replay.prepare.flags import Flags
+from replay.show.results.parquet import SCHEMA, read_table
+from replay.show.results.run_folder import write_run_folder
+from sessions import Event, Interval
+
+NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("many-sessions"), re.M | re.S)
+QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("many-sessions"), re.MULTILINE | re.DOTALL)
+
+STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
+PLACES = {
+    "one": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3],
+    "two": [3, 0.9, 3, 3, 0.7, 0.7, 3, 0.9, 0.9, 1.2, 1.2, 2],
+    "three": [0.9, 0.9, 0.9, 3, 3, 0.8, 3, 3, 3, 3, 0.9, 4],
+    "four": [3, 3, 1.3, 1.3, 3, 3, 0.9, 0.8, 0.9, 0.8, 3, 5],
+}
+SPANS = (("task", "stir", 1, 7), ("task", "pour", 5, 9), ("stage", "first", 0, 4), ("stage", "second", 4, 8))
+"""Kind, name, first and last frame: the second task begins before the first ends; the last frames have neither."""
+BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
+
+
+def session(name):
+    events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
+    spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
+    places = {"a": [0] * 12, "b": PLACES[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
+    facts = {"pseudonym": STUDENTS[name]} if STUDENTS[name] else {}
+    return cubes(places, events=events, intervals=[] if name == "four" else spans, facts=facts)
+
+
+def run_of(name):
+    # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
+    result = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
+    return replace(result, flags=Flags(np.zeros_like(result.flags.bodies)))
+
+
+@pytest.fixture(scope="module")
+def results():
+    return {name: run_of(name) for name in PLACES}
+
+
+@pytest.fixture(scope="module")
+def top(results, tmp_path_factory):
+    top = tmp_path_factory.mktemp("runs")
+    for name, result in results.items():
+        write_run_folder(result, top / f"student={STUDENTS[name]}" / name)
+    return top
+
+
+@pytest.fixture(scope="module")
+def tables(top):
+    return read(top)
+
+
+def doing(name, kind, frame):
+    """The span at a frame, from what was planted: none in the session ``four``."""
+    existing = [(first, word) for item, word, first, last in SPANS if item == kind and first <= frame <= last]
+    return max(existing)[1] if existing and name != "four" else None
+
+
+def faults(results, kind):
+    return [
+        (name, label, item) for name, r in results.items() for label, some in getattr(r, kind).items() for item in some
+    ]
+
+
+def bodies(result, pair):
+    return tuple(result.assembly.names[end] for end in result.assembly.pairs[pair].tolist())
+
+
+def path(name):
+    return f"student={STUDENTS[name]}/{name}"
+
+
+def grouped(pairs):
+    """Key -> its values, in order of keys; no key comes last, as ``NULLS LAST`` has it."""
+    result = {}
+    for key, value in pairs:
+        result.setdefault(key, []).append(value)
+    return dict(sorted(result.items(), key=lambda item: (item[0] is None, item[0] or "")))
+
+
+def ranked(counts, *more):
+    """Keys by falling count, then in order."""
+    return [(*key, n, *(item[key] for item in more)) for key, n in sorted(counts.items(), key=lambda i: (-i[1], i[0]))]
+
+
+def pairs_missed(results):
+    result = [((label, *bodies(results[name], item.pair)), name) for name, label, item in faults(results, "misses")]
+    return ranked(Counter(key for key, _ in result), {key: len(set(names)) for key, names in grouped(result).items()})
+
+
+def minutes(results):
+    """Name -> detector -> contacts per minute."""
+    return {name: {row["detector"]: row["contacts_per_min"] for row in metric_rows(r)} for name, r in results.items()}
+
+
+def students(results):
+    result = grouped((STUDENTS[name], some["exact"]) for name, some in minutes(results).items())
+    return [(student, len(some), mean(some)) for student, some in result.items()]
+
+
+RECOUNTS = {0: pairs_missed, 1: students}
+
+
+@pytest.mark.parametrize("number", range(len(QUESTIONS)))
+def test_guide_question_equals_a_recount_of_the_runs(number, results, tables):
+    db = duckdb.connect()
+    for name, table in tables.items():
+        db.register(name, table)
+    reported = db.sql(QUESTIONS[number][1]).fetchall()
+    assert len(reported) > 1
+    if number in RECOUNTS:
+        counted = RECOUNTS[number](results)
+        assert reported == [
+            tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in row) for row in counted
+        ]
+
+
+def test_note_joins_its_contact_across_detectors(tmp_path):
+    # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
+    recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
+    for rate in (20, 34, 100):
+        result = compute(recorded, detectors=f"slow=discrete[rate_hz={rate},sampling_offset_s=0]", oracle="exact")
+        write_run_folder(result, tmp_path / f"{rate:03d}")
+    tables = read(tmp_path)
+    miss = next(row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7)
+    head, example = (line.split(",") for line in NOTES[1].splitlines())
+    values = [miss["session"], miss["body_a"], miss["body_b"], "0.08", *example[4:]]
+    (tmp_path / "notes.csv").write_text(f"{','.join(head)}\n{','.join(values)}\n", "utf-8")
+    db = duckdb.connect()
+    for name, table in tables.items():
+        db.register(name, table)
+    db.read_csv(str(tmp_path / "notes.csv")).create("notes")
+    note, tag = "hand went through the wall", "real"
+    assert db.sql(NOTES[2]).fetchall() == [
+        (note, tag, "020", "slow", 2), (note, tag, "034", "slow", 1), (note, tag, "100", None, None),
+    ]  # fmt: skip
+
+
+def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
+    digests = {}
+    for kind, table in tables.items():
+        assert table.num_rows and "student=S1" not in table.column_names, kind
+        for row in table.to_pylist():
+            name = row["run"].rpartition("/")[2]
+            assert row["run"] == path(name) and row["student"] == STUDENTS[name]
+            assert digests.setdefault(name, row["session"]) == row["session"]
+            frame = row["stamp_ns"] // STEP_NS if kind == "events" else row.get("first")
+            for span in ("task", "stage"):
+                every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
+                assert row[span] == (every if kind == "metrics" else doing(name, span, frame)), row
+    assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
+
+
+def test_newer_tables_are_refused_and_broken_tables_named(results, tmp_path):
+    file = write_run_folder(results["one"], tmp_path / "one") / "events.parquet"
+    newer = SCHEMA.replace("2", "3")
+    pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
+    with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
+        read(tmp_path)
+    events = pq.read_table(file).replace_schema_metadata({"schema": SCHEMA})
+    noon = pa.array(["noon"] * len(events))
+    pq.write_table(events.set_column(events.column_names.index("stamp_ns"), "stamp_ns", noon), file)
+    with pytest.raises(RunFolderError, match=r"one/events.parquet: the column 'stamp_ns' is string, not int64"):
+        read(tmp_path)
+    file.write_bytes(b"x")
+    with pytest.raises(RunFolderError, match=r"one/events.parquet is damaged; run its session again$"):
+        read(str(tmp_path))
+
+
+@pytest.mark.parametrize(("stated", "offline"), [({"vr_type": "desktop"}, False), ({}, True)])
+def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_path):
+    recorded = replace(session("one"), facts=stated)
+    result = compute(recorded, detectors="slow=discrete[rate_hz=20]", oracle="exact", offline=offline)
+    write_run_folder(result, tmp_path / "one")
+    metrics = read(tmp_path)["metrics"]
+    assert set(metrics["oracle"].to_pylist()) == {"exact"}
+    assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
+    for row in metrics.to_pylist():
+        taken = result.document.detectors[row["detector"]].seconds
+        slowest = taken.sample_times and taken.sample_times.max
+        reported = [row[name] and row[name] / 1e3 for name in ("mean_ms", "p99_ms", "worst_ms")]
+        assert reported == pytest.approx([taken.per_frame_mean, taken.p99, slowest])
+    assert any(metrics["p99_ms"].to_pylist()) != offline
+
+
+def test_single_run_is_a_data_set_unlike_an_incomplete_run(results, tmp_path, monkeypatch):
+    with pytest.raises(RunFolderError, match="holds no run folders"):
+        read(tmp_path)
+    out = write_run_folder(results["one"], tmp_path / ".one.partial")
+    with pytest.raises(RunFolderError, match="holds no run folders"):
+        read(tmp_path)
+    assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
+    monkeypatch.setattr("replay.show.results.parquet.DENSEST", 0.001)
+    with pytest.raises(RunFolderError, match="rows that it does not hold"):
+        read(out)
+
+
+class Watched(io.BytesIO):
+    """A file, and the path of one, that notes which threads read it."""
+
+    readers: ClassVar[set[int]] = set()
+
+    def open(self, mode):
+        return self
+
+    def is_file(self):
+        return True
+
+    def read(self, *size):
+        self.readers.add(threading.get_ident())
+        return super().read(*size)
+
+
+def test_no_thread_but_the_own_reads_a_table():
+    """One of Arrow's that held a file of Python while the interpreter ended aborted it, once in sixty programs."""
+    whole = io.BytesIO()
+    pq.write_table(pa.table({f"column {k}": [1.0, 2.0] for k in range(20)}), whole)
+    assert read_table(Watched(whole.getvalue())).num_columns == 20
+    assert Watched.readers == {threading.get_ident()}

@@ -1,0 +1,71 @@
+"""The tables of a run folder, whole, as a person has read them; long ones come in parts; columns say what they hold."""
+
+import pyarrow.parquet as pq
+import pytest
+from support.report_states import steady, with_steady_times
+from support.small_worlds import STEP_NS, cubes
+
+from replay.pipeline.engine import compute
+from replay.show.results import parquet_tables as tables
+from replay.show.results.run_folder import write_run_folder
+from sessions import Event, Interval, Scene
+from sessions.model.scene import SceneBody, SceneEffect
+
+BEGIN = 10**18
+SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(
+    SceneEffect("contact", {"between": ["a", "b"]}),
+    SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 1}),
+))  # fmt: skip
+SPANS = [Interval(BEGIN + 2 * STEP_NS, BEGIN + 9 * STEP_NS, "task", "stir", {"by": "p1"})]
+EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+
+
+def recorded(places=PLACES, **more):
+    return cubes(places, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
+
+
+RUNS = {
+    "audited": lambda: compute(recorded(PLACES | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"),
+    "effects of a part": lambda: compute(recorded(scene=SCENE), detectors=(), start=0.01),
+    "nothing happened": lambda: compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"),
+    "a pose in doubt": lambda: compute(cubes({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid"),
+    "between frames": lambda: steady("between frames"),
+    "undecided": lambda: steady("undecided"),
+}
+
+
+def plain(value):
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_the_tables_of_a_run_read_as_they_did(name, tmp_path, snapshot, monkeypatch):
+    monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)
+    folder = write_run_folder(with_steady_times(RUNS[name]()), tmp_path / "run")
+    lines = []
+    for file in sorted(folder.glob("*.parquet")):
+        table = pq.read_table(file)
+        lines += [file.name, *(f"  {column.name}: {column.type}" for column in table.schema)]
+        lines += [" | ".join(map(plain, row.values())) for row in table.to_pylist()]
+    assert "\n".join(lines) == snapshot
+
+
+def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
+    result = steady("several")
+    (whole,) = tables.frame_table(result)
+    monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
+    parts = list(tables.frame_table(result))
+    assert len(parts) == -(-whole.num_rows // 2)
+    assert [row for part in parts for row in part.to_pylist()] == whole.to_pylist()
+
+
+def test_every_column_is_described_and_written_with_its_type():
+    for made in steady("several").tables.values():
+        columns = made.columns
+        assert len({column.name for column in columns}) == len(columns)
+        assert all(len(column.meaning) > 4 for column in columns)
+        table = made.to_arrow()
+        assert table.schema.names == [column.name for column in columns] and table.to_pylist() == made.plain()
+        kinds = {str: "string", int: "int64", float: "double", bool: "bool"}
+        assert [str(kind) for kind in table.schema.types] == [kinds[column.dtype] for column in columns]

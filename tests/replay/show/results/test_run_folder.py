@@ -1,0 +1,167 @@
+import json
+from functools import partial
+
+import pyarrow.parquet as pq
+import pytest
+from support.small_worlds import cubes
+
+import replay
+from replay.base.file_hash import file_hash
+from replay.document.coding import json_of
+from replay.errors import OutputError, RunFolderError
+from replay.pipeline.engine import compute
+from replay.show.results.run_folder import check_target, read_run_folder, write_run_folder
+from replay.studies.diff.runs import diff_runs
+
+
+@pytest.fixture(scope="module")
+def result():
+    places = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
+    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture
+def drawing(monkeypatch):
+    """Sets what draws the picture: a function of a result and a path."""
+    return partial(monkeypatch.setattr, "replay.show.rerun_log.recording.write_recording")
+
+
+def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing):
+    drawing(lambda got, path: path.write_text("p"))
+    session = tmp_path / "s.mcap"
+    session.write_bytes(b"poses")
+    out = write_run_folder(result, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session})
+    tables = [
+        "episodes.parquet",
+        "events.parquet",
+        "false.parquet",
+        "frames.parquet",
+        "metrics.parquet",
+        "misses.parquet",
+        "ranking.parquet",
+    ]
+    assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary.pop("files") == names(out)
+    assert summary.pop("picture_sha256") == file_hash(out / "run.rrd")
+    assert summary == json.loads(json_of(result.document))
+    assert pq.read_table(out / "misses.parquet").num_rows == len(result.misses["slow"])
+    assert names(out.parent) == ["run"]
+
+
+def test_a_failure_leaves_nothing_behind_and_an_earlier_run_untouched(result, tmp_path, drawing):
+    def broken(got, path):
+        path.write_text("half")
+        raise ValueError("no ink")
+
+    drawing(broken)
+    with pytest.raises(ValueError, match="no ink"):
+        write_run_folder(result, tmp_path / "run", picture=True)
+    assert names(tmp_path) == []
+    write_run_folder(result, tmp_path / "run")
+    before = (tmp_path / "run" / "summary.json").read_bytes()
+    with pytest.raises(ValueError, match="no ink"):
+        write_run_folder(result, tmp_path / "run", picture=True, force=True)
+    assert names(tmp_path) == ["run"] and (tmp_path / "run" / "summary.json").read_bytes() == before
+
+
+def test_earlier_run_is_replaced_only_on_request(result, tmp_path):
+    out = write_run_folder(result, tmp_path / "run")
+    (out / "old.parquet").write_text("earlier")
+    _list(out, [*names(out)])
+    (out / "note.txt").write_text("mine")
+    (out / "more").mkdir()
+    with pytest.raises(OutputError, match="exists; name another folder, or replace it with --force"):
+        write_run_folder(result, out)
+    write_run_folder(result, out, force=True)
+    assert "old.parquet" not in names(out) and (out / "note.txt").read_text() == "mine" and (out / "more").is_dir()
+    assert names(tmp_path) == ["run"]
+
+
+def _list(out, files):
+    summary = json.loads((out / "summary.json").read_text())
+    (out / "summary.json").write_text(json.dumps({**summary, "files": files}))
+
+
+def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
+    (tmp_path / "thesis.txt").write_text("years")
+    with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
+        check_target(tmp_path, force=True)
+    with pytest.raises(OutputError, match="is a file"):
+        check_target(tmp_path / "thesis.txt", force=True)
+    outside = '{"schema": "vrlab-replay/run/2", "files": ["../thesis.txt"]}'
+    for mark in ("{}", '{"schema": "vrlab-study/1"}', "[]", outside):
+        (tmp_path / "summary.json").write_text(mark)
+        with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
+            check_target(tmp_path, force=True)
+    (tmp_path / "empty").mkdir()
+    check_target(tmp_path / "empty", force=True)
+    check_target(tmp_path / "new")
+
+
+def test_unwritable_path_is_a_sentence(result, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_run_folder(result, tmp_path / "file" / "run")
+
+
+def test_a_run_folder_reads_back(result, tmp_path):
+    folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
+    assert folder.document.oracle == "hybrid"
+    assert [row["number"] for row in folder.rows("misses")] == [1, 2][: len(result.misses["slow"])]
+    with pytest.raises(RunFolderError, match="holds no picture"):
+        _ = folder.picture
+
+
+def test_other_folders_and_other_schemas_are_no_runs(tmp_path):
+    with pytest.raises(RunFolderError, match="is not a run folder"):
+        read_run_folder(tmp_path)
+    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')
+    with pytest.raises(RunFolderError, match="written by a newer version"):
+        read_run_folder(tmp_path)
+    (tmp_path / "summary.json").write_text("[1]")
+    with pytest.raises(RunFolderError, match="has schema None"):
+        read_run_folder(tmp_path)
+
+
+@pytest.fixture
+def flipped(result, tmp_path, drawing):
+    """A run folder in whose picture one bit was changed."""
+    drawing(lambda got, path: path.write_bytes(b"picture"))
+    folder = write_run_folder(result, tmp_path / "flipped", picture=True)
+    picture = folder / "run.rrd"
+    data = bytearray(picture.read_bytes())
+    data[3] ^= 1
+    picture.write_bytes(data)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        replay.view,
+        lambda run: diff_runs(run, run),
+        lambda run: replay.share(run, run.parent / "sent", anyway=True),
+    ],
+    ids=["view", "diff", "share"],
+)
+def test_a_flipped_bit_in_the_picture_is_refused(flipped, use):
+    with pytest.raises(RunFolderError, match=r"run.rrd is damaged: it is not the picture that its run wrote"):
+        use(flipped)
+
+
+def test_a_picture_that_no_run_wrote_is_refused(result, tmp_path):
+    folder = write_run_folder(result, tmp_path / "run")
+    (folder / "run.rrd").write_bytes(b"of another run")
+    with pytest.raises(RunFolderError, match="is not the picture that its run wrote"):
+        _ = read_run_folder(folder).picture
+
+
+def test_older_folder_is_refused_with_the_command_that_renews_it(tmp_path):
+    (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/1"}')
+    with pytest.raises(RunFolderError, match=r"older version .* replay run SESSION.mcap --out FOLDER --force"):
+        read_run_folder(tmp_path)

@@ -1,0 +1,47 @@
+"""A gap of 300 mm and a frame of 120 ms are read as such on every screen, and never with an exponent."""
+
+import re
+from io import StringIO
+
+import pytest
+from rich.console import Console
+from support.price_rows import ABOUT, price_row
+from support.small_worlds import cubes
+
+from replay.advice.pareto import advice_of
+from replay.cli.run_tables import run_screen, run_tables
+from replay.cli.terminal import terminal
+from replay.pipeline.engine import compute
+from replay.pipeline.run_result import Tradeoff
+from replay.show.report.page import report_html
+from replay.show.rerun_log.documents import answer_text
+from replay.show.tradeoff_table import tradeoff_list
+
+EXPONENT = re.compile(r"\d[eE][+-]?\d{2}\b")
+
+
+def printed(made):
+    console = Console(file=StringIO(), width=200)
+    console.print(made)
+    return console.file.getvalue()
+
+
+@pytest.fixture(scope="module")
+def apart():
+    """Two cubes whose balls overlap, 1.3 m from middle to middle: 300 mm from face to face."""
+    return compute(cubes({"a": [0] * 6, "b": [3, 1.3, 1.3, 3, 0.9, 3]}), detectors="sphere")
+
+
+def test_a_wide_gap_is_read_in_millimetres(apart):
+    page = report_html(apart)
+    body = re.sub(r"<style>.*?</style>|data:[^\"]*|<path[^>]*>", "", page, flags=re.DOTALL)
+    screens = [printed(run_screen(apart)), printed(run_tables(apart)), answer_text(apart), body]
+    assert [result for screen in screens for result in EXPONENT.findall(screen)] == []
+    assert "300 mm" in screens[0] and "300 mm" in body
+
+
+def test_a_slow_frame_is_read_in_milliseconds():
+    rows = [price_row("exact", 120.0, 0), price_row("hulls", 12.0, 2, rate_hz=50), price_row("balls", 0.00012, 8)]
+    done = Tradeoff(tuple(rows), ("balls",), tuple(advice_of(rows)), (), ABOUT)
+    screen = printed(terminal(tradeoff_list(done, everything=True), *done.advice))
+    assert EXPONENT.findall(screen) == [] and "120 ms a frame" in screen and "0.00012" in screen

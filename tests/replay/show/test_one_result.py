@@ -1,0 +1,164 @@
+"""One result, one set of numbers: of letters, tables and every output the same, each computed once."""
+
+import json
+import re
+import sys
+from collections import Counter
+from html import unescape
+from io import StringIO
+
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+from rich.console import Console
+from support.lettered_worlds import STATES, became, missed, run, stretches
+from support.sentences import recording_text
+
+import replay
+from replay.cli.run_markdown import run_markdown
+from replay.cli.run_report import run_json
+from replay.cli.run_tables import fault_tables, run_screen, run_tables
+from replay.cli.terminal import terminal
+from replay.show.report.fault_cards import cards
+from replay.show.report.page import report_html, view_of
+from replay.show.rerun_log.moments import key_moments, log_moment_lists
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter
+from replay.show.results.parquet import with_keys
+from replay.show.results.run_folder import write_run_folder
+
+COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
+
+
+def printed(*shown):
+    console = Console(width=200, file=StringIO())
+    for part in shown:
+        console.print(part)
+    return console.file.getvalue()
+
+
+def blocks(text, mark):
+    """The words of each line that begins with a mark."""
+    return [line.split() for line in text.splitlines() if line.startswith(mark)]
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
+    (truth, output, headline), result = STATES[state], run(state)
+    write_run_folder(result, tmp_path / "run", picture=True)
+    page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
+    page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
+    outcome, (contacts, lost) = became(truth, output), missed(truth, output)
+    wrong = [(first, count) for first, count, word in stretches(outcome) if word == "false"]
+    ends = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
+    whole, late, open_ = (ends.count(sentence) for sentence in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
+    counts = [outcome.count(word) for word in COUNTED]
+
+    rows = {name: table.plain() for name, table in result.tables.items()}
+    assert [(row["episode"], row["first"], row["frames"]) for row in rows["misses"]] == lost
+    assert [(row["first"], row["frames"]) for row in rows["false"]] == wrong
+    assert sum(row["missed_by"] == "it" for row in rows["episodes"]) == whole
+    for name, table in result.tables.items():
+        assert pq.read_table(tmp_path / "run" / f"{name}.parquet").select(table.head).to_pylist() == rows[name]
+    assert [run_json(result)[name]["it"] for name in ("misses", "false")] == [rows["misses"], rows["false"]]
+    audit = json.loads((tmp_path / "run" / "summary.json").read_text())["audit"]["it"]
+    names = ("contacts", "contacts_missed", "late_or_cut_short", "contacts_undecided", "misses", "false_contacts")
+    assert [audit[name] for name in names] == [contacts, whole, late, open_, len(lost), len(wrong)]
+    assert list(audit["pair_frames"].values())[1:4] == counts[:3]
+
+    ranked = [str(count) for count in (whole, late, *([open_] if open_ else []))]
+    tables, screen = printed(run_tables(result)), printed(run_screen(result))
+    for text in (tables, screen):
+        assert re.split(r"\s{2,}", next(line for line in text.splitlines() if line.startswith("it ")))[2:][
+            : len(ranked)
+        ] == (ranked)
+    assert re.findall(r'data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
+    prompt = repr(replay.RunResult.of(result))
+    assert blocks(prompt, "it ")[0][1:3] == ranked[:2]
+    for text in (screen, page, picture, run_markdown(result, ()), prompt):
+        assert headline in " ".join(unescape(re.sub("<[^>]*>", "", text)).split())
+
+    of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
+    assert blocks(tables, "a-b ") == of_pair
+    listed = re.findall(r"^ *(\d+) +[\d.]+ +a - b +(\d+) ", tables, re.MULTILINE)
+    longest = [
+        (str(row["number"]), str(row["frames"])) for row in sorted(rows["false"], key=lambda row: -row["frames"])
+    ]
+    assert listed == [(str(row["number"]), str(row["frames"])) for row in rows["misses"][:20]] + longest
+    assert (f"… and {len(lost) - 20} more with --format json" in tables) == (len(lost) > 20)
+    faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in longest]
+    assert sorted(re.findall(r' id="(miss|false)=(\d+)"', page)) == sorted(faults)
+    assert sorted({*re.findall(r"^it +(miss|false) (\d+) ", picture, re.MULTILINE)}) == sorted(faults)
+    assert f"| pair-frames | {' | '.join(map(str, counts))} |" in picture
+    for word, count in zip(COUNTED, counts, strict=True):
+        assert [word.lower(), str(count)] in [
+            line.rsplit(maxsplit=1) for line in map(str.strip, tables.splitlines()) if line
+        ]
+
+
+def entered(doing):
+    """File of the tool -> names of its functions that are called meanwhile; a quantile of numpy counts as one."""
+    result = {}
+
+    def tell(frame, event, _):
+        if event != "call":
+            return
+        file, name = frame.f_code.co_filename, frame.f_code.co_name
+        counts = "/replay/" in file and "/tests/" not in file
+        if not counts and name in ("quantile", "percentile"):
+            # A picture is framed in still.py, and nothing counted.
+            counts = not (frame.f_back and frame.f_back.f_code.co_filename.endswith("still.py"))
+        if counts:
+            result.setdefault(file, Counter())[name] += 1
+
+    sys.setprofile(tell)
+    try:
+        doing()
+    finally:
+        sys.setprofile(None)
+    return result
+
+
+WALKS = {
+    "terminal": lambda result: printed(terminal(*fault_tables(result))),
+    "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
+    "page": lambda result: cards(view_of(result), "it"),
+    "picture": lambda result: log_moment_lists(
+        RecordingWriter(rr.RecordingStream("walk"), RecordingClock.of(result.assembly)), result, key_moments(result)
+    ),
+}
+
+
+@pytest.mark.parametrize("output", WALKS)
+def test_a_miss_is_rendered_through_at_most_twelve_files(output):
+    WALKS[output](run("one"))
+    files = entered(lambda: WALKS[output](run("one")))
+    assert 2 < len(files) <= 12, sorted(files)
+
+
+ONCE = ("ranking", "answers", "examine", "pair_records", "result_tables", "document_of_run")
+OF_EACH = ("episodes", "sample_times")
+OF_AUDITED = ("score", "false_contacts", "match_episodes")
+
+
+def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
+    session, _ = replay.synthetic_session("bench-bumps")
+    made = []
+    matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))
+    counts = sum(matches.values(), Counter())
+    # Contacts of the reference and reports of the detector are counted of each audited one.
+    for names, times in ((ONCE, 1), (OF_EACH, 3), (OF_AUDITED, 2), (("count_contacts",), 4)):
+        assert {name: counts[name] for name in names} == dict.fromkeys(names, times)
+    (result,) = made
+
+    def all_outputs():
+        printed(run_tables(result), run_screen(result))
+        run_markdown(result, ())
+        run_json(result)
+        repr(result)
+        report_html(result)
+        write_run_folder(result, tmp_path / "run", picture=True)
+
+    # An output has properties of the same names that pass on.
+    requested = sum((names for file, names in entered(all_outputs).items() if "/show/" not in file), Counter())
+    computed = {*ONCE, *OF_EACH, *OF_AUDITED, "count_contacts", "over_phases", "why_missed", "why_false", "quantile"}
+    assert {name for name in computed if requested[name]} == set()

@@ -1,0 +1,39 @@
+"""Plots: no two names on one another, and a curve goes through its points."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from replay.show.plots import HIGH, LETTER, Axis, Dot, curve, scatter
+from replay.show.report.charts import lane, path_of
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_names_stand_beside_their_dots_without_overlap(seed):
+    random = np.random.default_rng(seed)
+    dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
+    plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
+    names = [(sentence.at, LETTER * len(sentence.text)) for sentence in plot.words if sentence.dot >= 0]
+    assert names
+    for ((x, y), wide), ((other, below), broad) in combinations(names, 2):
+        assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
+
+
+def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
+    assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
+
+
+def test_curve_is_level_until_it_jumps():
+    points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
+    plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
+    path = path_of(dict(plot.lines)["curve"])
+    heights = [float(corner.split()[1]) for corner in path.split("L")]
+    assert len(heights) == 4 and heights[0] == heights[1] > heights[2] == heights[3]
+
+
+def test_lane_draws_intervals_in_its_window_and_lines_for_short():
+    drawn = lane({"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", mark=15.0)
+    boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
+    assert drawn.length == 10.0
+    assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]

@@ -1,0 +1,75 @@
+"""Tables are plain data, and their counts are those of the run."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from msgspec import structs
+from support.small_worlds import cubes, grazing
+
+from replay.base.tables import Column, Marked
+from replay.pipeline.engine import compute
+from replay.pipeline.summary import sample_times
+from replay.show.run_tables import (
+    LATE,
+    cost_table,
+    miss_table,
+)
+from replay.show.words import span_words
+from replay.words import duration
+
+
+def test_what_was_not_measured_has_no_value():
+    row = SimpleNamespace(gap=float("nan"), touch=None, point=(1.0, 2.0, 3.0))
+    columns = Column("gap", float, ""), Column("when", float, "", "touch.moment"), Column("y", float, "", "point.1")
+    assert [column.value(row) for column in columns] == [None, None, 2.0]
+
+
+@pytest.fixture(scope="module")
+def run():
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]")
+
+
+def column(made, name):
+    return [row[0] for row in made.only(name).cells()]
+
+
+def test_interval_is_written_where_both_ends_are_known():
+    assert [span_words(1, end) for end in (2.5, 1, None)] == ["1.000 to 2.500", "1.000", ""]
+    assert span_words(None, 1) == ""
+
+
+@pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
+def test_uncertain_first_touch_states_its_uncertainty(away, known):
+    depth, rotated = 1e-9, 1.5
+    result = compute(grazing(away, depth, rotated), detectors="exact", oracle="continuous")
+    (miss,) = result.misses["exact"]
+    # The edge is at 45 degrees, its way out half a diagonal: x = r cos(45 degrees - angle), and touches at r - depth.
+    truth = 0.01 + 0.01 * (np.pi / 4 - np.arccos(1.0 - depth / (0.01 * 2**0.5))) / rotated
+    assert miss.evidence.touch.free <= truth <= miss.evidence.touch.moment
+    (row,) = result.tables["misses"].plain()
+    assert (row["touch_free"], row["touch"]) == (miss.evidence.touch.free, miss.evidence.touch.moment)
+    bound = f"within {duration(row['touch'] - row['touch_free'])}"
+    moment = f"{miss.evidence.touch.moment:.3f}"
+    assert column(miss_table(result.tables["misses"], "exact"), "at s") == [
+        moment if known else Marked(moment, "", bound)
+    ]
+    assert known == (row["touch"] - row["touch_free"] <= 1e-6)
+
+
+def test_quantiles_and_budget_fraction_are_over_samples(run):
+    seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
+    slow = replace(run.detections["slow"], seconds=seconds)
+    figures = sample_times(slow, 25.0)  # 100 frames a second, so frames 0, 4 and 8
+    assert figures.samples == 3 and figures.over_budget == pytest.approx(2 / 3)
+    assert [figures.median, figures.max] == pytest.approx([0.012, 0.022])
+    assert figures.stages["volumes"].max == 0.02
+    every = sample_times(slow, None)
+    assert every.samples == 12 and every.median == pytest.approx(0.002)
+    was = run.document.detectors["slow"]
+    reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
+    document = structs.replace(run.document, detectors={"slow": reported})
+    (row,) = cost_table(replace(run, document=document)).only("median ms", LATE).cells()
+    assert row == ("12", "67 %")

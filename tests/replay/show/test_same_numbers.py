@@ -1,0 +1,187 @@
+"""Every number that stands on two screens is the same on both, and is the one that ``summary.json`` holds."""
+
+import json
+import re
+from dataclasses import replace
+from html import unescape
+from io import StringIO
+
+import pyarrow.parquet as pq
+import pytest
+from msgspec import structs
+from rich.console import Console
+from support.report_states import STATES, steady
+from support.sentences import recording_text
+
+import replay
+from replay import words
+from replay.advice.scoring import Scoring
+from replay.advice.settings import settings_of
+from replay.cli.run_markdown import run_markdown
+from replay.cli.run_tables import run_screen
+from replay.pipeline.answer import busy_sentence
+from replay.prepare.frame_times import frame_rate
+from replay.show.accuracy import run_dots
+from replay.show.rerun_log import documents
+from replay.show.results.run_folder import write_run_folder
+
+SCREENS = ("no contact", "one missed", "several", "undecided", "not measured", "only false", "busy")
+FIRST_COUNT = {"terminal": 2, "Markdown": 2, "picture": 1, "notebook": 1}
+"""Position of the first count in a line of the ranking of each screen."""
+
+COLUMNS = ("missed", "late or cut short", "false contact", "mean ms", "p99 ms")
+
+
+def result_of(state):
+    """A run in a state whose times are the same on every machine."""
+    if state != "busy":
+        return steady(state)
+    result = steady("several")
+    detectors = {
+        label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=0.4))
+        for label, detector in result.document.detectors.items()
+    }
+    return replace(result, document=structs.replace(result.document, detectors=detectors))
+
+
+@pytest.fixture(scope="module", params=SCREENS)
+def screens(request, tmp_path_factory):
+    """A run, its summary as written, and the text of each screen."""
+    result = result_of(request.param)
+    folder = tmp_path_factory.mktemp("run") / "run"
+    write_run_folder(result, folder, picture=True)
+    console = Console(width=200, file=StringIO())
+    console.print(run_screen(result))
+    texts = {
+        "terminal": console.file.getvalue(),
+        "Markdown": run_markdown(result, ()),
+        "report": unescape((folder / "report.html").read_text(encoding="utf-8")),
+        "picture": recording_text(folder / "run.rrd"),
+        "notebook": repr(replay.RunResult.of(result)),
+    }
+    return result, json.loads((folder / "summary.json").read_text()), texts, folder
+
+
+def cells_of(summary, label):
+    """Cells of a detector in every ranking, from the numbers of the summary alone."""
+    audit, seconds = summary["audit"].get(label), summary["detectors"][label]["seconds"]
+    mean, p99 = seconds["per_frame_mean"], seconds["sample_times"]["p99"]
+    times = [words.milliseconds(mean), words.milliseconds(p99)]
+    if summary["detectors"][label]["name"] == "recorded":
+        times = ["not measured"] * 2
+    if audit is None:
+        return ["reference", "-", "-", *times]
+    ranges = [audit["counts_over_offsets"][name] for name in ("contacts_missed", "late_or_cut_short")]
+    counts = [words.count_range((round(item["smallest"]), round(item["largest"]))) for item in ranges]
+    false = audit.get("means_over_offsets", audit)["false_contact"]["value"]
+    return [*counts, "0 %" if false is None else words.share(false), *times]
+
+
+def loss_of(audit):
+    """The loss by its definition in the glossary, from the numbers of the summary alone."""
+    over = audit.get("means_over_offsets")
+    missed = over["contacts_missed"]["value"] if over else audit["contacts_missed"] / max(1, audit["contacts"])
+    false, time = ((over or audit)[name]["value"] or 0.0 for name in ("false_contact", "time_missed"))
+    return (missed or 0.0) + audit["contacts_undecided"] / max(1, audit["contacts"]) + time + false
+
+
+def rows_of(text, label):
+    """Cells of each line of a table that begins with a label."""
+    lines = [line.strip(" |") for line in text.splitlines()]
+    cells = [re.split(r"\s*\|\s*|\s{2,}", line) for line in lines]
+    return [row for row in cells if row[0].split(":")[0] == label and len(row) > len(COLUMNS)]
+
+
+def test_a_ranking_has_the_same_cells_on_every_screen(screens):
+    result, summary, texts, _ = screens
+    pages = texts | {"picture": documents.answer_text(result)}
+    printed = set()
+    for label in (*summary["audit"], summary["oracle"]):
+        expected = cells_of(summary, label)
+        for name in FIRST_COUNT:
+            for row in rows_of(pages[name], label):
+                printed.add(name)
+                missed, late, *rest = row[FIRST_COUNT[name] :]
+                assert [missed, late] == expected[:2], (name, row)
+                assert (rest[:3] if name == "Markdown" else rest[-3:]) == expected[2:], (name, row)
+        row = re.search(rf"<th[^>]*>(?:(?!</tr>).)*?\b{re.escape(label)}\b.*?</tr>", texts["report"], re.DOTALL)[0]
+        cells = re.findall(r'data-l="(?:missed|late or cut short|false contact|mean ms|p99 ms)">([^<]*)<', row)
+        assert cells == (expected if label in summary["audit"] else expected[-len(cells) :])
+    # One detector alone needs no table in Markdown and picture.
+    several = {"Markdown", "picture"} if len(summary["audit"]) > 1 else set()
+    assert printed == {"terminal", "notebook"} | several
+    assert all(line in texts["picture"] for line in pages["picture"].splitlines())
+
+
+def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
+    result, summary, texts, _ = screens
+    losses = {label: loss_of(audit) for label, audit in summary["audit"].items()} | {summary["oracle"]: 0.0}
+    assert {rank.label: rank.loss for rank in result.ranking} == pytest.approx(losses)
+    for label, loss in losses.items():
+        assert all(words.loss_number(loss) in row for row in rows_of(texts["Markdown"], label))
+    dots = {dot.name for dot in run_dots(result)}
+    assert dots <= {f"{label}: {words.loss_number(loss)}" for label, loss in losses.items()}
+    assert {dot.name for dot, _ in documents.dots_of(result)} == dots
+    for label, loss in losses.items():
+        for name in ("report", "picture"):
+            # Names of dots that lie on each other find no room.
+            written = re.findall(rf">{re.escape(label)}: ([\d.]+)<", texts[name])
+            assert set(written) <= {words.loss_number(loss)}, name
+
+
+def test_times_are_the_same_in_parquet_and_on_screens(screens):
+    _, summary, _, folder = screens
+    for row in pq.read_table(folder / "metrics.parquet").to_pylist():
+        seconds = summary["detectors"][row["detector"]]["seconds"]
+        if row["mean_ms"] is not None:
+            assert row["mean_ms"] == pytest.approx(1e3 * seconds["per_frame_mean"])
+
+
+def test_a_gap_reads_the_same_in_sentence_list_and_table(screens):
+    result, _, texts, folder = screens
+    rows = pq.read_table(folder / "false.parquet").to_pylist()
+    for row in rows:
+        gap = words.length(row["gap"])
+        if gap in row["why"]:
+            assert f"{gap} apart" in texts["picture"]
+        (fault,) = [fault for fault in result.false[row["detector"]] if fault.number == row["number"]]
+        assert (fault.metres, fault.cause, fault.why) == (row["gap"], row["cause"], row["why"])
+
+
+def test_a_busy_machine_is_named_on_every_screen(screens):
+    _, summary, texts, _ = screens
+    fractions = [1.0 - figures["seconds"].get("processor_fraction", 1.0) for figures in summary["detectors"].values()]
+    sentence = busy_sentence(max(fractions))
+    for name in ("terminal", "Markdown", "report", "picture"):
+        written = "The machine was busy" in " ".join(texts[name].split())
+        assert written == bool(sentence), name
+
+
+def test_session_length_is_the_same_on_every_screen(screens):
+    _, summary, texts, _ = screens
+    length, frames = words.duration(summary["session"]["duration"]), summary["session"]["frames"]
+    assert f"{frames:,} frames in {length}" in texts["report"] and f": {length}" in texts["report"]
+    assert f"{frames:,} frames in {length}" in texts["notebook"]
+    assert f"{length}, {frames:,} frames" in texts["picture"]
+
+
+def test_recording_rate_is_the_same_in_fix_and_report(screens):
+    result, summary, texts, _ = screens
+    rate = frame_rate(result.assembly.motion.times)
+    assert summary["session"]["median_step"] == pytest.approx(1.0 / rate)
+    assert f", {words.rate(rate)}, " in texts["report"]
+    fixes = [fix for answer in result.answers if (fix := answer.fix) and fix.text.startswith("Sample every frame")]
+    assert all(f"({words.rate(rate)})" in fix.text for fix in fixes)
+
+
+@pytest.mark.parametrize("state", ["several", "one missed", "nine pairs"])
+def test_a_tradeoff_counts_what_the_ranking_counts(state):
+    result = STATES[state]()
+    scoring = Scoring(result.assembly, replay.detection.detector_spec.parse_detector("exact"), 0, 2e-6, result.session)
+    for rank in result.ranking[:-1]:
+        (setting,) = settings_of(f"{rank.label}={rank.setting}")
+        row = scoring.figures(result.detections[rank.label], setting, result.assembly)
+        assert row["loss"] == pytest.approx(rank.loss)
+        assert (row["missed_smallest"], row["missed_largest"]) == rank.missed_counts
+        assert (row["late_smallest"], row["late_largest"]) == rank.late_counts
+        assert row["false"] == rank.false.value

@@ -1,0 +1,35 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.errors import SessionFileError
+from sessions.mcap import annotations as a
+from sessions.mcap.schemas import message_class
+from sessions.model.event import Interval
+
+words, times = st.text(max_size=5), st.integers(0, 2**62)
+
+
+@given(st.lists(st.tuples(times, times, words, words, st.dictionaries(words, words, max_size=2)), max_size=4))
+def test_any_intervals_come_back_in_order(given_spans):
+    spans = tuple(Interval(min(s, e), max(s, e), kind, name, data) for s, e, kind, name, data in given_spans)
+    payloads = [a.interval_message(span)[2] for span in spans]
+    assert a.read_intervals(payloads, 0) == spans
+
+
+def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
+    first, other = Interval(5, 9, "task", "pour"), Interval(5, 7, "task", "stir")
+    messages = [(first, False), (other, False), (first, True), (first, False)]
+    found = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
+    assert found == (first, Interval(5, 20, "task", "stir", {"unclosed": "true"}),
+                     Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
+
+
+def test_samples_stamped_before_zero_are_refused():
+    """The span of such stamps may exceed 64 bits, and `replay info` prints it."""
+    scalar = message_class("ScalarSamples")(sample_ns=[-(2**62), 0, 2**63 - 1], value=[1, 2, 3])
+    hand = message_class("Hand")()
+    hand.timestamp.seconds = -1
+    for prefix, message in (("/scalars/", scalar), ("/hands/", hand)):
+        with pytest.raises(SessionFileError, match="a sample is stamped before 0"):
+            a.read_stream(prefix, [message.SerializeToString()])

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from mcap.writer import Writer
+from support.mcap_samples import (
+    assert_same_frames,
+    random_frames,
+    session_of,
+    tetrahedron,
+)
+
+from sessions.mcap.mcap_file import McapFile, McapFrames
+from sessions.mcap.scene_update import scene_update
+from sessions.mcap.schemas import channel_spec, message_class
+from sessions.mcap.writer import write_session
+from sessions.model.frames import Frames
+from sessions.model.scene import Pose, Scene, SceneBody
+
+
+@pytest.mark.parametrize("length", [1, 7, 3000, 10_000])
+def test_blocks_are_full_but_the_last(tmp_path, length):
+    frames = random_frames(1, 30 if length == 1 else 3000, 6, odd=0.02)
+    write_session(session_of(frames, scene=Scene(name="bench")), tmp_path / "s.mcap")
+    blocks = [*McapFrames(McapFile(tmp_path / "s.mcap"), frames.names).blocks(length)]
+    assert all(len(block) == length for block in blocks[:-1])
+    assert_same_frames(Frames.join(blocks), frames)
+
+
+def test_channels_are_known_that_only_the_chunks_declare(tmp_path):
+    with (tmp_path / "s.mcap").open("wb") as stream:
+        writer = Writer(stream, chunk_size=1, repeat_channels=False)
+        writer.start()
+        for number, topic in enumerate(["/speech", "/heart", "/noise"]):
+            writer.add_message(writer.register_channel(topic, "json", 0), number, b"{}", number)
+        writer.finish()
+    file = McapFile(tmp_path / "s.mcap")
+    assert len(file.catalogue.regions) == 3
+    assert {channel.topic for channel in file.catalogue.channels.values()} == {"/speech", "/heart", "/noise"}
+
+
+TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live", "/hands/anna/left", "/tracks/wand"]
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_a_stranger_can_decode_every_channel_from_its_descriptor_set_alone(topic):
+    spec = channel_spec(topic)
+    files = descriptor_pb2.FileDescriptorSet.FromString(spec.descriptor_set).file
+    pool = descriptor_pool.DescriptorPool()
+    for file in files:  # in this order: every dependency stands before what needs it
+        pool.Add(file)
+    stranger = message_factory.GetMessageClass(pool.FindMessageTypeByName(spec.schema))
+    assert [field.name for field in stranger.DESCRIPTOR.fields] == [f.name for f in spec.message.DESCRIPTOR.fields]
+    assert channel_spec(topic).descriptor_set == spec.descriptor_set
+
+
+def test_field_numbers_of_files_that_exist_never_change():
+    numbers = {f.name: f.number for f in message_class("Interval").DESCRIPTOR.fields}
+    assert numbers == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
+    numbers = {f.name: f.number for f in message_class("TrackSamples").DESCRIPTOR.fields}
+    assert numbers == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
+
+
+def entities(meshes, scene=None):
+    update = SceneUpdate.FromString(scene_update(meshes, scene or Scene(), 5))
+    return {entity.id: entity for entity in update.entities}
+
+
+def test_a_body_is_drawn_with_its_own_triangles_unless_these_are_too_many(monkeypatch):
+    mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
+    entity = entities({"cup": mesh})["cup"]
+    (part,) = entity.triangles
+    points = np.array([[p.x, p.y, p.z] for p in part.points])
+    assert points.tobytes() == mesh.vertices.tobytes()
+    assert np.array(part.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
+    assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
+    monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", 10)
+    assert entities({"cup": mesh}) == {}
+
+
+@pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
+def test_a_body_that_never_moves_is_drawn_where_it_is_fixed(parent, frame):
+    fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
+    entity = entities({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
+    (part,) = entity.triangles
+    assert (entity.frame_id, part.pose.position.z, part.pose.orientation.w) == (frame, 3.0, 1.0) and part.color.a < 1.0

@@ -1,0 +1,129 @@
+from pathlib import Path
+
+import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.opcode import Opcode
+from mcap.records import Channel
+from support.mcap_samples import (
+    any_frames,
+    assert_same_frames,
+    packed,
+    protobuf_messages,
+    random_frames,
+)
+
+from sessions.errors import SessionFileError
+from sessions.mcap import pose_decoding
+from sessions.mcap.catalogue import Catalogue, ChannelInfo, Region
+from sessions.mcap.container import RecordSpan
+from sessions.mcap.pose_decoding import FrameDecoder
+from sessions.mcap.pose_encoding import FrameEncoder
+from sessions.mcap.schemas import message_class
+from sessions.mcap.unpacking import listed
+from sessions.model.frames import Frames, Status
+
+
+def table(*records):
+    return listed(b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None))
+
+
+def encoded(frames):
+    return list(FrameEncoder(1, 2).encode(frames))
+
+
+def decoder(names=None, **more):
+    catalogue = Catalogue(Path("file"))
+    for number, topic in ((1, "/tf"), (2, "/tracking")):
+        catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), None)
+    return FrameDecoder(catalogue, names, **more)
+
+
+def decoded(tables, names=None):
+    one = decoder(names)
+    parts = [part for each in tables for part in one.decode(each)]
+    return Frames.join(parts) if parts else Frames.empty(one.names)
+
+
+@given(any_frames(), st.integers(1, 4))
+def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(frames, every):
+    records = encoded(frames)
+    tables = [table(*records[start : start + every]) for start in range(0, len(records), every)]
+    assert_same_frames(decoded(tables, frames.names), frames)
+
+
+@given(st.data())
+def test_many_frames_at_once_are_read_as_each_of_them_alone_whatever_byte_is_wrong(data):
+    """Messages one by one go through the protobuf library."""
+    frames = random_frames(data.draw(st.integers(0, 9)), 150, 2, absent=data.draw(st.sampled_from([0.0, 0.3])))
+    records = encoded(frames)
+    for row in data.draw(st.lists(st.integers(0, 149), max_size=4)):
+        payload = bytearray(records[row][4])
+        payload[data.draw(st.integers(0, 10_000)) % len(payload)] ^= data.draw(st.sampled_from([1, 2, 8, 64, 128, 255]))
+        records[row] = (*records[row][:4], bytes(payload))
+    outcomes = []
+    for tables in ([table(*records)], [table(record) for record in records]):
+        try:
+            outcomes.append(decoded(tables, frames.names))
+        except SessionFileError:
+            outcomes.append(None)
+    assert outcomes == [None, None] or assert_same_frames(*outcomes) is None
+
+
+def note(status, **header):
+    message = message_class("Tracking")()
+    message.bodies.add(name="body 0", status=status)
+    return message.SerializeToString()
+
+
+@pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
+def test_a_note_whose_sequence_or_stamps_are_those_of_no_frame_changes_nothing(sequence, log, publish):
+    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    good = [(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)]
+    wrong = [(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)]
+    assert decoded([table(*good)]).status.tolist() == [[Status.LOST]]
+    assert decoded([table(*wrong)]).status.tolist() == [[Status.VALID]]
+
+
+def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
+    payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
+    for status in (0, 1, 9):
+        records = (2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)
+        assert decoded([table(*records)]).status.tolist() == [[Status.VALID]]
+    records = (2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")
+    assert decoded([table(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+
+
+def test_a_tolerant_decoder_notes_from_when_to_when_an_unlisted_body_was_met_over_all_chunks():
+    frames, tolerant = random_frames(0, 2, 1), decoder((), strict=False)
+    for publish, log, payload in protobuf_messages(frames):
+        assert len([*tolerant.decode(table((1, 0, log, publish, payload)))]) == 1
+    (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
+    assert [*tolerant.met] == [("world", "body 0")] and (met.first_ns, met.last_ns, met.count) == (first, last, 2)
+
+
+def test_hostile_messages_are_one_sentence(monkeypatch):
+    payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
+    monkeypatch.setattr(pose_decoding, "MAX_BODIES", 2)
+    with pytest.raises(SessionFileError, match="more than 2 bodies"):
+        decoded([table((1, 0, 0, 0, payload))])
+    monkeypatch.setattr(pose_decoding, "MESSAGE_BYTES", 10)
+    with pytest.raises(SessionFileError, match="more than the 10 allowed"):
+        decoded([table((1, 0, 0, 0, payload))])
+    with pytest.raises(SessionFileError, match=r"no vrlab.Tracking"):
+        decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
+
+
+def test_a_body_that_fills_a_message_is_refused_before_it_fills_the_hours():
+    poses, notes = FrameTransforms(), message_class("Tracking")()
+    for _ in range(4000):
+        poses.transforms.add(child_frame_id="body 0")
+        notes.bodies.add(name="body 0")
+    pose, note = poses.SerializeToString(), notes.SerializeToString()
+    for records in (
+        [(1, 0, k, k, pose) for k in range(63)],
+        [(2 - k % 2, 0, 0, 0, b"" if k % 2 else note) for k in range(126)],
+    ):
+        with pytest.raises(SessionFileError, match="more bodies than those of a file of its size"):
+            decoded([table(*records)])

@@ -1,0 +1,169 @@
+import subprocess
+import sys
+
+import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from mcap.opcode import Opcode
+from mcap.writer import CompressionType
+from support.damage import with_records
+from support.mcap_samples import (
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)  # fmt: skip
+from support.peak_memory import environment
+from support.reference_reader import read_frames_plainly
+
+from sessions import ScalarTrack, examine, read_session, write_session
+from sessions.errors import SessionFileError, TornFileError
+from sessions.mcap import annotations
+from sessions.model.session import Session
+
+BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": False, "use_summary_offsets": False}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"compression": CompressionType.LZ4}, {"compression": CompressionType.NONE}, {"use_chunking": False}, BARE],
+)
+def test_any_compression_is_read_in_chunks_and_without_and_with_no_index(tmp_path, options):
+    messages = protobuf_messages(random_frames(2, 600, 5, absent=0.3))
+    path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=1 << 16, **options)
+    assert_same_frames(read_session(path).frames, read_frames_plainly(path))
+    assert len(read_session(path).frames) == 600
+
+
+def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)))
+    session = read_session(path)
+    assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
+    assert session.names == ("body 0", "body 1", "body 2") and session.events == ()
+    log = Log(message="hello", name="node", file="main.cpp")
+    spec_file = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
+    with pytest.raises(SessionFileError, match="no poses"):
+        read_session(spec_file)
+
+
+def test_a_stream_is_decoded_once_and_not_before_it_is_asked_for(tmp_path, monkeypatch):
+    heart, asked = ScalarTrack([1, 2], [70, 71]), []
+    write_session(session_of(random_frames(1), scalars={"heart": heart}), tmp_path / "s.mcap")
+    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: asked.append(prefix) or heart)
+    scalars = read_session(tmp_path / "s.mcap").scalars
+    assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and asked == []
+    assert scalars["heart"] is scalars["heart"] is heart and asked == ["/scalars/"]
+
+
+def damaged(path, place, byte=None):
+    data = bytearray(path.read_bytes())
+    data[place] ^= 0xFF if byte is None else byte
+    path.write_bytes(data)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(random_frames(4, 3000, 6), meshes={"body 0": tetrahedron()}), path)
+    return path
+
+
+def test_a_flipped_byte_in_a_chunk_is_told_and_never_read(file):
+    damaged(file, file.stat().st_size // 2)
+    with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
+        _ = read_session(file).frames
+
+
+def test_poses_that_the_index_of_their_chunk_leaves_out_are_read(file):
+    frames = read_session(file).frames
+    of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
+    file.write_bytes(
+        with_records(file.read_bytes(), lambda parts: [part for part in parts if (part[0], part[1][:2]) != of_poses])
+    )
+    assert_same_frames(read_session(file).frames, frames)
+
+
+def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
+    from sessions.mcap import writer
+
+    class Wrong:
+        def hexdigest(self):
+            return "0" * 64
+
+    monkeypatch.setattr(writer.hashlib, "sha256", lambda data: Wrong())
+    write_session(session_of(random_frames(1), meshes={"body 0": tetrahedron()}), tmp_path / "s.mcap")
+    monkeypatch.undo()
+    with pytest.raises(SessionFileError, match=r"mesh of 'body 0' is not the one that was recorded"):
+        read_session(tmp_path / "s.mcap")
+
+
+def test_no_file_and_a_folder_are_one_sentence(tmp_path):
+    with pytest.raises(SessionFileError, match=r"none.mcap.*does not exist.*check the path"):
+        read_session(tmp_path / "none.mcap")
+    with pytest.raises(SessionFileError, match="is a folder"):
+        read_session(tmp_path)
+
+
+@pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
+def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
+    with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{words}"):
+        read_session(path)
+
+
+def test_two_worlds_are_refused_and_of_a_body_twice_in_a_message_the_first_is_taken(tmp_path):
+    frames = random_frames(2)
+    two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
+    with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
+        read_session(write_foreign(tmp_path / "f.mcap", two))
+    publish, log, payload = protobuf_messages(frames)[0]
+    other = protobuf_messages(frames)[1][2]
+    path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + other)])
+    assert_same_frames(read_session(path).frames, frames.part(0, 1))
+    (found,) = {one.message for one in examine(path) if one.code == "duplicate-stamps"}
+    assert found == "1 frames hold two samples of it; the first was taken"
+
+
+def test_a_torn_file_is_refused_with_what_to_do(file):
+    data = file.read_bytes()
+    for share in (0.6, 0.999):
+        file.write_bytes(data[: int(len(data) * share)])
+        with pytest.raises(TornFileError, match=r"cut short at byte \d+.*replay recover"):
+            read_session(file)
+
+
+LONG = """
+import sys
+from support.peak_memory import peak_bytes
+from sessions import read_session
+count = sum(len(block) for block in read_session(sys.argv[1]).blocks(1024))
+print(count, peak_bytes() // 1024)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
+def test_reading_in_blocks_takes_the_same_memory_for_a_session_ten_times_as_long(tmp_path):
+    frames = random_frames(1, 3000, 12)
+
+    class Repeated:
+        names = frames.names
+
+        def __init__(self, times):
+            self.times = times
+
+        def blocks(self, length):
+            for _ in range(self.times):
+                yield from frames.blocks(length)
+
+    peaks = []
+    for times in (2, 20):
+        path = tmp_path / f"{times}.mcap"
+        write_session(Session(Repeated(times), {}), path)
+        command = [sys.executable, "-c", LONG, str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment())
+        count, peak = map(int, done.stdout.split())
+        assert count == 3000 * times
+        peaks.append(peak)
+    assert peaks[1] - peaks[0] < 8 * 1024  # 20 MB more would be one chunk kept in ten

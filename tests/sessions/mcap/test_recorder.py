@@ -1,0 +1,191 @@
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from support.mcap_samples import assert_same_frames, random_frames, tetrahedron
+from support.reference_reader import read_frames_plainly
+
+from sessions import Event, Interval, LiveContact, Recorder, read_session, recover
+from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.mcap import recorder as recorder_module
+from sessions.model.frames import Status
+
+POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def record_frames(recorder, frames):
+    """Feed frames to a recorder row by row."""
+    kinds = {Status.LOST: "lost", Status.HELD: "held", Status.INTERPOLATED: "interpolated"}
+    for row in range(len(frames)):
+        poses, marks, samples = {}, {word: [] for word in kinds.values()}, {}
+        for column, name in enumerate(frames.names):
+            status = frames.status[row, column]
+            if status == Status.ABSENT:
+                continue
+            poses[name] = (frames.position[row, column], tuple(frames.quaternion_xyzw[row, column]))
+            samples[name] = int(frames.sample_ns[row, column])
+            if status in kinds:
+                marks[kinds[Status(status)]].append(name)
+        stamp, log = frames.stamp_ns[row], int(frames.log_ns[row])
+        recorder.poses(stamp, poses, marks.pop("lost"), **marks, sample_ns=samples, log_ns=log)
+
+
+def saved(partial):
+    """What is in a partial file that holds a frame, within 20 seconds."""
+    out, deadline = partial.with_name("saved.mcap"), time.monotonic() + 20
+    while True:
+        try:
+            if recover(partial, out, overwrite=True).frames:
+                return read_session(out)
+        except SessionFileError:
+            pass
+        assert time.monotonic() < deadline, "nothing reached the file"
+        time.sleep(0.02)
+
+
+def test_what_was_recorded_is_read_bit_for_bit(tmp_path):
+    frames = random_frames(5, 1500, 4, absent=0.2, odd=0.2)
+    with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
+        recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, POSE))
+        record_frames(recorder, frames)
+    session = read_session(tmp_path / "s.mcap")
+    assert_same_frames(session.frames.part(1, len(session.frames)), frames)
+    assert_same_frames(session.frames, read_frames_plainly(tmp_path / "s.mcap", frames.names))
+    assert session.facts["vr_type"] == "desktop" and list(session.meshes) == ["body 1"]
+    assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
+
+
+def test_all_that_is_no_pose_is_read_back(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        recorder.poses(10, {"wand": POSE})
+        task = recorder.begin(11, "task", "pour", {"by": "anna"})
+        recorder.begin(12, "stage", "virtual reality")
+        for number, who in enumerate(("anna", "ben")):
+            recorder.hand(20 + number, who, "left", trigger=0.5, grip=0.25 * number, buttons={"a": bool(number)})
+        recorder.event(30, "drop", "the glass fell", body="glass", level="warning")
+        recorder.contact(31, "wand", "glass", "enter", (1.0, 2.0, 3.0))
+        recorder.samples("wand", [1, 2, 3], np.zeros((3, 3)), np.ones((3, 4)), [True, False, True])
+        for number in range(2):
+            recorder.gaze(20 + number, "anna", (0, 1.7, 0), (0, 0, -1), valid=number > 0, body="glass" * number)
+            recorder.scalar(20 + number, "heart rate", 70 + number, "1/min")
+        recorder.end(task, 40)
+        recorder.interval(1, 2, "feature", "immersion")
+        recorder.poses(50, {"wand": POSE})
+    session = read_session(tmp_path / "s.mcap")
+    assert session.events == (Event(30, "drop", "the glass fell", "glass", "warning"),)
+    assert session.live_contacts == (LiveContact(31, "wand", "glass", "enter", (1.0, 2.0, 3.0)),)
+    assert {*map(str, session.intervals)} == {
+        str(Interval(11, 40, "task", "pour", {"by": "anna"})),
+        str(Interval(12, 50, "stage", "virtual reality", {"unclosed": "true"})),
+        str(Interval(1, 2, "feature", "immersion")),
+    }
+    hand, looked, heart = session.hands["ben/left"], session.gaze["anna"], session.scalars["heart rate"]
+    assert [*session.hands] == ["anna/left", "ben/left"] and (hand.grip, hand.pressed) == (0.25, True)
+    assert session.fast_tracks["wand"].valid.tolist() == [True, False, True]
+    assert (looked.valid.tolist(), looked.bodies) == ([False, True], ("", "glass"))
+    assert (looked.origins[1].tolist(), looked.directions[0].tolist()) == ([0, 1.7, 0], [0, 0, -1])
+    assert (heart.values.tolist(), heart.times_ns.tolist(), heart.unit) == ([70, 71], [20, 21], "1/min")
+
+
+def test_several_threads_lose_nothing(tmp_path):
+    with Recorder(tmp_path / "s.mcap") as recorder:
+
+        def run(who):
+            for number in range(500):
+                recorder.poses(number, {f"{who}/head": POSE})
+                recorder.hand(number, who, "left", trigger=number)
+
+        threads = [threading.Thread(target=run, args=(who,)) for who in ("anna", "ben", "cleo")]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    session = read_session(tmp_path / "s.mcap")
+    assert len(session.frames) == 1500
+    for column in range(3):
+        mine = session.frames.stamp_ns[session.frames.status[:, column] == Status.VALID]
+        assert mine.tolist() == list(range(500))
+    assert all(len(hand) == 500 for hand in session.hands.values())
+
+
+def test_a_recording_is_in_the_partial_file_before_it_is_closed(tmp_path):
+    recorder = Recorder(tmp_path / "s.mcap")
+    recorder.poses(7, {"wand": POSE})
+    session = saved(tmp_path / "s.mcap.partial")
+    assert session.names == ("wand",) and session.frames.stamp_ns.tolist() == [7]
+    with pytest.raises(TornFileError, match="replay recover"):
+        read_session(tmp_path / "s.mcap.partial")
+    with pytest.raises(SessionError, match="not all named by text"):
+        recorder.poses(8, {3: POSE})
+    recorder.close()
+    recorder.close()
+    with pytest.raises(SessionError, match="closed"):
+        recorder.poses(8, {"wand": POSE})
+    assert not (tmp_path / "s.mcap.partial").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
+def test_two_recorders_never_write_one_file_and_no_link_is_followed(tmp_path):
+    path, precious = tmp_path / "s.mcap", tmp_path / "thesis"
+    precious.write_text("years")
+    (tmp_path / "s.mcap.partial").symlink_to(precious)
+    with Recorder(path, overwrite=True) as recorder:
+        recorder.poses(0, {"a": ((0, 0, 0), (0, 0, 0, 1))})
+        with pytest.raises(SessionFileError, match="holds a recording that goes on"):
+            Recorder(path, overwrite=True)
+    assert len(read_session(path).frames) == 1 and precious.read_text() == "years"
+
+
+def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
+    path = tmp_path / "s.mcap"
+    with Recorder(path) as recorder:
+        recorder.poses(1, {"wand": POSE})
+    with pytest.raises(SessionFileError, match=r"s.mcap is there already.*overwrite=True"):
+        Recorder(path)
+    path.rename(tmp_path / "s.mcap.partial")
+    with pytest.raises(SessionFileError, match=r"cut short.*replay recover"):
+        Recorder(path)
+    for stamp in (2, 3):  # in place of what was cut short, and of a whole recording
+        with Recorder(path, overwrite=True) as recorder:
+            recorder.poses(stamp, {"wand": POSE})
+        assert read_session(path).frames.stamp_ns.tolist() == [stamp]
+    with pytest.raises(SessionFileError, match="check the folder"):
+        Recorder(tmp_path / "nowhere" / "s.mcap")
+
+
+def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):
+    written, waiting = [], []
+    plain = recorder_module.SessionWriter.frames
+
+    def slow(self, frames):
+        time.sleep(0.03)
+        written.append(len(frames))
+        plain(self, frames)
+
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", slow)
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        for number in range(3000):
+            recorder.poses(number, {"cup": POSE})
+            waiting.append(number + 1 - sum(written))
+    assert max(waiting) <= 2 * recorder_module.FRAMES_WAITING
+    assert len(read_session(tmp_path / "s.mcap").frames) == 3000
+
+
+def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path / "s.mcap")
+    recorder.poses(1, {"cup": POSE})
+    saved(tmp_path / "s.mcap.partial")
+
+    def full(self, frames):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", full)
+    with pytest.raises(SessionFileError, match=r"s.mcap.partial cannot be written \(No space left.*replay recover"):
+        for _ in range(1000):
+            recorder.poses(2, {"cup": POSE})
+            time.sleep(0.01)
+    with pytest.raises(SessionFileError, match="No space left"):
+        recorder.close()
+    assert len(saved(tmp_path / "s.mcap.partial").frames) == 1

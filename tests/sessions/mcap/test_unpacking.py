@@ -1,0 +1,88 @@
+import io
+import zlib
+
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Chunk
+from support.mcap_samples import packed
+
+from sessions.errors import SessionFileError
+from sessions.mcap.catalogue import Catalogue, Region
+from sessions.mcap.container import MESSAGE_HEADER, RecordSpan
+from sessions.mcap.unpacking import read_region, rows_at, together
+
+DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
+PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
+
+
+def unpacked(given, compression, size=None, crc=None, before=0):
+    size = len(DATA) if size is None else size
+    crc = zlib.crc32(DATA) if crc is None else crc
+    builder = RecordBuilder()
+    Chunk(compression, given, 0, 0, crc, size).write(builder)
+    record = builder.end()
+    region = Region(RecordSpan(Opcode.CHUNK, 0, len(record)), size, None)
+    return read_region(io.BytesIO(record), region, Catalogue("file", messages=before))
+
+
+@pytest.mark.parametrize("compression", PACK)
+def test_messages_are_listed_with_their_stamps_and_payloads(compression):
+    table = unpacked(PACK[compression](DATA), compression)
+    assert [table.payload(row) for row in range(2)] == [b"hello", b""]
+    assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
+    assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
+    assert table.of_channels({2, 9}).tolist() == [1]
+    assert unpacked(b"", "", 0, 0).channel.tolist() == []
+
+
+def test_small_tables_are_joined_and_no_row_is_read_beyond_the_end(monkeypatch):
+    monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(DATA))
+    tables = [*together([unpacked(DATA, "")] * 5)]
+    assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
+    assert tables[0].payload(2) == b"hello"
+    with pytest.raises(IndexError):
+        rows_at(np.zeros(5, np.uint8), np.array([4]), 2)
+
+
+@pytest.mark.parametrize("compression", PACK)
+def test_a_chunk_that_holds_more_or_less_than_it_declares_is_damaged(compression):
+    for size in (0, 1, len(DATA) - 1, len(DATA) + 1):
+        with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
+            unpacked(PACK[compression](DATA), compression, size)
+
+
+@pytest.mark.slow
+def test_a_decompression_bomb_is_refused_without_being_unpacked():
+    bomb = zstandard.compress(bytes(1 << 30), 1)
+    assert len(bomb) < 1 << 20
+    with pytest.raises(SessionFileError, match="its content 1073741824"):
+        unpacked(bomb, "zstd")
+    hidden = zstandard.ZstdCompressor(write_content_size=False).compress(bytes(100 << 20))
+    with pytest.raises(SessionFileError, match="damaged"):
+        unpacked(hidden, "zstd")
+    with pytest.raises(SessionFileError, match="declares 58 bytes and holds 59"):
+        unpacked(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", 58)
+
+
+def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_damage():
+    with pytest.raises(SessionFileError, match="checksum is wrong"):
+        unpacked(DATA, "", crc=1)
+    with pytest.raises(SessionFileError, match="'br' is unknown; known: zstd, lz4, none"):
+        unpacked(DATA, "br")
+    short = b"\x05" + (3).to_bytes(8, "little") + bytes(3)
+    for data in (DATA[:-1], DATA + b"\x05", short):
+        with pytest.raises(SessionFileError, match="impossible length"):
+            unpacked(data, "", len(data), 0)
+    late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
+    with pytest.raises(SessionFileError, match="2262"):
+        unpacked(late, "", len(late), 0)
+
+
+def test_messages_of_all_chunks_together_are_no_more_than_a_file_of_its_size_may_hold():
+    assert unpacked(DATA, "", before=99_998).channel.tolist() == [1, 2]
+    with pytest.raises(SessionFileError, match="more than 100,000 messages"):
+        unpacked(DATA, "", before=99_999)

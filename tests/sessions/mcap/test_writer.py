@@ -1,0 +1,123 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from support.import_mutants import round_trips
+from support.mcap_samples import (
+    any_frames,
+    assert_same_frames,
+    protobuf_messages,
+    random_frames,
+    session_of,
+    tetrahedron,
+    write_foreign,
+)
+from support.reference_reader import read_frames_plainly
+
+from sessions.errors import SessionFileError
+from sessions.mcap.metadata import FORMAT, MESH_HASH, session_record
+from sessions.mcap.reader import read_session
+from sessions.mcap.writer import write_session
+from sessions.meshes.glb import mesh_to_glb
+from sessions.model.event import Event, Interval, LiveContact
+from sessions.model.frames import Frames
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import Session
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
+from sessions.scene_files.scene_toml import parse_scene
+
+
+def full_session():
+    times = np.arange(400, dtype=np.int64) * 1_000_000
+    rng = np.random.default_rng(5)
+    return session_of(
+        random_frames(3, odd=0.1, absent=0.1),
+        meshes={"body 0": tetrahedron(), "a/b": tetrahedron(1 / 3)},
+        scene=Scene(),
+        events=(Event(7, "start"), Event(9, "drop: it", "the glass: fell", "body 0", "warning"), Event(9, "a", "a")),
+        intervals=(Interval(1, 5, "task", "pour", {"volume": "2", "by": "anna"}), Interval(1, 9, "stage", "one")),
+        facts={"vr_type": "immersive", "source_units": "m"},
+        hands={"anna/left": HandTrack([1, 2, 9], [0.1, 0.2, 1.0], None, ("a", "menu"), [[0, 1], [1, 1], [0, 0]])},
+        live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),  # noqa: E501
+        fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},  # noqa: E501
+        gaze={"anna": GazeTrack(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), times % 2 > 0, ["", "cup"] * 200)},  # noqa: E501
+        scalars={"EEG/Fz": ScalarTrack(times, np.where(times % 5_000_000, rng.normal(size=400), np.nan), "uV"), "empty": ScalarTrack([3], [1])},  # noqa: E501
+    )  # fmt: skip
+
+
+def test_every_part_of_a_session_survives_its_file_and_written_again_it_is_the_same_bytes(tmp_path):
+    session = full_session()
+    round_trips(session, tmp_path)
+    again = read_session(tmp_path / "written.mcap")
+    assert_same_frames(again.frames, session.frames)
+    assert again.facts.items() >= session.facts.items() and again.facts["format"] == "vrlab/1"
+    assert tuple(again.live_contacts) == session.live_contacts and list(again.fast_tracks) == ["body 1"]
+    assert [mesh_to_glb(mesh, name) for name, mesh in again.meshes.items()] == [
+        mesh_to_glb(mesh, name) for name, mesh in session.meshes.items()
+    ]
+    for number, one in enumerate((again, full_session())):
+        write_session(one, tmp_path / f"{number}.mcap")
+        assert (tmp_path / f"{number}.mcap").read_bytes() == (tmp_path / "written.mcap").read_bytes()
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(any_frames())
+def test_any_frames_are_read_and_written_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
+    path = tmp_path / "s.mcap"
+    write_session(session_of(frames), path)
+    assert_same_frames(read_session(path).frames, frames)
+    assert_same_frames(read_frames_plainly(path, frames.names), frames)
+    foreign = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
+    assert_same_frames(read_session(foreign).frames, read_frames_plainly(foreign))
+
+
+class Ragged:
+    """The same frames in blocks of any length."""
+
+    def __init__(self, frames: Frames, cuts):
+        self.names, self._frames, self._cuts = frames.names, frames, [0, *cuts, len(frames)]
+
+    def blocks(self, frames):
+        for start, stop in zip(self._cuts, self._cuts[1:], strict=False):
+            yield self._frames.part(start, stop)
+
+
+def test_the_bytes_do_not_depend_on_the_blocks_in_which_frames_come(tmp_path):
+    frames = random_frames(8, 4000, 6, odd=0.05)
+    write_session(session_of(frames), tmp_path / "a.mcap")
+    write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
+    assert (tmp_path / "a.mcap").stat().st_size > 1_000_000
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
+    frames = random_frames(0)
+    early = Frames(frames.names, frames.stamp_ns * 0 - 5, *(getattr(frames, name) for name in (
+        "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
+    with pytest.raises(SessionFileError, match=r"-5 ns.*shift all stamps"):
+        write_session(session_of(early), tmp_path / "s.mcap")
+    with pytest.raises(SessionFileError, match="-1 ns"):
+        write_session(session_of(frames, events=(Event(-1, "x"),)), tmp_path / "s.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+SCENE = """# a bench, as its author wrote it
+[[body]]
+id = "body 0"
+tags = ["glass"]
+"""
+
+
+def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path):
+    scene = parse_scene(SCENE)
+    changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
+    for one in (scene, changed, replace(changed, text="")):
+        write_session(session_of(random_frames(0), scene=one), tmp_path / "s.mcap")
+        found = read_session(tmp_path / "s.mcap").scene
+        assert replace(found, text="") == replace(one, text="")
+        assert (found.text == scene.text) == (one is scene)
+
+
+def test_what_an_earlier_file_said_of_itself_and_its_meshes_is_said_anew():
+    assert session_record({FORMAT: "older", f"{MESH_HASH}a": "0"}, {}) == session_record({}, {})
