@@ -15,7 +15,7 @@ import numpy as np
 from replay import words
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of
 from replay.show.report.still import FIRST, fault_still
 from replay.studies.synthetic_sessions import synthetic_session

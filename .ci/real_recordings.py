@@ -21,10 +21,10 @@ from choosing import with_table
 from scipy.spatial.transform import Rotation
 
 import replay
-from replay.base.tables import text_of
 from replay.cli.main import main
 from replay.guide.pages import FOLDER
 from replay.show.run_tables import ranking_table
+from replay.tables import text_of
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cdcore.errors import CollisionCoreError
     from replay.advice.sweep import tradeoff
-    from replay.api.advisor import Advice, advise
-    from replay.api.auditor import AuditResult, audit
-    from replay.api.run_result import RunResult
-    from replay.api.runner import run
-    from replay.api.showing import share, view
+    from replay.document.run_result import Tradeoff
     from replay.effects.effect_plan import Plan, plan
     from replay.errors import ERRORS, ReplayError
-    from replay.pipeline.run_result import Tradeoff
-    from replay.pipeline.settings import RunSettings
+    from replay.running.advisor import Advice, advise
+    from replay.running.auditor import AuditResult, audit
+    from replay.running.run_result import RunResult
+    from replay.running.runner import run
+    from replay.settings import RunSettings
     from replay.show.results.data_set import read
+    from replay.show.viewing import share, view
     from replay.studies.diff.runs import diff_runs as diff
     from replay.studies.stress.runner import stress
     from replay.studies.stress.tally import StressResult
@@ -34,29 +34,29 @@ __all__ = [
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
 _HOME = {
     "ERRORS": "replay.errors",
-    "Advice": "replay.api.advisor",
-    "AuditResult": "replay.api.auditor",
+    "Advice": "replay.running.advisor",
+    "AuditResult": "replay.running.auditor",
     "CollisionCoreError": "cdcore.errors",
     "Plan": "replay.effects.effect_plan",
     "ReplayError": "replay.errors",
-    "RunResult": "replay.api.run_result",
-    "RunSettings": "replay.pipeline.settings",
+    "RunResult": "replay.running.run_result",
+    "RunSettings": "replay.settings",
     "Session": "sessions.model.session",
     "SessionError": "sessions.errors",
     "StressResult": "replay.studies.stress.tally",
-    "Tradeoff": "replay.pipeline.run_result",
-    "advise": "replay.api.advisor",
-    "audit": "replay.api.auditor",
+    "Tradeoff": "replay.document.run_result",
+    "advise": "replay.running.advisor",
+    "audit": "replay.running.auditor",
     "diff": "replay.studies.diff.runs:diff_runs",
     "plan": "replay.effects.effect_plan",
     "read": "replay.show.results.data_set",
     "read_session": "sessions.mcap.reader",
-    "run": "replay.api.runner",
-    "share": "replay.api.showing",
+    "run": "replay.running.runner",
+    "share": "replay.show.viewing",
     "stress": "replay.studies.stress.runner",
     "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",
     "tradeoff": "replay.advice.sweep",
-    "view": "replay.api.showing",
+    "view": "replay.show.viewing",
 }
 """Public name -> module, or ``module:name`` where the names differ; loaded on first use, for a quick ``--help``."""
 

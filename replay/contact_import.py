@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from replay.auditing.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
-from replay.base.progress import Progress
 from replay.detection.recorded import (
     CLOCK_FACT,
     DRIFT_FACT,
@@ -16,11 +15,12 @@ from replay.detection.recorded import (
     physics_steps,
     reported_spans,
 )
+from replay.document.run_result import RunResult
+from replay.engine import compute
 from replay.errors import AuditError
-from replay.pipeline.engine import compute
-from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import RESIDUAL_FACT
 from replay.prepare.frame_times import frame_ends
+from replay.progress import Progress
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.ledger import FACT as LEDGER_FACT

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.constants import BLOCK_FRAMES
+from replay.constants import BLOCK_FRAMES
 from sessions import Session, Status
 from sessions.doctor.timing import gap_rows, typical_step
 from sessions.importers.ledger import FACT, ledger_of

@@ -183,3 +183,30 @@ def _exponent(value: float, digits: int) -> int:
     """The power of ten of the first digit, once the value is rounded: 9.999 to three digits is 10.0."""
     exponent = floor(log10(abs(value)))
     return floor(log10(abs(round(value, digits - 1 - exponent))))
+
+
+def safe_text(text: str, *, lines: bool = False) -> str:
+    """The text, with control characters, marks of direction and other invisible ones written as in Python: ``\\x1b``.
+
+    ``lines``: line ends stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        character if _plain(character) or (lines and character == "\n") else repr(character)[1:-1] for character in text
+    )
+
+
+def drawable(text: str) -> str:
+    """The same for matplotlib, which takes what stands between two dollars for mathematics."""
+    return safe_text(text).replace("$", r"\$")
+
+
+def _plain(letter: str) -> bool:
+    # Spaces of any width are not printable for Python.
+    return letter.isprintable() or (letter.isspace() and letter > "\x9f" and letter not in "\u2028\u2029")
+
+
+def plural(number: int, thing: str, several: str = "") -> str:
+    """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
+    return f"{number:,} {thing if number == 1 else several or thing + 's'}"

@@ -26,15 +26,14 @@ from replay.advice.overlap_depth import SampledSurface, overlap_depth
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.shared_motion import shared_motion
 from replay.auditing.episodes import episodes
-from replay.base.progress import Progress, Silent
-from replay.base.shown import plural
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
+from replay.engine import prepared
 from replay.errors import ReplayError
-from replay.pipeline.engine import prepared
 from replay.prepare.assemble import body_of
 from replay.prepare.assembly import Assembly
-from replay.words import length
+from replay.progress import Progress, Silent
+from replay.words import length, plural
 from sessions import Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject

@@ -19,12 +19,12 @@ from cdcore.mesh import TriangleMesh
 from cdcore.numerics import IntArray
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting
-from replay.base.progress import Advance
 from replay.cutting.convex_solids import solids_of, volume_of
 from replay.cutting.methods import METHODS, method_of
 from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
+from replay.progress import Advance
 
 HULL: Final = "hull"
 

@@ -9,9 +9,9 @@ from typing import Any, Final
 
 from replay.advice.pareto import wrong_words
 from replay.advice.settings import FASTEST
-from replay.base.shown import plural
 from replay.detection.detector_spec import spec_text
 from replay.errors import TradeoffError
+from replay.words import plural
 
 Row = Mapping[str, Any]
 

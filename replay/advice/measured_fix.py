@@ -18,19 +18,18 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.look_phases import OFFSET_SETTING, has_offsets, over_phases
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
-from replay.base.progress import Advance, Progress
-from replay.base.shown import plural
 from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
-from replay.pipeline.answer import SESSION
-from replay.pipeline.diagnosis import faults_text, pieces_may_help
-from replay.pipeline.ranking import Rank, lost_text
-from replay.pipeline.run_result import RunResult
-from replay.words import duration, frame_time
+from replay.document.cost import SESSION
+from replay.document.diagnosis import faults_text, pieces_may_help
+from replay.document.ranking import Rank, lost_text
+from replay.document.run_result import RunResult
+from replay.progress import Advance, Progress
+from replay.words import duration, frame_time, plural
 
 FIX_SECONDS: Final = 20.0
 """Seconds that the command line gives a Fix when nothing is said."""

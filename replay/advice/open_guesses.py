@@ -3,8 +3,8 @@
 from collections.abc import Collection, Sequence
 from typing import Final
 
-from replay.base.constants import RECORDING
-from replay.base.shown import plural
+from replay.constants import RECORDING
+from replay.words import plural
 from sessions import Session
 from sessions.model.assumption import DRAFTED, Assumption, Confidence, Origin, Subject
 from sessions.scene_files.answers import CHANGEABLE, OPTIONS, recording_assumptions

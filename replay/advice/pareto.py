@@ -11,9 +11,9 @@ from typing import Any, Final, TypeAlias, TypeVar
 
 from replay import words
 from replay.advice.settings import USUAL_HZ
-from replay.base.constants import HEADSET_HZ
-from replay.base.shown import plural
-from replay.pipeline.answer import busy_sentence
+from replay.constants import HEADSET_HZ
+from replay.document.cost import busy_sentence
+from replay.words import plural
 
 Row: TypeAlias = Mapping[str, Any]
 AnyRow = TypeVar("AnyRow", bound=Row)

@@ -11,7 +11,7 @@ from replay.auditing.look_phases import PHASES, OffsetCounts, offset_counts, spr
 from replay.auditing.loss import loss
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference, Tolerance
-from replay.base.wilson import Proportion, proportion
+from replay.auditing.wilson import Proportion, proportion
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError

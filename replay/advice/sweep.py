@@ -16,17 +16,17 @@ from replay.advice.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting, next_to_front, settings_list, settings_of
 from replay.advice.timing import MEAN, Clock, LiveFrames, Timed, known
-from replay.base.machine import machine, versions
 from replay.cutting.compound import seconds_to_cut
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.detection.sample_times import P99
-from replay.pipeline.engine import prepared
-from replay.pipeline.run_result import Tradeoff
-from replay.pipeline.settings import RunSettings
-from replay.pipeline.summary import session_name
+from replay.document.machine import machine, versions
+from replay.document.run_result import Tradeoff
+from replay.document.summary import session_name
+from replay.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
+from replay.settings import RunSettings
 from sessions import Session
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from cdcore import Detection
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import counts_as_contact, is_one_of, is_undecided
 from replay.auditing.outcome import Comparison, Episode, Outcome
-from replay.base.constants import VERDICT_FRAMES
+from replay.constants import VERDICT_FRAMES
 from replay.errors import AuditError
 
 Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]

@@ -10,7 +10,7 @@ from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Comparison, Episode, Outcome
-from replay.base.wilson import Proportion, proportion_of_clusters
+from replay.auditing.wilson import Proportion, proportion_of_clusters
 
 REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""

@@ -15,12 +15,12 @@ from replay.auditing.contact_counts import REPORTED, count_contacts, count_repor
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
-from replay.base.constants import HELD_FRAMES
-from replay.base.progress import Advance, ignored
-from replay.base.wilson import Proportion, proportion_of_clusters
+from replay.auditing.wilson import Proportion, proportion_of_clusters
+from replay.constants import HELD_FRAMES
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import detect_all, make_detector, warm_frames
 from replay.prepare.assembly import Assembly
+from replay.progress import Advance, ignored
 
 PHASES: Final = 16
 """Offsets that a mean is over, evenly spread over the time from sample to sample."""

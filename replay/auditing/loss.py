@@ -8,7 +8,7 @@ does; a count of wrong contacts does not: samples at 2 Hz have few false contact
 
 from typing import Final
 
-from replay.base.wilson import Proportion
+from replay.auditing.wilson import Proportion
 
 LOSS_MEANING: Final = (
     "share of the contacts missed, plus share of the contact time not reported, plus share of the reported time that "

@@ -15,12 +15,12 @@ from cdcore import Detector, Motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Episode
-from replay.base.constants import HEADSET_HZ
-from replay.base.progress import Advance
+from replay.constants import HEADSET_HZ
 from replay.detection.run_detector import Run, make_detector
 from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
 from replay.prepare.noise import NoiseSpec, NoisyCopies, noise_of
+from replay.progress import Advance
 from sessions import Scene
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Any, Final
 
-from replay.base.progress import Advance, ignored
-from replay.base.shown import shown as safe_text
-from replay.words import number
+from replay.progress import Advance, ignored
+from replay.words import number, safe_text
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType

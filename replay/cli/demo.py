@@ -11,7 +11,7 @@ from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, rep
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
-    from replay.pipeline.run_result import RunResult
+    from replay.document.run_result import RunResult
 
 FOLDER: Final = Path("replay-demo")
 CLASS_FOLDER: Final = Path("class")
@@ -86,8 +86,8 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 
 def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: Any) -> "RunResult":
-    from replay.api.runner import with_measured_fixes, write_watched
-    from replay.pipeline.engine import compute
+    from replay.engine import compute
+    from replay.running.runner import with_measured_fixes, write_watched
     from replay.show.results.run_folder import check_target
     from sessions import read_session
 
@@ -106,8 +106,8 @@ def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: An
 
 def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
-    from replay.api.batch import run_batch
     from replay.cli.study import require_extra, write_page
+    from replay.running.batch import run_batch
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     require_extra()

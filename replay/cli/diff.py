@@ -13,8 +13,8 @@ from replay.cli.options import ANY_PATH, reporting
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from replay.base.tables import Table
     from replay.studies.diff.runs import RunDiff
+    from replay.tables import Table
 
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
@@ -47,9 +47,9 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
 
 
 def _shown(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
-    from replay.base.tables import STRONG
     from replay.cli.terminal import line
     from replay.studies.diff.diff_words import changes, diff_table, settings_lines
+    from replay.tables import STRONG
 
     yield line(
         f"{run_b} beside {run_a}: " + ("contacts changed" if difference.changed else "no contact changed"), STRONG

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from replay.base.tables import ERROR, FAINT, WARNING, Table
 from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import SESSION_ANYWHERE, SESSION_FILE, reporting, scene
+from replay.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -42,10 +42,10 @@ def command(
     """
     if look or answers or forget_answers:
         return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers, mapping=mapping)
-    from replay.api.remote_files import fetched
-    from replay.base.shown import plural
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults
+    from replay.running.remote_files import fetched
+    from replay.words import plural
     from sessions import examine
     from sessions.doctor.finding import in_order
 
@@ -126,8 +126,8 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
 
 def headline(findings: "Sequence[Finding]") -> str:
     """One clause: how bad it is."""
-    from replay.base.shown import plural
     from replay.show.words import NOTHING_SUSPICIOUS
+    from replay.words import plural
 
     count = Counter(WORDS[finding.severity] for finding in findings)
     bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses

@@ -4,19 +4,19 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
-from replay.base.constants import RECORDING
 from replay.cli.console import People, TerminalProgress
+from replay.constants import RECORDING
 
 
 def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **options: Any) -> int:
     """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
-    from replay.api.advisor import advise
     from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
     from replay.cli.terminal import line, terminal
     from replay.cutting.piece_store import cache_folder
-    from replay.pipeline.headline import open_questions
+    from replay.document.headline import open_questions
+    from replay.running.advisor import advise
     from replay.show.tradeoff_table import engine_table
 
     if not any(cache_folder().glob("cut-*")):

@@ -12,7 +12,7 @@ from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, sh
 from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, reporting, scene, tau
 
 if TYPE_CHECKING:
-    from replay.api.collider_files import FixedColliders
+    from replay.running.collider_files import FixedColliders
 
 ENGINE_WORDS = "Write files for unity, unreal, godot or mujoco."
 OUT_WORDS = "Folder for the files.  [default: fix-ENGINE]"
@@ -54,8 +54,8 @@ def command(
     replay fix session.mcap --engine godot -o game/colliders --max-false 0.05
     """
     from replay.advice.collider_search import Limits
-    from replay.api.collider_files import fix_colliders
     from replay.detection.compile_notice import compiling_announced
+    from replay.running.collider_files import fix_colliders
 
     if out is not None and not engine:
         raise click.UsageError("--out needs --engine, which says what to write: unity, unreal, godot or mujoco")
@@ -91,8 +91,8 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
     from replay.advice.collider_search import CONVEX
-    from replay.base.constants import RECORDING
-    from replay.pipeline.headline import open_questions
+    from replay.constants import RECORDING
+    from replay.document.headline import open_questions
 
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
     lines.append(f"False contact: {_share(fixed.after['false'])}; at most {_share(fixed.limits.false)} was asked for.")

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.base.shown import plural
 from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
+from replay.words import plural
 
 if TYPE_CHECKING:
     from sessions import Session

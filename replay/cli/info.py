@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.base.shown import plural
-from replay.base.tables import Cell, Table, table
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
+from replay.tables import Cell, Table, table
+from replay.words import plural
 from sessions.importers.ledger import Entry, Ledger
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @reporting
 def command(session: Path, scene: Path | None, as_json: bool, people: People) -> int:
     """Say what FILE.mcap, here or at a URL, holds: bodies with rates and gaps, duration, tasks, stages, events."""
-    from replay.api.remote_files import fetched
     from replay.cli.terminal import terminal
+    from replay.running.remote_files import fetched
     from replay.session_info import session_info
     from sessions import read_session
 

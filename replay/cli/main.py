@@ -219,9 +219,9 @@ def _is_known(error: Exception) -> bool:
 
 
 def _sentence(text: str) -> str:
-    from replay.base.shown import shown
+    from replay.words import safe_text
 
-    return shown(" ".join(text.split()))
+    return safe_text(" ".join(text.split()))
 
 
 def _make_streams_safe() -> None:

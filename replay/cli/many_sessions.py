@@ -15,9 +15,9 @@ from replay.words import count_range
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
-    from replay.api.batch import Batch, SessionOfBatch
-    from replay.auditing.gates import Gates
-    from replay.base.tables import Table
+    from replay.document.gates import Gates
+    from replay.running.batch import Batch, SessionOfBatch
+    from replay.tables import Table
 
 SESSION_ROWS: Final = 20
 
@@ -33,9 +33,9 @@ def run_many(
 
     Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
     """
-    from replay.api.batch import run_batch
     from replay.cli.run_tables import audit_table
     from replay.cli.terminal import terminal
+    from replay.running.batch import run_batch
 
     def died(name: str, worker: str) -> None:
         people.say(f"the worker {worker} ended while it replayed {name}, which is run again")
@@ -76,7 +76,7 @@ def session_table(batch: "Batch") -> "Table":
 
     Contacts missed are smallest to largest over the sampling offsets, as the run of each session says them.
     """
-    from replay.base.tables import IN_RED, WARNING, table
+    from replay.tables import IN_RED, WARNING, table
 
     missed = {f"missed by {label}": label for label in batch.audit}
     counts = {name: _counts(run, missed) for name, run in batch.runs.items()}

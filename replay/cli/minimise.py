@@ -24,8 +24,8 @@ def command(session: Path, out: Path, force: bool, as_json: bool, people: People
     Poses, meshes, scene, and when events, tasks and stages happened stay; tasks and stages get names that are the same
     in every file, so that a class page still groups by them.
     """
-    from replay.base.shown import plural
     from replay.studies.minimise import minimise
+    from replay.words import plural
     from sessions import read_session, write_session
 
     require_free(out, force=force)

@@ -49,7 +49,7 @@ class FilePath(click.Path):
         except UnicodeEncodeError:
             self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
         if self.url and "://" in str(value):
-            from replay.api.remote_files import located
+            from replay.running.remote_files import located
 
             return located(value)
         if not self.exists:

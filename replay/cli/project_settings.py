@@ -47,7 +47,7 @@ def settings_file(given: Sequence[Path]) -> Path | None:
 
     Raises ``click.UsageError``: sessions of folders with different files.
     """
-    from replay.api.remote_files import is_remote
+    from replay.running.remote_files import is_remote
 
     folders = dict.fromkeys(path if path.is_dir() else path.parent for path in given if not is_remote(path))
     files = [folder / NAME for folder in folders if (folder / NAME).exists()]

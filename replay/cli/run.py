@@ -70,7 +70,7 @@ def command(
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     replay run recordings --out runs --jobs 4 --no-picture
     """
-    from replay.auditing.gates import Gates, times_of
+    from replay.document.gates import Gates, times_of
 
     picture = not options.pop("no_picture")
     if options["step_rate"] is None:

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from replay.base.constants import CAVEAT
-from replay.base.tables import Table, markdown, markdown_words
-from replay.pipeline.headline import doubts, headlines, price
-from replay.pipeline.run_result import RunResult
+from replay.constants import CAVEAT
+from replay.document.headline import doubts, headlines, price
+from replay.document.run_result import RunResult
 from replay.show.run_tables import ranking_table
+from replay.tables import Table, markdown, markdown_words
 
 LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""

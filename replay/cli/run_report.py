@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer, print_json, show
 from replay.document.coding import plain_of
+from replay.document.run_result import RunResult
 from replay.document.session import FlaggedPoses
-from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
 from replay.show.results.run_folder import PICTURE
 
@@ -27,7 +27,7 @@ def report_run(
 
     ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
     """
-    from replay.pipeline.answer import SESSION
+    from replay.document.cost import SESSION
 
     sources, where = sources_of(result, people), where_to_look(result)
     code = close_run(result, people)
@@ -45,7 +45,7 @@ def report_run(
 
 def sources_of(result: RunResult, people: People) -> Sources:
     """For who wants more, the sources behind a run: of every detector and effect that ran, and of no others."""
-    from replay.pipeline.citations import sources_behind
+    from replay.document.citations import sources_behind
 
     detectors = (detector.name for detector in result.document.detectors.values())
     return sources_behind(detectors, result.effects.items()) if people.verbose else {}
@@ -55,7 +55,7 @@ def answer_cited(
     as_json: bool, plain: Mapping[str, Any], render: "Callable[[], RenderableType]", sources: Sources
 ) -> None:
     """``answer``, with the sources behind it, if there are any."""
-    from replay.pipeline.citations import citations
+    from replay.document.citations import citations
 
     answer(as_json, {**plain, "sources": sources} if sources else plain, render)
     if sources and not as_json:

@@ -8,16 +8,16 @@ from typing import Final
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from replay.base.constants import CAVEAT, RECORDING
-from replay.base.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
+from replay.constants import CAVEAT, RECORDING
 from replay.document.audit import DetectorAudit
+from replay.document.cost import RUN, SESSION, busy_text
+from replay.document.headline import beside, doubts, engine_reports, price, undecided
+from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_words
-from replay.pipeline.answer import RUN, SESSION, busy_text
-from replay.pipeline.headline import beside, doubts, engine_reports, price, undecided
-from replay.pipeline.run_result import RunResult
 from replay.show import run_tables as built
 from replay.show.words import tallied
+from replay.tables import FAINT, GOOD, IN_RED, INVENTED, Table
 
 FAULT_ROWS: Final = 20
 """Misses and false contacts listed of each detector; JSON and the tables of the run folder hold them all."""

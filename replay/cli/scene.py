@@ -31,9 +31,9 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     replay scene new session.mcap -o bench.toml
     replay run session.mcap --scene bench.toml --out runs/bench
     """
-    from replay.base.shown import plural
     from replay.errors import OutputError
     from replay.prepare.scene_draft import draft_text, drafted
+    from replay.words import plural
     from sessions import read_session
     from sessions.meshes.mesh_match import matched
     from sessions.scene_files.scene_meshes import with_meshes
@@ -80,9 +80,9 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     replay scene check bench.toml
     """
     del people
-    from replay.base.shown import plural
     from replay.effects.effect_plan import plan
     from replay.effects.effect_summary import plan_summary
+    from replay.words import plural
 
     declared, faults = _checked(scene)
     if faults:

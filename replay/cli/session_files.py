@@ -11,7 +11,7 @@ LIST = ".txt"
 
 def session_files(given: Iterable[Path]) -> list[Path]:
     """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
-    from replay.api.remote_files import reaching
+    from replay.running.remote_files import reaching
 
     files: list[Path] = []
     for path in given:
@@ -39,7 +39,7 @@ def listed(path: Path) -> list[Path]:
 
     Raises ``click.UsageError``: a line names no file, and it says which line.
     """
-    from replay.api.remote_files import is_remote, located, reaching
+    from replay.running.remote_files import is_remote, located, reaching
 
     try:
         with reaching(path):

@@ -24,8 +24,8 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     replay share run1 -o for-anna
     replay share runs/* -o class
     """
-    from replay.api.showing import write_share
     from replay.show.share.folder import INDEX
+    from replay.show.viewing import write_share
 
     if why := write_share(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")

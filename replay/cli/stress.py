@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.base.tables import Table, table
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, detectors_named, reporting, tau
+from replay.tables import Table, table
 
 if TYPE_CHECKING:
     from rich.console import Group

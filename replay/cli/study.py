@@ -68,8 +68,8 @@ def write_page(
         require_extra()
     # Arrow's own pool keeps memory that it used: a class of 4,000 sessions took 340 MB with it, 260 without.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
-    from replay.base.file_hash import file_hash
     from replay.cli.study_tables import study_tables
+    from replay.document.file_hash import file_hash
     from replay.show.results.run_folder import check_target
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse

@@ -7,14 +7,14 @@ from rich.console import Group
 from rich.text import Text
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.base.shown import plural
-from replay.base.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.cli.terminal import line, terminal
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
+from replay.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
+from replay.words import plural
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""

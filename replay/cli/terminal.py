@@ -10,10 +10,10 @@ from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderR
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from replay.base import tables
-from replay.base.shown import shown
-from replay.base.tables import Cell, Column, Marked, Table, text_of
+from replay import tables
 from replay.show import palette
+from replay.tables import Cell, Column, Marked, Table, text_of
+from replay.words import safe_text
 
 STYLES: Final = {
     tables.STRONG: "bold",
@@ -36,22 +36,22 @@ def terminal(*contents: Table | RenderableType) -> Group:
     for content in contents:
         if isinstance(content, Table):
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
-            title = [Text(shown(content.title), style="bold")] if content.title else []
+            title = [Text(safe_text(content.title), style="bold")] if content.title else []
             below += [Text(), *title, Fitted(content)]
-            below += [Text(shown(note), style="dim") for note in content.notes]
+            below += [Text(safe_text(note), style="dim") for note in content.notes]
         else:
-            below.append(Text(shown(content)) if isinstance(content, str) else content)
+            below.append(Text(safe_text(content)) if isinstance(content, str) else content)
     return Group(*below)
 
 
 def plain(text: str, style: str = "") -> Text:
     """Text of a recording, whatever is in it."""
-    return Text(shown(text), style=style)
+    return Text(safe_text(text), style=style)
 
 
 def line(text: str, mark: str = "") -> Text:
     """A sentence; its words are not broken."""
-    return Text(shown(text), style=STYLES[mark])
+    return Text(safe_text(text), style=STYLES[mark])
 
 
 WIDEST: Final = 80
@@ -72,7 +72,7 @@ class Paragraph:
         indent = " " * len(self.label)
         room = max(min(options.max_width, WIDEST), len(indent) + 20)
         text = fill(
-            shown(self.text), room, initial_indent=self.label, subsequent_indent=indent, break_long_words=False,
+            safe_text(self.text), room, initial_indent=self.label, subsequent_indent=indent, break_long_words=False,
             break_on_hyphens=False,
         )  # fmt: skip
         yield Text(text, style=self.style, no_wrap=True, overflow="ignore")
@@ -92,7 +92,7 @@ class Command:
         """On one line where it fits, else with ``\\`` at the end of each but the last."""
         del console
         indent, room = " " * 8, min(options.max_width, WIDEST)
-        command = shown(self.text)
+        command = safe_text(self.text)
         if len(indent) + len(command) <= room:
             yield Text(indent + command, no_wrap=True, overflow="ignore")
             return
@@ -190,5 +190,5 @@ def _cell(cell: Cell, column: Column) -> Text:
     mark = cell.mark if isinstance(cell, Marked) and cell.mark else column.mark
     text = Text(text_of(cell), style=STYLES[mark])
     if isinstance(cell, Marked) and cell.below:
-        text.append(f"\n{shown(cell.below)}", style="dim")
+        text.append(f"\n{safe_text(cell.below)}", style="dim")
     return text

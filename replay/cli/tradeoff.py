@@ -12,7 +12,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, report
 
 if TYPE_CHECKING:
     from replay.advice.sweep import Watch
-    from replay.base.progress import Advance
+    from replay.progress import Advance
 
 LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
 
@@ -56,13 +56,13 @@ def _tradeoff(
 ) -> int:  # fmt: skip
     from replay.advice.assumptions import first_screen_lines
     from replay.advice.sweep import tradeoff
-    from replay.api.runner import write_watched
-    from replay.base.constants import RECORDING
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
+    from replay.constants import RECORDING
     from replay.detection.compile_notice import compiling_announced
-    from replay.pipeline.citations import sources_behind
-    from replay.pipeline.engine import compute
+    from replay.document.citations import sources_behind
+    from replay.engine import compute
+    from replay.running.runner import write_watched
     from replay.show.results.run_folder import check_target
     from replay.show.tradeoff_table import tradeoff_list
     from sessions import read_session

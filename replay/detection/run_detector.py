@@ -15,13 +15,13 @@ from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import detect_live, own_failure, stream_live
-from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
-from replay.base.progress import Advance, ignored
+from replay.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.cutting.compound import with_pieces
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
+from replay.progress import Advance, ignored
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched

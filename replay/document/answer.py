@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from replay.base.record import Count
+from replay.record import Count
 
 
 class KeyMoment(Struct, frozen=True):

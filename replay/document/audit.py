@@ -2,8 +2,8 @@
 
 from typing import Final, Literal
 
-from replay.base.record import Count, Counts, Record
-from replay.base.wilson import Proportion
+from replay.auditing.wilson import Proportion
+from replay.record import Count, Counts, Record
 
 NOT_EXAMINED: Final = "not examined"
 """Stands for a count of contacts between frames where both detectors decide at instants only."""

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from msgspec import Meta
 
-from replay.base.record import Count, Counts, Digest, Fraction, Record, Seconds
+from replay.record import Count, Counts, Digest, Fraction, Record, Seconds
 
 
 class Quantiles(Record, frozen=True):

@@ -4,7 +4,6 @@ from typing import Any, Final
 
 from msgspec import field
 
-from replay.base.record import Count, Counts, Digest, Record, Seconds
 from replay.document.answer import Answer
 from replay.document.audit import DetectorAudit, PairAudit
 from replay.document.detector import DetectorRecord
@@ -18,6 +17,7 @@ from replay.document.session import (
     SettingsRecord,
     Window,
 )
+from replay.record import Count, Counts, Digest, Record, Seconds
 
 SCHEMA: Final = "vrlab-replay/run/2"
 TRADEOFF_SCHEMA: Final = "vrlab-replay/advice/3"
@@ -54,7 +54,7 @@ class PairRecord(Record, frozen=True):
 
 
 class TradeoffRecord(Record, frozen=True, tag_field="schema", tag=TRADEOFF_SCHEMA):
-    """Every setting that was tried, with what it misses and takes, as ``replay.pipeline.run_result.Tradeoff``."""
+    """Every setting that was tried, with what it misses and takes, as ``replay.document.run_result.Tradeoff``."""
 
     answer: str
     advice: tuple[str, ...]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray
 from cdcore.numerics import FloatArray as FloatArray
-from replay.base.tables import data_of
+from replay.tables import data_of
 
 Vector = tuple[float, float, float]
 

@@ -12,11 +12,11 @@ from cdcore.numerics import IntArray
 from replay.auditing.holding import Grasp, grasps, hand_bodies
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.outcome import Episode, Outcome
-from replay.base.tables import columns_of, types_of
+from replay.document.run_result import RunResult
+from replay.document.summary import session_digest
 from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_intervals, without_contact
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import session_digest
+from replay.tables import columns_of, types_of
 from sessions.mcap.metadata import NOT_STATED
 
 REACH_S: Final = 0.5

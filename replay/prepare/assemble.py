@@ -14,8 +14,7 @@ from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
 from cdcore.mesh import once_a_mesh
 from cdcore.numerics import IntArray
-from replay.base.constants import BLOCK_FRAMES
-from replay.base.shown import shown
+from replay.constants import BLOCK_FRAMES
 from replay.cutting.convex_solids import solids_of
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
@@ -24,6 +23,7 @@ from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
+from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
 from sessions.importers.pose_table import LARGEST_SECONDS
@@ -71,7 +71,7 @@ def assemble(
     bodies = tuple(body_of(session, name) for name in [*session.names, *fixed] if name in session.meshes)
     names = [body.name for body in bodies]
     if not bodies:
-        tracked = shown(", ".join(session.names))
+        tracked = safe_text(", ".join(session.names))
         raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; {GIVE_MESHES}")
     kinematics = Kinematics(scene, session.names, names)
     moves = dict(zip(session.names, session_scan.moves.tolist(), strict=True))

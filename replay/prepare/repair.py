@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.base.constants import BLOCK_FRAMES
+from replay.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import blended, neighbours

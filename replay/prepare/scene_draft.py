@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from cdcore import Motion, create_detector
 from cdcore.numerics import BoolArray
 from cdcore.protocol import Verdict, counts_as_contact
-from replay.base.constants import BLOCK_FRAMES
+from replay.constants import BLOCK_FRAMES
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.holding_poses import begun

@@ -8,9 +8,9 @@ import numpy as np
 
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
-from replay.base.constants import BLOCK_FRAMES
-from replay.base.shown import plural
+from replay.constants import BLOCK_FRAMES
 from replay.words import number as number_text
+from replay.words import plural
 from sessions import Frames, Session
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import Jumps, teleports

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from replay import words
-from replay.pipeline.ranking import Rank
-from replay.pipeline.run_result import Summarised, Tradeoff
+from replay.document.ranking import Rank
+from replay.document.run_result import Summarised, Tradeoff
 from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
 TITLE = "Accuracy against cost"

@@ -5,9 +5,9 @@ from typing import Any, Final
 
 from replay import words
 from replay.advice.pareto import count_words
-from replay.base.shown import plural
-from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
-from replay.pipeline.answer import TIMES_ARE
+from replay.document.cost import TIMES_ARE
+from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.words import plural
 
 Row = Mapping[str, Any]
 

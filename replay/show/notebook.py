@@ -7,17 +7,16 @@ from shlex import quote
 from textwrap import wrap
 from typing import Final
 
-from replay.base.shown import plural
-from replay.base.tables import text_of
+from replay.document.cost import RUN, SESSION
+from replay.document.headline import price, undecided
+from replay.document.run_result import RunResult
 from replay.errors import AuditError
-from replay.pipeline.answer import RUN, SESSION
-from replay.pipeline.headline import price, undecided
-from replay.pipeline.run_result import RunResult
 from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import filled
 from replay.show.report.page import view_of
 from replay.show.run_tables import ranking_table
-from replay.words import duration
+from replay.tables import text_of
+from replay.words import duration, plural
 
 MOST_LINES: Final = 15
 """Lines of a ``repr`` at most."""

@@ -8,25 +8,25 @@ from typing import Any, Final
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
 from replay.auditing.fault import Cause, FaultKind
-from replay.auditing.gates import percent
 from replay.auditing.look_phases import PHASES
-from replay.base.constants import BUDGET_MS
-from replay.base.shown import plural
-from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
-from replay.base.wilson import OVER_CONTACTS, Proportion
+from replay.auditing.wilson import OVER_CONTACTS, Proportion
+from replay.constants import BUDGET_MS
 from replay.document.audit import DetectorAudit
+from replay.document.cost import busy_text
 from replay.document.detector import LongestStage
+from replay.document.gates import percent
+from replay.document.ranking import Range, all_unconfirmed
 from replay.document.run_document import ContactLengths
+from replay.document.run_result import Summarised
 from replay.effects.effects_runner import CURVES
-from replay.pipeline.answer import busy_text
-from replay.pipeline.ranking import Range, all_unconfirmed
-from replay.pipeline.run_result import Summarised
 from replay.show.words import (
     PAIR_FRAME_ROWS,
     WITHIN,
     span_words,
     tallied,
 )  # fmt: skip
+from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
+from replay.words import plural
 from sessions import Finding
 
 LATE_OR_SHORT = "late or cut short"

@@ -7,10 +7,10 @@ from replay import words
 from replay.advice.engine_knobs import Engine, knob_words
 from replay.advice.pareto import Row, count_words
 from replay.auditing.loss import LOSS_MEANING
-from replay.base.shown import plural
-from replay.base.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
-from replay.pipeline.answer import TIMES_ARE, busy_sentence
-from replay.pipeline.run_result import RunResult, Tradeoff
+from replay.document.cost import TIMES_ARE, busy_sentence
+from replay.document.run_result import RunResult, Tradeoff
+from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.words import plural
 
 SHOWN: Final = 8
 """Columns where there is little room."""

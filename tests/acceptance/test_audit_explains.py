@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from replay.auditing.fault import Cause
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData
 

@@ -8,9 +8,9 @@ import pytest
 from support.planted_faults import FAULTS, clean
 
 from cdcore import Verdict
-from replay.api.runner import run
 from replay.cli.main import main
 from replay.prepare.policy import KINDS
+from replay.running.runner import run
 
 FAULTY = {
     "not-finite": ("nan position", 100), "zero-quaternion": ("zero quaternion", 200),

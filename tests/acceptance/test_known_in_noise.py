@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from support.small_worlds import cube
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import MeshData, Session
 from sessions.model.scene import Pose, Scene, SceneBody
 from sessions.synthetic.tracker import VIVE, disturbed

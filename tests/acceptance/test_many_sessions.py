@@ -22,7 +22,7 @@ from support.small_worlds import cubes
 from support.spawned import spawned_by
 
 import replay
-from replay.api import batch
+from replay.running import batch
 from replay.show.results.data_set import rows_of_run
 from sessions import write_session
 

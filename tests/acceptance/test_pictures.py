@@ -13,7 +13,7 @@ from support.headless import pixels, viewer_or_skip
 from support.scripts import script
 
 from replay.auditing.fault import longest_curve_first
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log.recording import write_recording
 from replay.show.rerun_log.viewer import open_viewer
 from replay.studies.synthetic_sessions import synthetic_session

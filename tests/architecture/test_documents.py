@@ -282,7 +282,7 @@ def test_shell_and_powershell_install_the_same():
 PACKAGE_OF_MODULE = {"foxglove_schemas_protobuf": "foxglove", "google": "protobuf", "mcap_ros2": "mcap-ros2-support"}
 
 
-@pytest.mark.parametrize("room", ["cdcore", "sessions", "replay/base"])
+@pytest.mark.parametrize("room", ["cdcore", "sessions", "replay/running"])
 def test_readme_names_every_imported_library(room):
     readme = (ROOT / room / "README.md").read_text("utf-8")
     imported = set()

@@ -31,8 +31,8 @@ for name in DETECTORS:
     load_detector(name)
 """
 COMPUTES = """
-import replay.pipeline.engine, replay.auditing.misses, replay.auditing.compare
-import replay.prepare.holding_poses, replay.pipeline.summary
+import replay.engine, replay.auditing.misses, replay.auditing.compare
+import replay.prepare.holding_poses, replay.document.summary
 """
 WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
 

@@ -10,7 +10,7 @@ import pytest
 from cdcore import Motion
 from replay.effects.effect_plan import plan
 from replay.effects.effects_runner import run_effects
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.track import HandTrack
 from sessions.synthetic.scenes import SCENES, make_scene_session
 

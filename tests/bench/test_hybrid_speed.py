@@ -15,8 +15,8 @@ import pytest
 from support.shared_data import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live
-from replay.base.constants import BUDGET_MS
-from replay.pipeline.engine import compute
+from replay.constants import BUDGET_MS
+from replay.engine import compute
 from replay.show.run_tables import cost_table
 from sessions.synthetic.scenes import make_scene_session
 

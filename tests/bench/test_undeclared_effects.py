@@ -7,7 +7,7 @@ import pytest
 from support.effect_proofs import NEAR, small_session
 
 from replay.effects import EFFECTS
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 pytestmark = pytest.mark.bench
 

@@ -23,7 +23,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from support.peak_memory import peak_bytes
 from replay import audit
-from replay.api.runner import WRITING
+from replay.running.runner import WRITING
 from support.bench_engines import FclLoop
 from support.bench_loads import make_workload
 

@@ -15,7 +15,7 @@ from cdcore.errors import InvalidSettingError
 from cdcore.protocol.settings import RateSettings
 from replay.advice.settings import Setting
 from replay.detection.detector_spec import parse_detector, spec_text
-from replay.pipeline.sentences import detector_label
+from replay.document.detector_labels import detector_label
 from replay.show.rerun_log.timing import STAGES
 from replay.studies.stress.runner import ALL, detectors_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.small_worlds import along_x, cube
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack, Track

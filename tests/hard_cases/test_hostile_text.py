@@ -19,15 +19,15 @@ from support.headless import page_after_its_scripts
 from support.small_worlds import cube
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
-from replay.base.shown import shown
 from replay.cli.main import main
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.report.page import report_html, view_of
 from replay.show.results.run_folder import RunFolder
 from replay.show.share import folder
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.page import study_html
+from replay.words import safe_text
 from sessions import Event, Interval, Session, parse_scene, write_session
 
 MARK = "document.documentElement.setAttribute('data-owned',1)"
@@ -230,7 +230,7 @@ def test_every_verb_is_among_the_calls():
 
 
 def test_text_is_displayed_without_its_control_commands():
-    assert shown("\\\x1b\n") == "\\\\x1b\\n" and shown("\x1b\n", lines=True) == "\\x1b\n"
+    assert safe_text("\\\x1b\n") == "\\\\x1b\\n" and safe_text("\x1b\n", lines=True) == "\\x1b\n"
 
 
 @pytest.mark.slow

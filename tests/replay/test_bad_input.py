@@ -8,18 +8,18 @@ import pytest
 from support.small_worlds import cubes
 from support.study_samples import codebook
 
-from replay.auditing.gates import Gates
 from replay.auditing.tolerance import Tolerance
 from replay.detection.detector_spec import parse_detector, parse_detectors
+from replay.document.gates import Gates
 from replay.effects import load_effect
 from replay.effects.vessels import Vessel
+from replay.engine import compute
 from replay.errors import ReplayError
-from replay.pipeline.engine import compute
-from replay.pipeline.settings import RunSettings
 from replay.prepare.kinematics import Kinematics
 from replay.prepare.noise import parse_noise
 from replay.prepare.pair_choice import chosen_pairs
 from replay.prepare.policy import parse_policy
+from replay.settings import RunSettings
 from replay.studies.class_study.class_runs import read_students
 from replay.studies.class_study.codebook import read_codebook
 from replay.studies.class_study.joining import read_questionnaire

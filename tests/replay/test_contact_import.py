@@ -6,8 +6,8 @@ from support.small_worlds import cube, cubes
 
 from replay.contact_import import import_contacts
 from replay.detection.recorded import DRIFT_FACT, OFFSET_FACT
+from replay.engine import compute
 from replay.errors import AuditError
-from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import import_session, read_session, write_session
 

@@ -6,7 +6,7 @@ from support.looks import predicted
 
 from cdcore.protocol import counts_as_contact
 from replay.detection.detector_spec import TRUSTED as ORACLE
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.synthetic.truth import CLEAR, PRESENT
 
 RATE_HZ = 22.5

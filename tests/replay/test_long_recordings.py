@@ -7,10 +7,10 @@ import pytest
 from support.rows import ROWS
 from support.small_worlds import swinging_cubes
 
-from replay.base.constants import HELD_FRAMES
 from replay.cli.main import main
+from replay.constants import HELD_FRAMES
 from replay.detection import run_detector as detecting
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import write_session
 
 FRAMES = 2_000

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from replay.base.constants import HEADSET_HZ
+from replay.constants import HEADSET_HZ
 
 TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 PLACES, PROFILES, KEYS = TABLE["places"], TABLE["profiles"], TABLE["keys"]

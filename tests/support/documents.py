@@ -2,7 +2,7 @@
 
 from msgspec import convert, structs
 
-from replay.base.wilson import proportion
+from replay.auditing.wilson import proportion
 from replay.document import audit as records
 from replay.document.detector import DetectorRecord, DetectorTimes, SampleTimes
 from replay.document.run_document import RunDocument

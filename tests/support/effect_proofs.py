@@ -9,7 +9,7 @@ from pathlib import Path
 from support.liquid_worlds import COLUMN, glass
 from support.small_worlds import cubes
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack
 

@@ -5,7 +5,7 @@ from itertools import groupby
 
 from support.small_worlds import cubes
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 FALSE = "% of its contact time is false."
 IT = "support.planted_detectors:Scripted (it):"

@@ -3,7 +3,7 @@
 import numpy as np
 from support.small_worlds import STEP_NS, cube
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import Track

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from support.small_worlds import cube, framed
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import MeshData, Session, Status
 from sessions.model.event import LiveContact
 

@@ -14,9 +14,9 @@ from support.small_worlds import cube, cubes, jumping
 
 from replay.advice.pareto import advice_of, front_of
 from replay.document.detector import LongestStage, SampleTimes
-from replay.pipeline.engine import compute
-from replay.pipeline.ranking import ranking
-from replay.pipeline.run_result import Tradeoff
+from replay.document.ranking import ranking
+from replay.document.run_result import Tradeoff
+from replay.engine import compute
 from sessions import MeshData
 from sessions.model.event import LiveContact
 from sessions.model.scene import Scene, SceneBody, SceneEffect

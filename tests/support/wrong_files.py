@@ -29,8 +29,8 @@ from support.mcap_samples import protobuf_messages, write_foreign
 from support.planted_faults import BODIES, POSE_CHANNEL, START_NS, STEP_NS, clean
 
 from cdcore.errors import CollisionCoreError
+from replay.engine import compute
 from replay.errors import ReplayError
-from replay.pipeline.engine import compute
 from replay.session_info import session_info
 from sessions import Event, HandTrack, Interval, Recorder, Severity, examine, parse_scene, read_session, recover
 from sessions.errors import SessionError

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.auditing.fault import Cause, Fault
-from replay.base.shown import plural
-from replay.pipeline.sentences import sentence_of
+from replay.document.detector_labels import sentence_of
 from replay.show.report.charts import KIND_WORDS, Lane, lane
 from replay.show.report.markup import moment_address
 from replay.show.report.run_view import Pair, RunView, lane_kind, spans
 from replay.show.report.still import CARD, FIRST
+from replay.words import plural
 
 AROUND: Final = 0.35
 """Fraction of a fault that its lane shows before and after it."""

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 from typing import Final
 
-from replay.base.shown import plural
-from replay.base.tables import text_of
-from replay.pipeline.headline import undecided
-from replay.pipeline.ranking import Rank
+from replay.document.headline import undecided
+from replay.document.ranking import Rank
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
 from replay.show.report.charts import KIND_WORDS, Lane, lane, ruler
 from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import happened, ranking_table
-from replay.words import duration
+from replay.tables import text_of
+from replay.words import duration, plural
 
 MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""

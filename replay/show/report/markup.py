@@ -6,8 +6,8 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
-from replay.base.shown import plural, shown
 from replay.show.report.charts import path_of
+from replay.words import plural, safe_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -47,7 +47,7 @@ def environment() -> "Environment":
 def _readable(value: object) -> object:
     if hasattr(value, "__html__"):
         return value
-    return "" if value is None else shown(str(value), lines=True)
+    return "" if value is None else safe_text(str(value), lines=True)
 
 
 def parts_of(sentence: str) -> tuple[str, str, str]:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from replay.base.constants import CAVEAT
+from replay.constants import CAVEAT
+from replay.document.cost import TIMES_ARE, busy_text, cost
+from replay.document.headline import beside, undecided
+from replay.document.run_result import RunResult
+from replay.document.scores import MOST_CARDS
 from replay.effects.effect_summary import titration_curves
-from replay.pipeline.answer import TIMES_ARE, busy_text, cost
-from replay.pipeline.headline import beside, undecided
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.scores import MOST_CARDS
 from replay.show.plots import Plot, curve
 from replay.show.report.fault_cards import MOST_PAIRS, cards, fault_counts, first_fault
 from replay.show.report.first_screen import comparison_of, page_facts

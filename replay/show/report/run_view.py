@@ -8,17 +8,17 @@ from itertools import islice
 from typing import Any, Final
 
 from replay.auditing.fault import Fault, FaultKind
-from replay.base.shown import plural
 from replay.document.answer import Answer
+from replay.document.cost import RUN, SESSION
+from replay.document.headline import doubts_of, open_questions
+from replay.document.ranking import Rank
+from replay.document.result_tables import EFFECT
 from replay.document.run_document import RunDocument
+from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
-from replay.pipeline.answer import RUN, SESSION
-from replay.pipeline.headline import doubts_of, open_questions
-from replay.pipeline.ranking import Rank
-from replay.pipeline.result_tables import EFFECT
-from replay.pipeline.run_result import Summarised
 from replay.show.report.charts import Span
 from replay.show.words import NOT_LOOKED_FOR, tallied
+from replay.words import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 from sessions.mcap.metadata import NOT_STATED

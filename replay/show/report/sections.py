@@ -9,8 +9,6 @@ from msgspec.structs import asdict
 
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
-from replay.base.shown import plural
-from replay.base.tables import Table, table
 from replay.document.run_document import RunDocument
 from replay.document.session import SessionRecord
 from replay.effects.effect_summary import EVENT_ROWS
@@ -19,6 +17,8 @@ from replay.show.plots import Plot
 from replay.show.report.run_view import RunView, findings_of
 from replay.show.run_tables import RANKING, effect_table
 from replay.show.words import NOTHING_SUSPICIOUS
+from replay.tables import Table, table
+from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
 
 Part = Table | Plot | str

@@ -13,7 +13,7 @@ from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.auditing.fault import Fault
 from replay.auditing.first_touch import at_touch
-from replay.pipeline.run_result import RunResult
+from replay.document.run_result import RunResult
 from replay.show.camera import across, towards_user
 from replay.show.drawn_mesh import bends, edges_of, face_normals
 from replay.show.palette import INVENTED, MISSED, Rgba

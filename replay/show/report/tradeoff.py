@@ -3,10 +3,10 @@
 from typing import Any, Final
 
 from replay import words
-from replay.base.shown import plural
-from replay.pipeline.run_result import Tradeoff
+from replay.document.run_result import Tradeoff
 from replay.show.accuracy import accuracy_plot, tradeoff_dots
 from replay.show.tradeoff_table import how_measured, tradeoff_table
+from replay.words import plural
 
 CHART: Final = (960.0, 420.0)
 

@@ -13,7 +13,7 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from cdcore.bounding.bounding_sphere import Sphere
-from replay.pipeline.run_result import RunResult
+from replay.document.run_result import RunResult
 from replay.show.camera import Eye
 from replay.show.palette import BACKGROUND, tags_of
 from replay.show.rerun_log import timing

@@ -19,7 +19,7 @@ from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
-from replay.pipeline.run_result import RunResult
+from replay.document.run_result import RunResult
 from replay.show.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
 from replay.show.drawn_mesh import bends, edges_of, face_normals
 from replay.show.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of

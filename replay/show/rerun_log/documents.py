@@ -7,12 +7,10 @@ from typing import Final
 
 from replay import words
 from replay.auditing.misses import MANY
-from replay.base.constants import CAVEAT
-from replay.base.shown import plural
-from replay.base.tables import Column, Table, markdown, table
+from replay.constants import CAVEAT
+from replay.document.headline import doubts, price, undecided
+from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_words
-from replay.pipeline.headline import doubts, price, undecided
-from replay.pipeline.run_result import RunResult
 from replay.show.accuracy import run_dots, tradeoff_dots
 from replay.show.palette import TICKS, Rgba
 from replay.show.plots import Dot
@@ -21,6 +19,8 @@ from replay.show.rerun_log.recording_file import entity
 from replay.show.rerun_log.timing import colour_of, stage_ms
 from replay.show.run_tables import ranking_table, sampling_notes
 from replay.show.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
+from replay.tables import Column, Table, markdown, table
+from replay.words import plural
 
 FOLDER: Final = "show/rerun_log"
 """Of the templates."""

@@ -9,7 +9,6 @@ import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
-from replay.base.shown import plural, shown
 from replay.effects.effect_summary import happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
@@ -18,6 +17,7 @@ from replay.show.rerun_log.lanes import in_series, lane_name, log_lane
 from replay.show.rerun_log.moments import Bookmark, log_bookmarks
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, packed
 from replay.show.rerun_log.scene import body_path
+from replay.words import plural, safe_text
 
 ROOT: Final = "effects"
 HAPPENED: Final = "happened"
@@ -107,7 +107,7 @@ def log_effects(writer: RecordingWriter, effects: Effects) -> None:
             path, number = _series_path(kind, name), number + 1
             writer.static(path, rr.SeriesLines(names=name, colors=colour, aggregation_policy=policy))
             writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
-        lines = [(shown(event.text), event.level.upper(), LEVEL_COLOURS[event.level]) for event in run.events]
+        lines = [(safe_text(event.text), event.level.upper(), LEVEL_COLOURS[event.level]) for event in run.events]
         writer.log_lines(_events_path(kind), _ns([event.time for event in run.events]), lines)
         _log_markers(writer, kind, run.events)
     # Of each vessel that of the effect that ran last, which knows most of it (its colour, what fell out).

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Comparison, Outcome
-from replay.base.shown import shown
-from replay.pipeline.run_result import RunResult
+from replay.document.run_result import RunResult
 from replay.show.palette import OUTCOMES, SERIES, VERDICTS, WITHIN_TOLERANCE, Rgba
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
+from replay.words import safe_text
 
 Span = tuple[str, int, int]
 """A word, and the first and last nanosecond on the session timeline."""
@@ -163,7 +163,7 @@ def session_lanes(result: RunResult) -> dict[str, list[Span]]:
             row = next((row for row in rows if row[-1][2] <= start), [])
             if not row:
                 rows.append(row)
-            row.append((shown(interval.name or interval.kind), start, end))
+            row.append((safe_text(interval.name or interval.kind), start, end))
     order = sorted(kinds, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
     lanes = [(kind, row) for kind in order for row in kinds[kind]]
     return {entity(DOING, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}

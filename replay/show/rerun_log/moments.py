@@ -17,15 +17,14 @@ import rerun as rr
 
 from replay.auditing.fault import Fault, longest_curve_first
 from replay.auditing.outcome import Episode
-from replay.base.shown import plural
+from replay.document.run_result import RunResult
+from replay.document.scores import LISTED
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.scores import LISTED
 from replay.show.palette import FOUND, INVENTED, MISSED, Rgba
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
 from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
-from replay.words import length
+from replay.words import length, plural
 
 MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""

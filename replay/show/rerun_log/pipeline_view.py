@@ -22,12 +22,10 @@ from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay import words
 from replay.auditing.fault import longest_curve_first
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.base.shown import plural
-from replay.base.tables import markdown, table
+from replay.constants import BUDGET_MS, HEADSET_HZ
 from replay.detection.run_detector import watched_again
+from replay.document.run_result import RunResult
 from replay.effects.output import Vector
-from replay.pipeline.run_result import RunResult
 from replay.show.camera import Eye, across, eye_before, placed, towards_user
 from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
 from replay.show.rerun_log.close_up import ROOM, Mark, log_eyes, log_marks, words_beside
@@ -42,6 +40,8 @@ from replay.show.rerun_log.recording_file import (
 )
 from replay.show.rerun_log.scene import log_shape
 from replay.show.rerun_log.timing import stage_ms, total_ms
+from replay.tables import markdown, table
+from replay.words import plural
 
 if TYPE_CHECKING:
     from cdcore.search.result import SearchResult

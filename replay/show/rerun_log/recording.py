@@ -11,9 +11,9 @@ from uuid import uuid4
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere, sphere_best
+from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
-from replay.pipeline.run_result import RunResult
 from replay.show.camera import ASPECT, Eye, overview
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint

@@ -24,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray
-from replay.base.constants import HELD_FRAMES
-from replay.base.shown import shown
+from replay.constants import HELD_FRAMES
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
 from replay.show.palette import Rgba
+from replay.words import safe_text
 from sessions.whole_files import whole_file
 
 SESSION: Final = "session"
@@ -111,7 +111,7 @@ class RecordingWriter:
 
     def name(self, text: str) -> None:
         """Sets the name of the recording in the viewer."""
-        self.stream.send_recording_name(drawable(shown(text)))
+        self.stream.send_recording_name(drawable(safe_text(text)))
 
     def static(self, path: str, archetype: rr.AsComponents) -> None:
         """Log what holds at all times."""
@@ -120,7 +120,7 @@ class RecordingWriter:
 
     def markdown(self, path: str, text: str) -> None:
         """Log words that stand at all times."""
-        self.static(path, rr.TextDocument(shown(text, lines=True), media_type=rr.MediaType.MARKDOWN))
+        self.static(path, rr.TextDocument(safe_text(text, lines=True), media_type=rr.MediaType.MARKDOWN))
 
     def session_ns(self, time: tuple[int, int]) -> int:
         """Nanoseconds on the session timeline of a frame and nanoseconds after it."""

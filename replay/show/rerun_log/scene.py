@@ -18,7 +18,7 @@ from cdcore.numerics import FloatArray
 from replay.auditing.fault import longest_curve_first
 from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
-from replay.pipeline.run_result import RunResult
+from replay.document.run_result import RunResult
 from replay.prepare.assembly import Assembly
 from replay.show.drawn_mesh import face_normals, shaded
 from replay.show.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of

@@ -12,7 +12,7 @@ import rerun as rr
 from cdcore import Detection
 from cdcore.numerics import FloatArray
 from replay import words
-from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.constants import BUDGET_MS, HEADSET_HZ
 from replay.show.accuracy import accuracy_plot
 from replay.show.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
 from replay.show.plots import LETTER, Dot, Plot, Point

@@ -13,11 +13,11 @@ from cdcore.protocol import counts_as_contact, is_one_of
 from replay.auditing.fault import Fault
 from replay.auditing.holding import within
 from replay.auditing.outcome import Outcome
-from replay.base.constants import VERDICT_FRAMES
+from replay.constants import VERDICT_FRAMES
 from replay.document.run_document import RunDocument
+from replay.document.run_result import RunResult
+from replay.document.summary import frame_seconds
 from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import frame_seconds
 from replay.prepare.flags import POSE_DOUBT, flag_word
 from replay.show.results.parquet import table_of
 

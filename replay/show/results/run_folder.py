@@ -14,26 +14,26 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.auditing.fault import Fault
-from replay.base.file_hash import file_hash
-from replay.base.machine import give_back_memory
-from replay.base.progress import Advance, ignored
-from replay.base.tables import types_of
 from replay.document.answer import Answer
 from replay.document.coding import json_of
+from replay.document.file_hash import file_hash
+from replay.document.machine import give_back_memory
+from replay.document.ranking import Rank, ranking
+from replay.document.result_tables import COLUMNS, fault_of_row
 from replay.document.run_document import SCHEMA, RunDocument
+from replay.document.run_result import RunResult
+from replay.document.summary import frame_seconds, recording_mark
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import MEASURED, METRICS
-from replay.pipeline.ranking import Rank, ranking
-from replay.pipeline.result_tables import COLUMNS, fault_of_row
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import frame_seconds, recording_mark
 from replay.prepare.session_input import require_folder
+from replay.progress import Advance, ignored
 from replay.show.report.page import write_report
 from replay.show.results import parquet_tables
 from replay.show.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.show.results.reading import checked_contacts, checked_document, checked_table, read_json
 from replay.show.run_tables import ranking_numbers
+from replay.tables import types_of
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 

@@ -14,14 +14,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from replay.base.machine import versions
-from replay.base.tables import Marked, table
+from replay.document.headline import held
+from replay.document.machine import versions
 from replay.errors import OutputError
-from replay.pipeline.headline import held
 from replay.show.report.markup import filled
 from replay.show.report.page import page_of
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
+from replay.tables import Marked, table
 from sessions.mcap.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")

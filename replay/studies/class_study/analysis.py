@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cdcore.numerics import FloatArray
-from replay.base.shown import plural
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook
@@ -26,6 +25,7 @@ from replay.studies.class_study.joining import (
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
 from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
+from replay.words import plural
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.base.tables import Column, Table
 from replay.show.report.markup import file_text, filled
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
@@ -23,6 +22,7 @@ from replay.studies.class_study.tables import (
     sample_table,
     study_tables,
 )  # fmt: skip
+from replay.tables import Column, Table
 
 REFUSALS: Final = (
     Column("result", of="what", whole=True), Column("rule"), Column("reason"), Column("what lifts it", of="lift"),

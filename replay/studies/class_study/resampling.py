@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.base.wilson import wilson
+from replay.auditing.wilson import wilson
 from sessions.synthetic.rng import random_stream
 
 BOOTSTRAPS: Final = 2000

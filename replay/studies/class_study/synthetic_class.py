@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from replay.base.workers import OnDone, do_all
 from replay.errors import OutputError
+from replay.running.workers import OnDone, do_all
 from sessions.synthetic.rng import random_stream
 from sessions.whole_files import whole_file
 

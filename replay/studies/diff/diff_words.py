@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from replay import words
-from replay.base.shown import plural
-from replay.base.tables import Table, columns_of
+from replay.tables import Table, columns_of
+from replay.words import plural
 
 if TYPE_CHECKING:
     from replay.studies.diff.runs import DetectorDiff, Fractions, Ranges, RunDiff, Shift

@@ -8,9 +8,9 @@ from typing import Any, Final
 from replay.auditing.matching import partners
 from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
+from replay.document.ranking import Range, count_range
 from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
-from replay.pipeline.ranking import Range, count_range
 from replay.show.results.run_folder import read_run_folder
 
 TICKS: Final = 1_000_000

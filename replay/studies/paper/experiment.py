@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
 
-from replay.base.progress import Progress, Silent
-from replay.base.tables import Table
+from replay.progress import Progress, Silent
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import feature_sample_tables, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
@@ -21,6 +20,7 @@ from replay.studies.paper.table_one import (
     times,
     to_completion,
 )
+from replay.tables import Table
 
 
 @dataclass(frozen=True)

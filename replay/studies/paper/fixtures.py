@@ -17,7 +17,7 @@ from cdcore import Body, Detector, Motion, TriangleMesh, Verdict, create_detecto
 from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.base.constants import HEADSET_HZ
+from replay.constants import HEADSET_HZ
 from replay.errors import ReplayError
 from sessions.glassware.catalogue import make_instrument
 from sessions.synthetic.rng import random_stream

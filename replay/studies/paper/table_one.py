@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
-from replay.base.machine import machine
-from replay.base.tables import Table
+from replay.document.machine import machine
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make
+from replay.tables import Table
 from sessions.synthetic.rng import random_stream
 
 SHARES: Final = (0.25, 0.5, 1.0, 2.0)

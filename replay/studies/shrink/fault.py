@@ -19,8 +19,8 @@ from cdcore.protocol import counts_as_contact, is_undecided
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
+from replay.engine import prepared
 from replay.errors import RunFolderError, ShrinkError
-from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.show.results.run_folder import RunFolder
 from sessions import read_session

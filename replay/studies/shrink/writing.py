@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from cdcore import TriangleMesh
-from replay.base.shown import plural, shown
 from replay.detection.detector_spec import spec_text
 from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
 from replay.studies.shrink.well_posed import doubts_of
+from replay.words import plural, safe_text
 
 CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1")
 POSES: Final = "poses.csv"
@@ -93,7 +93,7 @@ def sentence(fault: Fault) -> str:
     verb = "misses a contact" if fault.contact else "invents a contact"
     size = Size.of(fault)
     first, second = (plural(count, "face") for count in size.faces)
-    detector = shown(spec_text(fault.detector, fault.settings))
+    detector = safe_text(spec_text(fault.detector, fault.settings))
     return f"{detector} {verb} of {first} and {second} in {plural(size.frames, 'frame')}."
 
 
@@ -115,7 +115,7 @@ def _poses(fault: Fault) -> Iterator[list[Any]]:
 
 def _report(fault: Fault, case: Mapping[str, Any]) -> Iterator[str]:
     """A text for a bug report."""
-    first, second = (shown(body.name) for body in fault.pair)
+    first, second = (safe_text(body.name) for body in fault.pair)
     yield f"# {sentence(fault)}"
     yield ""
     truth = "the surfaces or solids meet" if fault.contact else "nothing meets"

@@ -14,9 +14,9 @@ from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from replay.auditing.tolerance import TAU
-from replay.base.progress import Progress, Silent
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
 from replay.errors import OutputError, StressError
+from replay.progress import Progress, Silent
 from replay.studies.stress.bodies import ask_case
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.scenes import scenes_of

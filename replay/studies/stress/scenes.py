@@ -17,7 +17,7 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol.detection import Covers
 from replay.auditing.tolerance import TAU
-from replay.base.constants import HEADSET_HZ
+from replay.constants import HEADSET_HZ
 from replay.studies.stress.families import FIRST_SEED, random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
 

@@ -19,7 +19,7 @@ from support.planted_scenes import (
 
 import replay
 from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words
-from replay.pipeline.headline import doubts
+from replay.document.headline import doubts
 from replay.studies.minimise import minimise
 from sessions import read_session, write_session
 from sessions.importers import import_session

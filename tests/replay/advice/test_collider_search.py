@@ -3,7 +3,7 @@
 import pytest
 
 from replay.advice.collider_search import Limits
-from replay.api.collider_files import fix_colliders
+from replay.running.collider_files import fix_colliders
 
 
 def pieces_of(fixed):

@@ -12,13 +12,13 @@ from cdcore import TriangleMesh
 from replay import words
 from replay.advice import measured_fix
 from replay.advice.measured_fix import measured_fixes
-from replay.api.runner import run
-from replay.base.progress import Silent
 from replay.cli.main import main
 from replay.cutting import methods, piece_store
 from replay.cutting.piece_store import Cut
-from replay.pipeline.engine import compute
-from replay.pipeline.ranking import count_range, lost_text
+from replay.document.ranking import count_range, lost_text
+from replay.engine import compute
+from replay.progress import Silent
+from replay.running.runner import run
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData, Session, write_session
 

@@ -10,7 +10,7 @@ from support.small_worlds import cubes, framed
 from cdcore.kernels import compiling
 from replay.advice import sweep as trading
 from replay.advice.sweep import FRONT_PASSES, PASSES, tradeoff
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 

@@ -14,7 +14,7 @@ from replay.auditing.causes import Audited, find_causes, first_failed
 from replay.auditing.compare import compare
 from replay.auditing.fault import MISS_CAUSES, Cause
 from replay.auditing.sample_budget import SampleBudget
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import Session
 from sessions.model.event import LiveContact

@@ -14,7 +14,7 @@ from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
 from replay.auditing.misses import missed_faults
 from replay.auditing.outcome import Outcome
-from replay.base.wilson import OVER_CONTACTS, proportion_of_clusters
+from replay.auditing.wilson import OVER_CONTACTS, proportion_of_clusters
 
 
 @pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])

@@ -9,9 +9,9 @@ from support.small_worlds import cube, cubes
 
 from cdcore import Verdict
 from replay.auditing.fault import Cause
-from replay.auditing.gates import Gates
-from replay.pipeline import headline
-from replay.pipeline.engine import compute
+from replay.document import headline
+from replay.document.gates import Gates
+from replay.engine import compute
 from sessions import MeshData
 
 PATH = [9.0, 5.5, 4.8, 3.0, 1.0, 0.0, 0.0, -1.0, -2.0]

@@ -6,7 +6,7 @@ from support.small_worlds import cubes
 
 from replay.auditing.look_phases import PHASES
 from replay.auditing.outcome import Outcome
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 
 def bumps(seed, frames=120):

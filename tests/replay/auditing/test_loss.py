@@ -12,7 +12,7 @@ from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
 from replay.auditing.look_phases import offset_counts
 from replay.auditing.loss import loss, lost
-from replay.base.wilson import proportion
+from replay.auditing.wilson import proportion
 
 FRAMES_HZ = 90
 CYCLE = 45

@@ -8,9 +8,9 @@ from support.small_worlds import along_x, cube, cubes
 
 from replay import run
 from replay.auditing import noisy_contacts as module
-from replay.auditing.gates import Gates
-from replay.pipeline.engine import compute
-from replay.pipeline.headline import beside
+from replay.document.gates import Gates
+from replay.document.headline import beside
+from replay.engine import compute
 from sessions import Session
 
 SIZE = "1 mm, 0 deg, 1 ms"

@@ -7,9 +7,9 @@ import pytest
 from rich.console import Console
 from support import planted_detectors
 
-from replay.base.wilson import wilson
+from replay.auditing.wilson import wilson
 from replay.cli.run_tables import run_tables
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.doctor.runs import runs
 from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import OPEN, PRESENT

@@ -13,7 +13,7 @@ from replay.auditing.contact_counts import count_reports
 from replay.auditing.look_phases import offset_counts
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference, Tolerance
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.prepare.assembly import Assembly
 
 GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 1e-3]

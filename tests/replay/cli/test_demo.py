@@ -8,7 +8,7 @@ import pytest
 from support.looks import predicted
 
 from replay.cli.main import main
-from replay.pipeline.ranking import ranking
+from replay.document.ranking import ranking
 from replay.show.results.run_folder import read_run_folder
 from replay.words import count_range
 from sessions import read_session

@@ -3,9 +3,9 @@ import json
 import pytest
 from support.small_worlds import cubes
 
-from replay.api import advisor
 from replay.cli.main import main
 from replay.cutting import piece_store
+from replay.running import advisor
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}

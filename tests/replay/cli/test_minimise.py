@@ -8,7 +8,7 @@ from support.small_worlds import STEP_NS, cube
 
 from replay.cli.main import main
 from replay.cli.minimise import LIMIT
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import (
     Event,
     GazeTrack,

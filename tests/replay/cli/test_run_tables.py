@@ -7,14 +7,14 @@ from support.report_states import STATES, steady
 from support.small_worlds import cubes
 
 from cdcore.detectors import settings_of
-from replay.base.tables import GOOD, IN_RED, INVENTED, markdown_words
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import answer_cited
 from replay.cli.run_tables import answer_lines
 from replay.cli.terminal import STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
-from replay.pipeline.citations import sources_behind
-from replay.pipeline.engine import compute
+from replay.document.citations import sources_behind
+from replay.engine import compute
+from replay.tables import GOOD, IN_RED, INVENTED, markdown_words
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 

@@ -12,13 +12,13 @@ from rich.console import Console
 from support.documents import EMPTY, document_with
 from support.small_worlds import cubes
 
-from replay.api import advisor
-from replay.api.batch import SessionOfBatch
-from replay.base.tables import markdown, table
 from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.many_sessions import session_table
 from replay.cli.terminal import Command, Paragraph, line, terminal
+from replay.running import advisor
+from replay.running.batch import SessionOfBatch
+from replay.tables import markdown, table
 from sessions import write_session
 
 WIDTHS = (60, 80, 100, 140)

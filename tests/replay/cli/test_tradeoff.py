@@ -11,7 +11,7 @@ from replay.advice.pareto import advice_of
 from replay.advice.settings import Setting
 from replay.cli.main import main
 from replay.cli.tradeoff import percent_of_settings
-from replay.pipeline.run_result import Tradeoff
+from replay.document.run_result import Tradeoff
 from replay.show.results.run_folder import read_run_folder
 from replay.show.tradeoff_table import tradeoff_list
 from sessions import write_session

@@ -17,9 +17,9 @@ from support.report_states import with_steady_times
 from support.small_worlds import cube, cubes, framed
 
 import replay
-from replay.api import runner
 from replay.cli.main import main
-from replay.pipeline.engine import compute
+from replay.engine import compute
+from replay.running import runner
 from replay.show.rerun_log import web_viewer
 from sessions import Event, GazeTrack, Interval, ScalarTrack, Scene, Session, Track, write_session
 from sessions.mesh_data import MeshData

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from numba import njit
 
-from replay.base.progress import Silent
 from replay.detection import compile_notice
 from replay.detection.compile_notice import compiling_announced
+from replay.progress import Silent
 
 
 @pytest.fixture(autouse=True)

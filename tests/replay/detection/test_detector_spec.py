@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from replay.detection.detector_spec import DetectorSpec, parse_detector, parse_detectors
 from replay.errors import DetectorSpecError
-from replay.pipeline.settings import usual_detectors
+from replay.settings import usual_detectors
 from sessions import Session, Track
 
 SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0, 1.0]])})

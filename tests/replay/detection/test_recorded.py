@@ -7,8 +7,8 @@ from support.small_worlds import STEP_NS, TWO_BUMPS, cubes
 
 from cdcore import join
 from replay.detection.recorded import physics_steps, recorded_detector, reported_spans
+from replay.engine import compute
 from replay.errors import AuditError
-from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT, assemble
 from sessions.model.event import LiveContact
 

@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 from support.small_worlds import cubes
 
 from replay.document.coding import document_of, json_of, json_schema
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.synthetic.analytic import make_analytic
 
 VALIDATOR = Draft202012Validator(json_schema())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.small_worlds import cube
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import Track

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from support.liquid_worlds import COLUMN, MIX, RADIUS, TAP, glass, run_in, still, turned, world
 
 from replay.effects.models.outflow import volume_run_out
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]

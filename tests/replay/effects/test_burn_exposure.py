@@ -6,7 +6,7 @@ from support.small_worlds import cubes
 
 from replay.effects.burn_exposure import surface
 from replay.effects.output import EffectOutput
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 FLAME = SceneEffect("heat", {

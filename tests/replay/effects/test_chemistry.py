@@ -12,7 +12,7 @@ from replay.effects.chemistry.contents import WATER_MOLAR, contents_of
 from replay.effects.effect_summary import leading
 from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log.effects import effect_plots
 
 MIXED = ("mixing", {"in": ["b"]})

@@ -2,7 +2,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.effects.contact import SPEC
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(

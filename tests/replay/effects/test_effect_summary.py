@@ -9,7 +9,7 @@ from replay.effects.effect_summary import effect_summary, happened_words, leadin
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import SCENES
 

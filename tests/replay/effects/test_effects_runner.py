@@ -11,8 +11,8 @@ from replay.effects.effects_runner import run_effects
 from replay.effects.inputs import HANDS
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
+from replay.engine import compute
 from replay.errors import EffectError
-from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
 from sessions import ScalarTrack, Session
 from sessions.model.scene import Scene, SceneBody

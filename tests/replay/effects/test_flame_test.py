@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, still, world
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 TEST = {

@@ -3,7 +3,7 @@ import pytest
 from support.small_worlds import along_x, cube
 
 from replay.effects.hazard_proximity import surface_points
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions import Session
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody, SceneEffect

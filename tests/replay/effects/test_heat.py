@@ -4,7 +4,7 @@ from support.liquid_worlds import glass, poured, still, world
 
 from replay.effects.chemistry.contents import WATER_MOLAR
 from replay.effects.output import COLOURS
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 DILUTION = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": 4.0}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 PER_ML = 4.18
 HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}

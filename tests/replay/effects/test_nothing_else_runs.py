@@ -89,7 +89,7 @@ topics, examined = [], []
 payloads, findings = McapFile.payloads, meshes.mesh_findings
 McapFile.payloads = lambda self, topic: topics.append(topic) or payloads(self, topic)
 meshes.mesh_findings = lambda name, mesh: examined.append(name) or findings(name, mesh)
-from replay.api.runner import run
+from replay.running.runner import run
 from replay.document.coding import plain_of
 result = run(folder / "s.mcap", out=folder / "run")
 tables = {{one.stem: pq.read_table(one) for one in (folder / "run").glob("*.parquet")}}

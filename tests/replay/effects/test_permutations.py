@@ -7,7 +7,7 @@ import pytest
 from support.liquid_worlds import COLUMN, TAP, glass, still, tilted, turned, world
 
 from replay.effects.effect_summary import happened_words
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 COUNT = 220

@@ -9,7 +9,7 @@ import pytest
 
 from replay.effects.effect_plan import plan
 from replay.effects.effect_summary import leading
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilted, world
 
 from replay.effects.models.sliced import volume_kept
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 
 def kept(degrees):

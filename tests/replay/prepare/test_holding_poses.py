@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes, swinging_cubes
 
+from replay.engine import compute
 from replay.errors import AssemblyError
-from replay.pipeline.engine import compute
 from replay.prepare import holding_poses
 from replay.prepare.holding_poses import decoded_once
 from sessions import Frames, Status, read_session, write_session

@@ -7,8 +7,8 @@ from support.mcap_samples import assert_same_frames
 from support.planted_faults import FAULTS, clean
 from support.small_worlds import cube
 
+from replay.engine import compute
 from replay.errors import RefusedError
-from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Frames, MeshData, ScalarTrack, Status

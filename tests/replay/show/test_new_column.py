@@ -10,12 +10,12 @@ from rich.console import Console
 from support.report_states import steady
 
 import replay
-from replay.base.tables import Column
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.show import run_tables
 from replay.show.rerun_log.documents import ranking_text
 from replay.show.results.run_folder import write_run_folder
+from replay.tables import Column
 
 OUTPUTS = ("terminal", "Markdown", "report", "notebook", "picture")
 NEW = Column("probe", float, of=lambda rank: 40.0 + len(rank.label), show=lambda value: f"probe-{value:.0f}")

@@ -11,8 +11,8 @@ from support.small_worlds import cubes
 from replay.advice.pareto import advice_of
 from replay.cli.run_tables import run_screen, run_tables
 from replay.cli.terminal import terminal
-from replay.pipeline.engine import compute
-from replay.pipeline.run_result import Tradeoff
+from replay.document.run_result import Tradeoff
+from replay.engine import compute
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text
 from replay.show.tradeoff_table import tradeoff_list

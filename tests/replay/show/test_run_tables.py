@@ -8,15 +8,15 @@ import pytest
 from msgspec import structs
 from support.small_worlds import cubes, grazing
 
-from replay.base.tables import Column, Marked
-from replay.pipeline.engine import compute
-from replay.pipeline.summary import sample_times
+from replay.document.summary import sample_times
+from replay.engine import compute
 from replay.show.run_tables import (
     LATE,
     cost_table,
     miss_table,
 )
 from replay.show.words import span_words
+from replay.tables import Column, Marked
 from replay.words import duration
 
 

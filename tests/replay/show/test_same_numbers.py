@@ -19,7 +19,7 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
-from replay.pipeline.answer import busy_sentence
+from replay.document.cost import busy_sentence
 from replay.prepare.frame_times import frame_rate
 from replay.show.accuracy import run_dots
 from replay.show.rerun_log import documents

@@ -3,7 +3,7 @@
 import pytest
 from support.browser import opened, serious_faults
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.report.page import report_html
 from replay.studies.synthetic_sessions import synthetic_session
 

@@ -11,7 +11,7 @@ from support.report_states import STATES, read_page, steady
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay import run
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.report.markup import environment
 from replay.show.report.page import report_html
 from replay.show.report.run_view import RunView

@@ -10,7 +10,7 @@ from support.shapes import box_mesh, revolved_mesh
 from support.small_worlds import framed, jumping
 
 from cdcore import TriangleMesh
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log.recording import write_recording
 from sessions import MeshData, Scene, Session
 from sessions.model.scene import SceneBody

@@ -2,7 +2,7 @@ from support.price_rows import price_row
 from support.report_states import traded
 from support.small_worlds import TWO_BUMPS, cubes
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log.documents import dots_of, replayed
 
 

@@ -9,7 +9,7 @@ from rerun.chunk import RrdReader
 from support.sentences import recording_text
 from support.small_worlds import cubes
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log import recording as module
 from replay.show.rerun_log import recording_file
 from replay.show.rerun_log.lanes import pair_lanes

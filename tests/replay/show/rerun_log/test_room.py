@@ -8,7 +8,7 @@ from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import sphere_best
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Outcome
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.camera import CLOSE_UP, placed
 from replay.show.drawn_mesh import face_normals
 from replay.show.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of

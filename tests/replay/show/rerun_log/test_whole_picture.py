@@ -10,7 +10,7 @@ from support.report_states import steady, with_steady_times
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.rerun_log.moments import read_bookmarks
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Interval

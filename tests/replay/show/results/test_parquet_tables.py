@@ -5,7 +5,7 @@ import pytest
 from support.report_states import steady, with_steady_times
 from support.small_worlds import STEP_NS, cubes
 
-from replay.pipeline.engine import compute
+from replay.engine import compute
 from replay.show.results import parquet_tables as tables
 from replay.show.results.run_folder import write_run_folder
 from sessions import Event, Interval, Scene

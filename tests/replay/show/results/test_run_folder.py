@@ -6,10 +6,10 @@ import pytest
 from support.small_worlds import cubes
 
 import replay
-from replay.base.file_hash import file_hash
 from replay.document.coding import json_of
+from replay.document.file_hash import file_hash
+from replay.engine import compute
 from replay.errors import OutputError, RunFolderError
-from replay.pipeline.engine import compute
 from replay.show.results.run_folder import check_target, read_run_folder, write_run_folder
 from replay.studies.diff.runs import diff_runs
 

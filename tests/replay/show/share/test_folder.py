@@ -19,7 +19,7 @@ from support.headless import pixels
 from support.small_worlds import STEP_NS, STILL, cube
 
 import replay
-from replay.base.file_hash import file_hash
+from replay.document.file_hash import file_hash
 from replay.errors import OutputError, RunFolderError
 from replay.show.report.markup import ALLOWED
 from replay.show.rerun_log import web_viewer as module

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from replay.base.wilson import wilson
+from replay.auditing.wilson import wilson
 from replay.studies.class_study.resampling import Resampling
 
 

@@ -1,0 +1,44 @@
+"""Sentences about the time of a run, and what stands for its recording and its folder in a command."""
+
+from typing import Final
+
+from replay import words
+from replay.constants import BUDGET_MS, HEADSET_HZ
+from replay.document.run_document import RunDocument
+
+SESSION: Final = "SESSION"
+"""Stands in a command for the recording that was replayed."""
+
+RUN: Final = "RUN"
+"""Stands in a command for the folder of the run."""
+
+TIMES_ARE: Final = "Times of this tool on this machine, not of your engine."
+
+BUSY: Final = 0.05
+"""Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
+
+
+def cost(document: RunDocument) -> str:
+    """Return the time of the reference, in the same statistic as the table; ``""``: nothing was audited."""
+    if not document.audit:
+        return ""
+    detector = document.detectors[document.oracle]
+    seconds = detector.seconds
+    mean = seconds.per_frame_mean
+    percentage = words.share(1e3 * mean / BUDGET_MS)
+    text = f"{document.oracle} takes {words.frame_time(mean)} a frame, {percentage} of a {HEADSET_HZ:g} Hz frame"
+    if seconds.p99 is not None:
+        text += f"; p99 {words.frame_time(seconds.p99)}"
+    how = "" if detector.live else " It ran on all frames at once, not frame by frame."
+    return f"{text}.{how}"
+
+
+def busy_text(document: RunDocument) -> str:
+    """That other programs took the processor while detectors were timed; ``""``: they did not."""
+    fractions = [detector.seconds.processor_fraction for detector in document.detectors.values()]
+    return busy_sentence(max((1.0 - fraction for fraction in fractions if fraction is not None), default=0.0))
+
+
+def busy_sentence(fraction: float) -> str:
+    """That other programs had this fraction of the clock; ``""``: too little to matter."""
+    return "" if fraction <= BUSY else f"The machine was busy ({words.share(fraction)}): run again for reliable times."

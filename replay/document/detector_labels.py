@@ -1,0 +1,39 @@
+"""Labels of detectors."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from cdcore.detectors import detector_row, settings_of
+from replay.detection.recorded import RECORDED, RECORDED_LABEL
+from replay.words import plural
+
+SHAPES: Final[Mapping[str, str]] = {
+    "hull": "convex hulls", "shipped": "recorded colliders", "box": "boxes",
+    "sphere": "spheres", "capsule": "capsules", "mesh": "triangle meshes",
+    "compound": "convex pieces",
+}  # fmt: skip
+"""Shape of a collider -> its words."""
+
+
+def detector_label(name: str, settings: Mapping[str, Any]) -> str:
+    """Return the label of a detector: ``convex hulls at 50 Hz``; its own name where no table has it."""
+    if name == RECORDED:
+        return RECORDED_LABEL
+    row, rate = detector_row(name), settings.get("rate_hz")
+    label = shape_label(settings) if name == "collider" else row.label
+    if rate:
+        return f"{label} at {rate:g} Hz"
+    return f"{label}, every frame" if row.sampled else label
+
+
+def shape_label(settings: Mapping[str, Any]) -> str:
+    """Return the parts of a collider: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
+    if settings.get("shape") != "compound":
+        return SHAPES.get(str(settings.get("shape")), "colliders")
+    pieces = settings.get("pieces", settings_of("collider", {"shape": "compound"}).pieces)
+    return plural(pieces, "convex piece")
+
+
+def sentence_of(what: str) -> str:
+    """Words as the beginning of a sentence; a name of code keeps its letters."""
+    return what if ":" in what else what[:1].upper() + what[1:]

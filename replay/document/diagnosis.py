@@ -1,0 +1,268 @@
+"""Why each detector of a run is wrong, what mends it, and which moment shows it: its ``Answer``."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from math import isfinite, isnan
+from typing import Any, Final
+
+from msgspec import structs
+
+from cdcore.detectors import detector_row, settings_of
+from replay.auditing.fault import Cause, Fault, FaultKind, longest_curve_first
+from replay.auditing.look_phases import OFFSET_SETTING
+from replay.auditing.loss import fraction_of, loss
+from replay.auditing.outcome import Outcome
+from replay.auditing.wilson import proportion
+from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
+from replay.detection.recorded import RECORDED
+from replay.document.answer import Answer, Fix, KeyMoment
+from replay.document.audit import DetectorAudit
+from replay.document.cost import RUN, SESSION
+from replay.document.detector_labels import detector_label, sentence_of
+from replay.document.ranking import Rank, count_range, fault_text, lost_text
+from replay.document.run_document import RunDocument
+from replay.document.run_result import RunResult
+from replay.prepare.frame_times import frame_rate
+from replay.words import frame_time, plural, rate, share
+
+
+def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> tuple[Answer, ...]:
+    """One for each audited detector, in the order of ``ranks``, the worst first."""
+    answers_made = []
+    for number, rank in enumerate(ranks[:-1]):
+        label, fault = rank.label, _key_fault(result, rank)
+        sentence = _sentence(result, document, rank, worst=number == 0 and len(ranks) > 2)
+        answer = Answer(label, sentence)
+        if rank.undecided:
+            # Contacts that were left undecided come first in the sentence, and no fault explains them.
+            answer = structs.replace(answer, why=_undecided(document.audit[label], label))
+        elif fault is not None:
+            fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
+            answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment)
+        answers_made.append(answer)
+    return tuple(answers_made)
+
+
+def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool) -> str:
+    """Return a sentence about the faults of a detector; ``worst``: it is the worst of several."""
+    cut = document.audit[rank.label].contacts_cut
+    more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
+    if not rank.contacts and not fraction_of(rank.false):
+        return _nothing_happened(result, document, rank.label) + more
+    who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
+    whose = "its" if code else "their"
+    if not worst:
+        return f"{who}: {fault_text(rank, whose=whose)}.{more}"
+    if not rank.loss:
+        return f"No detector missed a contact or reported a false one.{more}"
+    verb = "is" if code or rank.setting == RECORDED else "are"
+    return f"{who} {verb} worst: {fault_text(rank, largest=True, whose=whose)}.{more}"
+
+
+def _undecided(audit: DetectorAudit, label: str) -> str:
+    """Return a sentence about pair-frames that a detector left undecided, with its reasons."""
+    frames = plural(audit.contact_frames_undecided, "pair-frame")
+    reasons = "; ".join(audit.undecided_reasons)
+    return f"{label} did not decide {frames} in contact{': ' + reasons if reasons else ''}."
+
+
+def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> str:
+    """Why there is no contact that a detector could miss."""
+    outcome = result.comparisons[label].outcome
+    if (outcome == Outcome.LEFT_OUT).all():
+        return f"Nothing compared: {result.oracle} and {label} decided no pair-frame of {outcome.size:,} together."
+    verdicts = document.detectors[result.oracle].verdicts
+    lost, every = verdicts.get("no_pose", 0), sum(verdicts.values())
+    if lost:
+        return f"No contact found, but poses are lost in {lost:,} of {every:,} pair-frames, where a contact may be."
+    return f"No contact happened, so none for {label} to miss, and it reported none."
+
+
+def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
+    """Return the longest fault of the most frequent cause, of the kind that weighs more in the loss."""
+    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    if (rank.leads_false and false) or not misses:
+        cause = _main_cause(false)
+        alike = [fault for fault in false if fault.cause == cause]
+        return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
+    never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
+    cause = _main_cause(never)
+    return longest_curve_first(miss for miss in never if miss.cause == cause)[0]
+
+
+def _main_cause(faults: Sequence[Fault]) -> Cause | None:
+    """The cause of most frames."""
+    frames: Counter[Cause] = Counter()
+    for fault in faults:
+        frames[fault.cause] += fault.frames
+    return frames.most_common(1)[0][0] if frames else None
+
+
+def _moment(result: RunResult, fault: Fault) -> KeyMoment:
+    frame, later_ns = fault.moment
+    return KeyMoment(
+        kind=fault.kind.category.value,
+        number=fault.number,
+        frame=frame,
+        later_ns=later_ns,
+        seconds=float(result.assembly.motion.times[frame]) + later_ns / 1e9,
+        pair=fault.bodies,
+        metres=None if isnan(fault.metres) else fault.metres,
+    )
+
+
+def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:
+    """Return a setting that removes a fault: measured in this run and better, else the command that measures it."""
+    spec = parse_detector(f"fix={document.detectors[rank.label].spec}")
+    if spec.name == RECORDED:
+        command = f"replay tradeoff {SESSION} --engine unity"
+        return Fix("Other settings of the engine: not measured. To measure them:", False, command)
+    cause = fault.cause
+    if cause in (Cause.BETWEEN_SAMPLES, Cause.LAST_ANSWER):
+        every_frame = _at_every_frame(result, rank, spec)
+        if every_frame is not None:
+            return every_frame
+    runs = _Runs(result, document, ranks)
+    for mended, text in _mended(spec, cause):
+        if runs.same(mended, rank.label):
+            continue
+        label = runs.label_of(mended)
+        if label is None:
+            return _unmeasured(f"{sentence_of(text)}: not measured. To measure it:", mended)
+        if runs.loss_of(label) < rank.loss:
+            return _measured(sentence_of(text), label, document)
+    # Code of one's own is imported only where the command names it.
+    detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
+    command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
+    return Fix("Not known. A small test of this fault is made by", False, command)
+
+
+def pieces_may_help(result: RunResult, rank: Rank) -> bool:
+    """Whether the larger fault of a detector comes from colliders that convex pieces can replace."""
+    spec, fault = parse_detector(f"fix={rank.setting}"), _key_fault(result, rank)
+    if spec.name != "collider" or spec.settings.get("shape") == "mesh" or rank.undecided:
+        return False
+    return fault is not None and fault.cause in COLLIDER_CAUSES
+
+
+class _Runs:
+    """The detectors of a run by all of their settings, and what each loses."""
+
+    def __init__(self, result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> None:
+        self._seed, self._detectors = document.seed, document.detectors
+        self._loss = {rank.label: rank.loss for rank in ranks} | {result.oracle: 0.0}
+
+    def label_of(self, spec: DetectorSpec) -> str | None:
+        """The audited detector, or the reference, that has just these settings, wherever its sampling starts."""
+        return next((label for label in self._loss if self.same(spec, label)), None)
+
+    def same(self, spec: DetectorSpec, label: str) -> bool:
+        """Whether a detector of the run is the one meant, in every setting that decides its answers."""
+        made = self._detectors[label]
+        if made.name != spec.name:
+            return False
+        meant = asdict(settings_of(spec.name, dict(spec.settings)))
+        if "seed" in meant:
+            meant["seed"] = spec.settings.get("seed", self._seed)
+        return _deciding(meant) == _deciding(made.settings)
+
+    def loss_of(self, label: str) -> float:
+        """The loss by which the ranking orders; 0 of the reference."""
+        return self._loss[label]
+
+
+def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings that decide answers: pieces are those of a compound, and an offset belongs to the session."""
+    unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces", "method", "cut"}
+    return {key: value for key, value in settings.items() if key not in unused}
+
+
+def _unmeasured(text: str, spec: DetectorSpec) -> Fix:
+    return Fix(text, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
+
+
+def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
+    """Detectors without a cause, the nearest to the one that has it first, each in words; none where nobody knows."""
+    row = detector_row(spec.name)
+    setting = row.contact_offset
+    if cause == Cause.CONTACT_OFFSET and setting and row.takes_no_offset:
+        mended = DetectorSpec("fix", spec.name, {**spec.settings, setting: 0.0})
+        yield mended, f"no contact offset ({setting}=0)"
+    if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:
+        mended = DetectorSpec("fix", spec.name, {**spec.settings, "containment": True})
+        yield mended, "test whether one body is inside the other (containment=true)"
+    if cause in COLLIDER_CAUSES and spec.name == "collider":
+        shape = spec.settings.get("shape", "hull")
+        pieces = 2 * int(spec.settings.get("pieces", FEWEST_PIECES)) if shape == "compound" else FEWEST_PIECES
+        if shape != "mesh" and pieces <= MOST_PIECES:
+            rest = {key: value for key, value in spec.settings.items() if key not in ("shape", "pieces")}
+            mended = DetectorSpec("fix", "collider", {"shape": "compound", "pieces": pieces} | rest)
+            yield mended, _setting_label(mended)
+    if cause == Cause.BETWEEN_FRAMES:
+        mended = DetectorSpec("fix", "continuous")
+        yield mended, _setting_label(mended)
+    if cause in DECIDED_BY_TRIANGLES:
+        mended = DetectorSpec("fix", "exact")
+        yield mended, _setting_label(mended)
+
+
+FEWEST_PIECES: Final = 16
+MOST_PIECES: Final = 64
+"""Convex pieces that a compound is asked for first, and at most: CoACD gives no more of a beaker."""
+
+COLLIDER_CAUSES: Final = frozenset((Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.COLLIDER_SHAPE))
+"""Causes that a closer collider removes."""
+
+DECIDED_BY_TRIANGLES: Final = frozenset((
+    Cause.BOUNDING_VOLUMES, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.CONTACT_OFFSET, Cause.LAST_ANSWER,
+    Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
+    Cause.BETWEEN_SAMPLES,
+))  # fmt: skip
+"""Causes that testing every triangle of every frame removes."""
+
+
+def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | None:
+    """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets; ``None``: no better."""
+    text = f"Sample every frame{_recorded_rate(result)}"
+    offsets = result.phases.get(rank.label)
+    every = None if offsets is None else offsets.every_frame
+    if every is None:
+        settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
+        return _unmeasured(f"{text}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
+    if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
+        return None
+    missed, late = (every.contacts_missed,) * 2, (every.late_or_cut_short,) * 2
+    took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
+    counts_text = faults_text(lost_text(missed, late, rank.contacts), fraction_of(every.false_contact))
+    return Fix(f"{text}: {counts_text}{took} (measured on this session).", True)
+
+
+def _recorded_rate(result: RunResult) -> str:
+    """`` (90 Hz)``, the rate of the recording; ``""`` of a single frame."""
+    frames_hz = frame_rate(result.assembly.motion.times)
+    return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
+
+
+def _measured(text: str, label: str, document: RunDocument) -> Fix:
+    """With the figures of another detector of this run, or of the reference itself."""
+    seconds, audit = document.detectors[label].seconds, document.audit.get(label)
+    took = f"{frame_time(seconds.per_frame_mean)} a frame"
+    if audit is None:
+        return Fix(f"{text} ({label}), the reference here: {took} (measured on this session).", True)
+    missed = count_range(audit.counts_over_offsets.contacts_missed)
+    late = count_range(audit.counts_over_offsets.late_or_cut_short)
+    counts_text = faults_text(lost_text(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
+    return Fix(f"{text} ({label}): {counts_text}; {took} (measured on this session).", True)
+
+
+def faults_text(lost: str, false: float) -> str:
+    """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
+    return f"{lost or 'none missed or late'}, {share(false)} false"
+
+
+def _setting_label(spec: DetectorSpec) -> str:
+    """Return the label of a detector, with the most pieces that it may cut a mesh into."""
+    text = detector_label(spec.name, spec.settings)
+    most = "up to " if spec.settings.get("shape") == "compound" else ""
+    return most + text.replace("convex pieces", "convex pieces a mesh")

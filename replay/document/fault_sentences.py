@@ -1,0 +1,196 @@
+"""Why a detector missed a contact or reported a false one: each sentence is chosen by what holds, and can be checked.
+
+A sentence names its moment, and says no more than what was measured there.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy import isnan
+
+from cdcore.protocol import counts_as_contact
+from replay.auditing.causes import Audited
+from replay.auditing.delay import frames_wrong
+from replay.auditing.fault import Cause, Fault, FaultKind
+from replay.auditing.outcome import Episode
+from replay.detection.recorded import RecordedDetector
+from replay.document.detector_labels import SHAPES
+from replay.tables import data_of
+from replay.words import duration, length, plural
+
+REASONS: Final = data_of("document/reasons.toml")
+"""Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
+
+UNEXPLAINED: Final = "nothing known about it explains this"
+
+
+def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+    """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
+    clause = _outcome(miss, label, by, contact)
+    if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled is not None and by.rate_hz:
+        return _between_samples(miss, label, by, contact)
+    if miss.cause == Cause.BETWEEN_SAMPLES:
+        return f"{clause}: by its own account it took no sample {_extent(miss)}."
+    if miss.cause in (Cause.LATE, Cause.EARLY):
+        return f"{clause}: {_late_miss(miss, by)}."
+    if miss.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
+        return f"{clause}: {_clock(by.detector)}."
+    reason = REASONS["misses"].get(miss.cause, "")
+    if not reason:
+        return f"{clause}; {UNEXPLAINED}."
+    examined, of = miss.agreeing
+    return f"{clause}: {reason}." if examined == of else f"{clause}: in {examined} of {of} examined frames {reason}."
+
+
+def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+    """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
+    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
+    long = duration_text(miss.frames, miss.end - miss.start)
+    if miss.kind == FaultKind.NEVER_REPORTED:
+        return f"{label} never reported the contact of {pair} {when}"
+    if miss.kind == FaultKind.REPORTED_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
+        return f"{label} reported the contact of {pair} {when} {long} late"
+    if miss.kind == FaultKind.LOST_EARLY and miss.last == contact.last and _reports(by, miss.pair, miss.first - 1):
+        return f"{label} stopped reporting the contact of {pair} {when} {long} too early"
+    return f"{label} reported no contact of {pair} for {long} {when}"
+
+
+def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+    """A miss in frames of which most were not sampled."""
+    assert by.sampled is not None and by.rate_hz
+    clause = _outcome(miss, label, by, contact)
+    sampled = by.sampled & by.posed(miss.pair)
+    inside = int(sampled[miss.first : miss.last + 1].sum())
+    if inside:
+        return f"{clause}: it took no sample in {miss.frames - inside} of these frames."
+    step, times = 1.0 / by.rate_hz, by.motion.times
+    before, after = np.flatnonzero(sampled[: miss.first]), np.flatnonzero(sampled[miss.last + 1 :])
+    if not len(before) or not len(after):
+        side = "first" if not len(before) else "last"
+        moment = f"{times[miss.last + 1 + after[0]]:.3f} s" if not len(before) and len(after) else ""
+        moment = f"{times[before[-1]]:.3f} s" if len(before) else moment
+        return f"{clause}: it took its {side} sample at {moment}." if moment else f"{clause}: it took no sample."
+    gap = float(times[miss.last + 1 + after[0]] - times[before[-1]])
+    usual = f"{label} samples every {_milliseconds(step)}"
+    lasted = contact.end - contact.start
+    whole = (miss.first, miss.last) == (contact.first, contact.last)
+    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
+    if miss.kind == FaultKind.NEVER_REPORTED and whole:
+        between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
+        return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
+    if clause.endswith(" late") and miss.end - miss.start <= step:
+        return f"{usual}: it {clause.removeprefix(label).strip()}."
+    return f"{clause}: two of its samples are {_milliseconds(gap)} apart there."
+
+
+def _late_miss(miss: Fault, by: Audited) -> str:
+    """Why a contact is reported late or early: all of the pair is, by a number of frames, or this report alone."""
+    delay = by.delay(miss.pair)
+    if delay and (delay > 0) == (miss.cause == Cause.LATE):
+        return _delayed(by, miss.pair, delay)
+    if miss.kind == FaultKind.REPORTED_LATE:
+        return "its report of this contact begins late"
+    return "its report of this contact ends early"
+
+
+def _delayed(by: Audited, pair: int, delay: int) -> str:
+    wrong, moved = frames_wrong(by.subject, by.oracle, pair, delay)
+    direction = "earlier" if delay > 0 else "later"
+    return (
+        f"moved {plural(abs(delay), 'frame')} {direction}, what it reports of this pair is wrong in "
+        f"{moved:,} frames instead of {wrong:,}"
+    )
+
+
+def why_false(false: Fault, label: str, by: Audited) -> str:
+    """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
+    pair, when = " and ".join(false.bodies), f"at {float(by.motion.times[false.frame]):.1f} s"
+    gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
+    shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
+    if false.cause == Cause.HULL_FILLS_HOLLOW:
+        other = next(body for body in false.bodies if body != false.evidence.hollow)
+        far = "" if isnan(false.metres) else f"{length(false.metres)} from the surface "
+        return (
+            f"The convex hull of {false.evidence.hollow} fills its hollow: {other} reaches into the hull, {far}{when}."
+        )
+    if false.cause == Cause.CONTACT_OFFSET:
+        return _within_offset(false, label, by, f"the {shape} of {pair}", gap)
+    if false.cause == Cause.COLLIDERS_MEET:
+        return f"The {shape} of {pair} meet {when}; {gap}."
+    if false.cause == Cause.BOUNDING_VOLUMES:
+        return f"Only the bounding volumes of {pair} overlap {when}; {gap}, and {label} tests no triangle."
+    long = duration_text(false.frames, false.end - false.start)
+    if false.cause == Cause.LAST_ANSWER:
+        return _last_answer(false, label, by, gap)
+    report = f"{label} reported contact of {pair} {when} for {long}; {gap}"
+    if false.cause in (Cause.LATE, Cause.EARLY):
+        return f"{report}: {_late_report(false, by)}."
+    if false.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
+        return f"{report}: {_clock(by.detector)}."
+    reason = REASONS["false"].get(false.cause, "")
+    return f"{report}: {reason}." if reason else f"{report}; {UNEXPLAINED}."
+
+
+def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
+    when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", by.contact_reach(false.pair)
+    offset = f"{label} reports contact from {length(reach)} on: its contact offset"
+    if false.metres <= reach:
+        return f"{' and '.join(false.bodies)} are {length(false.metres)} apart {when}; {offset}."
+    return f"{shapes[:1].upper()}{shapes[1:]} do not meet {when}, and {gap}; {offset}."
+
+
+def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
+    """A false contact in frames between samples."""
+    moment = float(by.motion.times[false.frame])
+    long = duration_text(false.frames, false.end - false.start)
+    pair, when = " and ".join(false.bodies), f"at {moment:.1f} s"
+    if by.sampled is None:
+        return (
+            f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
+        )
+    sampled = by.sampled & by.posed(false.pair)
+    if not sampled[false.first : false.last + 1].any():
+        report = f"it reported contact of {pair} for {long} {when}, too long"
+        return f"{label} keeps its answer until its next sample: {report}."
+    earlier = np.flatnonzero(sampled[: false.frame + 1])
+    sample = f" at {float(by.motion.times[earlier[-1]]):.3f} s" if len(earlier) else ""
+    return f"At {moment:.3f} s {label} kept the answer of its last sample{sample} about {pair}; {gap}."
+
+
+def _late_report(false: Fault, by: Audited) -> str:
+    """Why contact is reported before or after a true one: all of the pair is moved, or this report alone."""
+    delay = by.delay(false.pair)
+    if delay and (delay > 0) == (false.cause == Cause.LATE):
+        return _delayed(by, false.pair, delay)
+    if false.kind == FaultKind.ENDS_LATE:
+        return "its report of this contact ends late"
+    if false.kind == FaultKind.STARTS_EARLY:
+        return "its report of this contact starts early"
+    return UNEXPLAINED
+
+
+def _clock(detector: RecordedDetector) -> str:
+    return (
+        f"its clock is known to {_milliseconds(detector.clock_uncertainty)} only, and a report begins or ends that near"
+    )
+
+
+def _extent(miss: Fault) -> str:
+    examined, of = miss.agreeing
+    return "there" if examined == of else f"in {examined} of {of} examined frames"
+
+
+def _reports(by: Audited, pair: int, frame: int) -> bool:
+    """Whether a detector reports contact of a pair in a frame of the recording."""
+    verdict = by.subject.verdict
+    return 0 <= frame < len(verdict) and bool(counts_as_contact(verdict[frame : frame + 1, pair])[0])
+
+
+def duration_text(frames: int, seconds: float) -> str:
+    """``1 recorded frame (11 ms)``."""
+    return f"{plural(frames, 'recorded frame')} ({_milliseconds(seconds)})"
+
+
+def _milliseconds(seconds: float) -> str:
+    """Three digits: ``11.1 ms``, ``12 ms``."""
+    return duration(seconds)

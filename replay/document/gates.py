@@ -1,0 +1,179 @@
+"""Limits that a build server holds a detector to; a limit that was not measured counts as broken."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from sys import float_info
+from typing import Final
+
+from msgspec.structs import astuple
+
+from replay import words
+from replay.auditing.look_phases import PHASES
+from replay.auditing.wilson import Proportion, proportion
+from replay.document.audit import CountRange, DetectorAudit, NoiseProofAudit
+from replay.document.detector import DetectorTimes
+from replay.document.run_document import RunDocument
+from replay.errors import AuditError
+
+Times = Mapping[str, DetectorTimes]
+"""Label -> what a detector took in one session."""
+
+
+@dataclass(frozen=True)
+class Gates:
+    """Limits that are not to be exceeded; ``None``: not asked for.
+
+    Parameters
+    ----------
+    max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported; of a
+        detector of a step rate in the mean over its sampling offsets.
+    max_p99_ms : milliseconds within which 99 of 100 samples are decided, of detectors that decide frame by frame: a
+        sample is a frame on which the detector runs.
+    max_false : share of the pair-frames that a detector reports as contact which are none.
+
+    Raises ``AuditError``: a share beyond 0 to 1, or a limit that is no number.
+    """
+
+    max_missed: float | None = None
+    max_p99_ms: float | None = None
+    max_false: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, most in (("max_missed", 1.0), ("max_p99_ms", float_info.max), ("max_false", 1.0)):
+            limit = getattr(self, name)
+            if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= most):
+                what = "milliseconds" if name == "max_p99_ms" else "a share from 0 to 1"
+                raise AuditError(f"{name} is {limit}; give {what}")
+
+    def broken(self, audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]]) -> list[str]:
+        """A sentence for each limit that was exceeded or could not be checked.
+
+        ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
+        """
+        rows = (("--max-missed", self.max_missed, _missed), ("--max-false", self.max_false, _false))
+        sentences = []
+        for name, most, check in rows:
+            if most is not None:
+                sentences += [] if audit else [f"{name} cannot be checked: nothing was audited"]
+                sentences += [
+                    sentence for label, detector in audit.items() for sentence in check(name, label, detector, most)
+                ]
+        return sentences + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
+
+
+def _missed(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+    counted = audit.noise_proof or audit
+    contacts, undecided = counted.contacts, audit.contact_frames_undecided
+    if undecided:
+        whole = f"{audit.contacts_undecided} of {contacts} contacts"
+        yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {whole} whole"
+    elif not contacts:
+        what = "contact that holds in spite of the noise" if audit.noise_proof else "contact"
+        yield f"{name} cannot be checked: there is no {what} for {label} to miss"
+    yield from _undecided_reference(name, audit)
+    for missed, proportion_missed in _missed_proportions(counted):
+        if exceeds(proportion_missed, most):
+            worse = f"{percent(proportion_missed)}), more than {name} {most:g}{_not_counted(audit)}"
+            if audit.noise_proof:
+                worse += "; counted is what holds in spite of the noise"
+            yield f"{label} missed {missed} ({worse}"
+
+
+def exceeds(measured: Proportion, most: float) -> bool:
+    """Whether a proportion was measured and is more than a limit."""
+    return measured.value is not None and measured.value > most
+
+
+def _missed_proportions(audit: DetectorAudit | NoiseProofAudit) -> Iterator[tuple[str, Proportion]]:
+    """Contacts and pair-frames missed, in words and as a proportion: of a step rate the mean over its sampling offsets.
+
+    Where sampling starts is chance; this run's offset alone would let a detector pass that fails at most others.
+    """
+    means, contacts = audit.means_over_offsets, audit.contacts
+    if means is None:
+        frames = audit.time_missed
+        yield f"{audit.contacts_missed} of {contacts} contacts", proportion(audit.contacts_missed, contacts)
+        yield f"{frames.count} of {frames.of} pair-frames in contact", frames
+        return
+    where = f"over {PHASES} sampling offsets"
+    counts = over_offsets(audit.counts_over_offsets.contacts_missed, contacts)
+    yield f"contacts: {counts} {where}", means.contacts_missed
+    yield f"pair-frames in contact, mean {where}", means.time_missed
+
+
+def over_offsets(counts: CountRange, of: int) -> str:
+    """``0.50 of 18, 0-1``: mean, and smallest to largest over the sampling offsets; one number where all are equal."""
+    if counts.smallest == counts.largest:
+        return f"{counts.smallest} of {of}"
+    return f"{counts.mean:.2f} of {of}, {counts.smallest}-{counts.largest}"
+
+
+def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+    frames = audit.pair_frames
+    if sum(astuple(frames)) == frames.left_out:
+        yield f"{name} cannot be checked: {label} was compared in no pair-frame"
+    yield from _undecided_reference(name, audit)
+    measured = audit.false_contact_mean
+    if exceeds(measured, most):
+        count = f"{measured.count} of the {measured.of} pair-frames in contact that it reports"
+        mean = f"pair-frames in contact, mean over {PHASES} sampling offsets"
+        what = count if audit.means_over_offsets is None else mean
+        limit = f"more than {name} {most:g}{_not_counted(audit)}"
+        yield f"{label} reports false contact: {what} ({percent(measured)}), {limit}"
+
+
+def _not_counted(audit: DetectorAudit) -> str:
+    """That contacts of a hand and what it holds are in no gate, where there are any."""
+    return "; what a hand holds is not counted" if any(astuple(audit.while_grasped)) else ""
+
+
+def _undecided_reference(name: str, audit: DetectorAudit) -> Iterator[str]:
+    # What nobody can decide, whether a body is inside a mesh with holes, is counted for no detector and against none.
+    undecided = audit.reference_undecided - audit.reference_inside_undecided
+    if undecided:
+        yield f"{name} cannot be checked: the reference left {undecided} pair-frames undecided"
+
+
+def _late(audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]], most: float) -> list[str]:
+    sentences = [] if audit else ["--max-p99-ms cannot be checked: nothing was audited"]
+    for session, detectors in times:
+        for label in audit:
+            if label not in detectors:
+                continue
+            seconds = detectors[label]
+            if seconds.p99 is None:
+                sentences.append(f"--max-p99-ms cannot be checked: {label} was not timed frame by frame in {session}")
+            elif seconds.p99 * 1e3 > most:
+                p99 = words.number_above(1e3 * seconds.p99, most)
+                mean = words.frame_time(seconds.per_frame_mean)
+                sentences.append(
+                    f"{label} takes {p99} ms at the 99th percentile of its samples in {session}, {mean} a frame in the "
+                    f"mean, more than --max-p99-ms {most:g}"
+                )
+    return sentences
+
+
+def times_of(documents: Iterable[RunDocument]) -> list[tuple[str, Times]]:
+    """Sessions, each with what every detector took in it."""
+    return [
+        (
+            f"session {document.session.id}",
+            {label: detector.seconds for label, detector in document.detectors.items()},
+        )
+        for document in documents
+    ]
+
+
+def percent(measured: Proportion, word: str = "") -> str:
+    """``0.3 % [0.1, 0.6]``: a proportion and its interval for people; ``word``: of what, before the interval."""
+    if measured.value is None:
+        return "none"
+    value, lower, upper = (words.percentage(100 * end) for end in (measured.value, measured.lower, measured.upper))
+    sure = f"[{lower}, {upper}]" if measured.upper - measured.lower <= WIDEST else TOO_FEW
+    return f"{value} %{' ' if word else ''}{word} {sure}"
+
+
+WIDEST: Final = 0.6
+"""An interval wider than this spans most of 0 to 100 %."""
+
+TOO_FEW: Final = "(too few contacts to say)"

@@ -1,0 +1,173 @@
+"""Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
+from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
+from replay.document.cost import TIMES_ARE, busy_text, cost
+from replay.document.ranking import all_unconfirmed
+from replay.document.run_document import RunDocument
+from replay.document.run_result import RunResult, Summarised
+from replay.words import plural
+from sessions import Finding, Severity
+from sessions.doctor.finding import CODES
+
+FIRST_GROUPS: Final = ("import", "scale")
+"""Groups of findings that stand before the answer even where they are warnings."""
+NOT_COVERED: Final = (
+    "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
+)
+
+
+def headlines(result: RunResult) -> list[str]:
+    """Return the title of a run: the faults of the worst detector; nothing where nothing is audited."""
+    return [result.answers[0].sentence] if result.answers else []
+
+
+def doubts(result: RunResult) -> list[str]:
+    """Return notes to read before the answer: errors, losses of the import, findings of unit, axes and handedness.
+
+    With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
+    """
+    return [*open_questions(result.document), *doubts_of(result.treatment.findings)]
+
+
+def open_questions(document: RunDocument) -> list[str]:
+    """Return a sentence for each guess of an import that changes contacts, and one for all others."""
+    return [*document.open_questions, *document.guesses]
+
+
+def doubts_of(findings: Iterable[Finding]) -> list[str]:
+    """The same of findings."""
+    grouped: dict[tuple[Severity, str], list[Finding]] = {}
+    for row in findings:
+        if row.severity == Severity.ERROR or CODES[row.code].group in FIRST_GROUPS or row.code == "mesh-units":
+            grouped.setdefault((row.severity, row.code), []).append(row)
+    lines = []
+    for (severity, code), (row, *more) in grouped.items():
+        where = f"{row.body}: {row.message}" if row.body else row.message
+        rest = f"; {len(more)} more like it" if more else ""
+        lines.append(f"{severity.name.capitalize()}, {code}: {row.meaning} ({where}{rest}). To do: {row.fix}.")
+    return lines
+
+
+def undecided(result: Summarised) -> list[str]:
+    """A line of what the reference did not decide, and one for each detector that left out more than that."""
+    audits = result.document.audit
+    lines = []
+    for audit in list(audits.values())[:1]:
+        count = audit.reference_undecided
+        if count:
+            frames = plural(count, "frame" if len(result.document.pairs) == 1 else "pair-frame")
+            because = _because(audit.reference_undecided_reasons)
+            lines.append(f"Not counted: {frames}{because or f', which {result.oracle} did not decide'}.")
+    for label, audit in audits.items():
+        if audit.undecided_alone:
+            what = f"{audit.undecided_alone:,} of {audit.undecided.of:,} pair-frames with a pose"
+            lines.append(f"Not counted: {what}, which {label} did not decide.")
+            lines += [f"Of them {count:,}: {reason}." for reason, count in audit.undecided_reasons.items()]
+    return lines
+
+
+def _because(reasons: Mapping[str, int]) -> str:
+    """`` (inside undecided: block has holes)``: the reasons of pair-frames that are not counted, with their numbers."""
+    if len(reasons) == 1:
+        return f" ({next(iter(reasons))})"
+    return f" ({'; '.join(f'{count:,}: {why}' for why, count in reasons.items())})" if reasons else ""
+
+
+def held(result: Summarised) -> list[str]:
+    """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
+    lines = []
+    for label, audit in result.document.audit.items():
+        grasped = audit.while_grasped
+        contacts, frames = grasped.contacts, grasped.false_contact
+        clauses = []
+        if contacts:
+            clauses.append(f"misses {grasped.contacts_missed} of {plural(contacts, 'contact')}")
+        if frames:
+            unconfirmed = all_unconfirmed(audit)
+            clauses.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
+        if clauses:
+            lines.append(f"While a hand holds it: not counted. There {label} {' and '.join(clauses)}.")
+    return lines
+
+
+def beside(result: RunResult) -> list[str]:
+    """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
+    return [*undecided(result), *engine_reports(result), *held(result), *in_noise(result), *compounds(result)]
+
+
+def engine_reports(result: Summarised) -> list[str]:
+    """A line about the delay of an engine's reports, and about their clock, which may hold a part of that delay."""
+    lines = []
+    facts = result.document.session.facts
+    for label, audit in result.document.audit.items():
+        if result.document.detectors[label].name != RECORDED:
+            continue
+        begins, ends = audit.matching.onset_error, audit.matching.end_error
+        stated = facts.get(CLOCK_FACT, "")
+        clock = REPORT_CLOCKS.get(stated, REPORT_CLOCKS[ReportClock.OWN]).format(offset=facts.get(OFFSET_FACT, "0"))
+        if begins and ends:
+            median = f"median of {plural(audit.matching.matched, 'contact')}"
+            lateness = f"{_lateness('begins', begins.median)}, {_lateness('ends', ends.median)}"
+            lines.append(f"Reports of the engine ({label}): {lateness} ({median}), {clock}.")
+        else:
+            lines.append(f"Reports of the engine ({label}): none matches a contact, so no delay is known; {clock}.")
+    return lines
+
+
+REPORT_CLOCKS: Final[Mapping[str, str]] = {
+    ReportClock.OWN: "on the recording's own clock",
+    ReportClock.GIVEN: "with the clock offset that was given ({offset} s)",
+    ReportClock.FITTED: "with a fitted clock offset ({offset} s), which holds what is constant of a delay",
+}
+
+
+def _lateness(what: str, seconds: float) -> str:
+    """``begins 4.5 ms late``."""
+    if round(1e4 * seconds) == 0:
+        return f"{what} on time"
+    return f"{what} {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"
+
+
+def in_noise(result: RunResult) -> list[str]:
+    """Return lines about the contacts that hold in spite of noise, where noise was requested."""
+    noise = result.noise
+    if noise is None:
+        return []
+    firm, total = noise.count(HOLDS), len(noise.words)
+    text = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
+    lines = [f"In {noise.copies} copies with tracker noise: {text if total else 'no contact to judge'}."]
+    for label in result.comparisons if firm else ():
+        noise_proof = result.document.audit[label].noise_proof
+        if noise_proof is not None:
+            lines.append(f"Contacts that hold and that {label} missed: {noise_proof.contacts_missed}.")
+    if noise.near:
+        passes = plural(len(noise.near), "near pass", "near passes")
+        lines.append(f"A contact within the noise may be hidden in {passes}.")
+    if noise.resting:
+        pairs = plural(len({span.pair for span in noise.resting}), "pair")
+        lines.append(f"Of {pairs} at rest the noise leaves open whether they touch.")
+    return [*lines, NOT_COVERED]
+
+
+def compounds(result: RunResult) -> list[str]:
+    """A line per detector that cut meshes into convex pieces: how many there may be, and how many there are."""
+    lines = []
+    for label, detector in result.detectors.items():
+        if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
+            counts = [len(solids) for solids in detector.parts.values()]
+            each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
+            request = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
+            lines.append(f"{request}: it made {each} of each, {sum(counts)} in all.")
+    return lines
+
+
+def price(result: Summarised) -> list[str]:
+    """Return the time of the reference, and whether the machine was busy; no line where nothing is audited."""
+    text = cost(result.document)
+    if not text:
+        return []
+    return [line for line in (text, TIMES_ARE, busy_text(result.document)) if line]

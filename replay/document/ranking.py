@@ -1,0 +1,167 @@
+"""The detectors of a run in one order, the worst first: the rows that terminal, page and picture show."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from replay import words
+from replay.auditing.look_phases import PHASES
+from replay.auditing.loss import fraction_of, loss, lost
+from replay.auditing.wilson import Proportion, proportion
+from replay.constants import BUDGET_MS
+from replay.detection.recorded import RECORDED
+from replay.document.audit import CountRange, DetectorAudit
+from replay.document.detector_labels import detector_label
+from replay.document.run_document import RunDocument
+from replay.words import plural
+
+Range = tuple[int, int]
+"""Smallest and largest count over the sampling offsets; equal where a detector has no rate."""
+
+
+@dataclass(frozen=True)
+class Rank:
+    """Faults and times of one detector, without contacts of a hand with the body that it holds.
+
+    The oracle itself has no shares and no counts.
+    """
+
+    label: str  # what the run calls it
+    what: str  # what it is, in words: ``convex hulls at 50 Hz``
+    setting: str  # the detector with its settings: ``discrete[rate_hz=50]``
+    contacts: int  # of the oracle
+    mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
+    p99: float | None  # seconds in which 99 of 100 of its samples were decided; ``None``: not timed one by one
+    missed: Proportion | None = None  # of the contacts, never found
+    late_or_cut_short: Proportion | None = None  # of the contacts, found late or cut short
+    time_missed: Proportion | None = None  # of the pair-frames in contact, those that it does not report
+    missed_counts: Range | None = None  # contacts never found
+    late_counts: Range | None = None  # contacts found late or cut short
+    false: Proportion | None = None  # of the pair-frames it reports as contact, those that are none
+    unconfirmed: bool = False  # whether all of these are candidates: only bounding volumes overlap there
+    undecided: int = 0  # contacts that it left undecided
+    grasped: tuple[int, int] = (0, 0)  # while a hand holds the body, so not counted: false pair-frames, contacts missed
+    phases: int = 1  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
+
+    @property
+    def contact_loss(self) -> float:
+        """The part of the loss that is contact missed, not reported or left undecided, 0 to 2."""
+        return lost(self.missed, self.time_missed, self.undecided / max(1, self.contacts))
+
+    @property
+    def loss(self) -> float:
+        """The loss that orders the ranking, 0 to 3; 0 of the reference."""
+        return loss(self.missed, self.time_missed, self.false, self.undecided / max(1, self.contacts))
+
+    @property
+    def lost(self) -> bool:
+        """Whether any contact is missed, late or cut short."""
+        return fraction_of(self.missed) + fraction_of(self.late_or_cut_short) > 0.0
+
+    @property
+    def leads_false(self) -> bool:
+        """Whether what it reports falsely is the larger part of its loss."""
+        return fraction_of(self.false) > self.contact_loss
+
+    @property
+    def of_frame(self) -> float | None:
+        """The mean as a share of a frame at the headset's rate."""
+        return None if self.mean is None else 1e3 * self.mean / BUDGET_MS
+
+
+def ranking(document: RunDocument) -> tuple[Rank, ...]:
+    """The audited detectors of a run, the one with the largest loss first, and the oracle last.
+
+    Of equal losses the one that misses more contacts comes first. A run computes it once (``RunResult.ranking``), and
+    so does a run folder that is read.
+    """
+    ranks = [_rank(document, label) for label in document.audit]
+    ranks.sort(key=lambda rank: (-rank.loss, -fraction_of(rank.missed), -fraction_of(rank.late_or_cut_short)))
+    return (*ranks, _without_faults(document, document.oracle, ranks[0].contacts)) if ranks else ()
+
+
+def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
+    """Return the label and times of a detector, without faults; the time of an engine was not measured."""
+    detector = document.detectors[label]
+    measured = detector.name != RECORDED
+    return Rank(
+        label=label,
+        what=detector_label(detector.name, detector.settings),
+        setting=detector.spec,
+        contacts=contacts,
+        mean=detector.seconds.per_frame_mean if measured else None,
+        p99=detector.seconds.p99 if measured else None,
+    )
+
+
+def _rank(document: RunDocument, label: str) -> Rank:
+    audit = document.audit[label]
+    contacts, means = audit.contacts, audit.means_over_offsets
+    return replace(
+        _without_faults(document, label, contacts),
+        missed=means.contacts_missed if means else proportion(audit.contacts_missed, contacts),
+        time_missed=means.time_missed if means else audit.time_missed,
+        late_or_cut_short=means.late_or_cut_short if means else proportion(audit.late_or_cut_short, contacts),
+        missed_counts=count_range(audit.counts_over_offsets.contacts_missed),
+        late_counts=count_range(audit.counts_over_offsets.late_or_cut_short),
+        false=audit.false_contact_mean,
+        unconfirmed=all_unconfirmed(audit),
+        undecided=audit.contacts_undecided,
+        grasped=(audit.while_grasped.false_contact, audit.while_grasped.contacts_missed),
+        phases=PHASES if means else 1,
+    )
+
+
+def count_range(counts: CountRange) -> Range:
+    """Smallest and largest count over the sampling offsets; this run's where no other was sampled."""
+    return counts.smallest, counts.largest
+
+
+def all_unconfirmed(audit: DetectorAudit) -> bool:
+    """Whether every false pair-frame of an audited detector is a candidate, which nobody confirmed on triangles."""
+    return audit.unconfirmed > 0 and audit.unconfirmed == audit.pair_frames.false_contact
+
+
+def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
+    """Return the fraction of reported contact time that is false, or ``unconfirmed``; ``""``: nothing.
+
+    Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
+    """
+    false = fraction_of(proportion_false)
+    if not false:
+        return ""
+    what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
+    return f"{words.share(false)} of {whose} contact time is {what}"
+
+
+def lost_text(missed: Range, late: Range, contacts: int) -> str:
+    """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
+    clauses = []
+    things = plural(contacts, "contact")
+    if missed[1]:
+        clauses.append(f"{words.count_range(missed)} of {things} missed")
+        things = ""
+    if late[1]:
+        of = f" of {things}" if things else ""
+        clauses.append(f"{words.count_range(late)}{of} late or cut short")
+    return ", ".join(clauses)
+
+
+def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
+    """Return the faults of a detector, the larger one first; follows its label, fit for a title.
+
+    ``largest``: that fault alone; ``whose`` the contact time is, that is false.
+    """
+    lost_contacts = lost_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
+    undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
+    words = [
+        (2.0, undecided),
+        (rank.contact_loss, lost_contacts),
+        (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, whose)),
+    ]
+    texts = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
+    if texts:
+        return texts[0] if largest else "; ".join(texts)
+    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
+
+
+NOTHING: Final = "no contact to miss, and none false"

@@ -1,0 +1,145 @@
+"""Contacts, misses, false contacts and events of a run as tables: what each column holds is said here, once."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+
+from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
+from replay.auditing.holding import within
+from replay.auditing.outcome import Episode
+from replay.document.run_result import RunResult
+from replay.effects.output import plain_value, vector_of
+from replay.prepare.flags import flag_word
+from replay.tables import Table, columns_of
+
+COLUMNS: Final = columns_of("document/result_tables.toml")
+
+EFFECT: Final = "effect/"
+"""``source`` of an event that an effect found: this and its kind."""
+
+
+def result_tables(result: RunResult) -> dict[str, Table]:
+    """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
+    misses = _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.contact)})
+    false = _entries(result, result.false, lambda _, __, contact: {"hollow": contact.evidence.hollow or None})
+    return {
+        "episodes": _episodes(result),
+        "misses": Table.of(COLUMNS["misses"], misses),
+        "false": Table.of(COLUMNS["false"], false),
+        "events": Table.of(COLUMNS["events"], sorted(_events(result), key=lambda row: row["stamp_ns"])),
+    }
+
+
+def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
+    """Return the fault of a row of the table of misses or of false contacts.
+
+    ``pairs``: names of all pairs. The faces that meet and the first touch are not in the tables. Raises
+    ``ValueError``: a run has no such kind, cause or pair.
+    """
+    kind = FaultKind(row["kind"])
+    frame = row.get("deepest") if kind.is_miss else row.get("widest")
+    metres = row.get("cut_length") if kind.is_miss else row.get("gap")
+    point = [row.get(f"point_{axis}") or 0.0 for axis in "xyz"]
+    bodies = row["body_a"], row["body_b"]
+    return Fault(
+        number=row["number"],
+        detector=row["detector"],
+        pair=pairs.index("-".join(bodies)),
+        bodies=bodies,
+        kind=kind,
+        first=row["first"],
+        last=row["last"],
+        start=row["start"],
+        end=row["end"],
+        frame=row["first"] if frame is None else frame,
+        point=vector_of(np.array(point)),
+        metres=nan if metres is None else metres,
+        evidence=Evidence(hollow=row.get("hollow") or "", face_pairs=row.get("face_pairs") or 0),
+        contact=row.get("episode") or 0,
+        cause=Cause(row["cause"]),
+        why=row.get("why") or "",
+        noise=row.get("noise") or "",
+    )
+
+
+def _events(result: RunResult) -> Iterator[dict[str, Any]]:
+    """Yield the events of the recording and of the effects: moments, and intervals with an end."""
+    zero = result.assembly.first_ns
+    for event in result.session.events:
+        yield _event(
+            zero, (event.time_ns, None), "event", name=event.name, body=event.body, level=event.level,
+            message=event.message,
+        )  # fmt: skip
+    for span in result.session.intervals:
+        fields = "; ".join(f"{key}={value}" for key, value in span.data.items())
+        yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=fields)
+    for kind, run in result.effects.items():
+        for found in run.events:
+            end = None if found.end is None else zero + round(found.end * 1e9)
+            values = dict(found.values) | ({} if found.point is None else {"point": list(found.point)})
+            yield _event(
+                zero, (zero + round(found.time * 1e9), end), EFFECT + kind, name=found.name,
+                body=" ".join(found.bodies), level=found.level, message=found.text,
+                values=json.dumps(values, sort_keys=True, default=plain_value),
+            )  # fmt: skip
+
+
+def _event(zero: int, stamps: tuple[int, int | None], source: str, **words: str) -> dict[str, Any]:
+    """A row of the table of events; ``zero`` is the stamp of second 0."""
+    stamp, end = stamps
+    return {
+        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **words,
+        "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
+    }  # fmt: skip
+
+
+def _episodes(result: RunResult) -> Table:
+    """Contacts, and what became of each."""
+    never: dict[tuple[str, int], list[str]] = {}
+    for label in result.comparisons:
+        for number in result.counts[label].missed_numbers:
+            never.setdefault((result.oracle, number), []).append(label)
+    status = {label: matches.status() for label, matches in result.matches.items()}
+    match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
+
+    def more(label: str, number: int, contact: Episode) -> dict[str, Any]:
+        return {
+            "noise": _in_noise(result, number) if label == result.oracle else (None, None),
+            "missed_by": ",".join(never.get((label, number), ())),
+            "flag": _doubt(result, contact),
+            "status": status.get(label, {}).get(number, ""),
+            "match": match.get((label, number)),
+        }
+
+    return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, more))
+
+
+def _entries(
+    result: RunResult, found: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    """Yield the contacts or faults of each detector, numbered in order of time, each with ``more`` columns.
+
+    ``thing`` is an ``Episode`` or a ``Fault``.
+    """
+    for label, things in found.items():
+        spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
+        held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
+        for number, (thing, is_grasped) in enumerate(zip(things, held.tolist(), strict=True), 1):
+            bodies = result.assembly.bodies_of(thing.pair)
+            row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
+            yield row | more(label, number, thing)
+
+
+def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
+    """Word and share of a contact of the oracle in noisy copies."""
+    noise = result.noise
+    return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
+
+
+def _doubt(result: RunResult, contact: Episode) -> str | None:
+    """Return the doubts about any pose in a contact."""
+    pose_flags = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
+    return flag_word(int(np.bitwise_or.reduce(pose_flags, axis=None))) or None

@@ -1,0 +1,366 @@
+"""The audit of a detector as records: every proportion with its count, its whole and its interval; and the faults.
+
+Of misses and false contacts there are as many as the report has cards for; the tables of the run hold them all.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final, Literal
+
+import msgspec
+import numpy as np
+
+from cdcore import Detection, Verdict
+from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
+from cdcore.protocol.reasons import NO_REASON
+from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
+from replay.auditing.fault import MISS_KINDS
+from replay.auditing.look_phases import OffsetCounts, spread
+from replay.auditing.matching import EpisodeMatches
+from replay.auditing.noisy_contacts import HOLDS
+from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
+from replay.auditing.wilson import Proportion, pooled, proportion, proportion_of_clusters
+from replay.document.audit import (
+    NOT_EXAMINED,
+    CauseCounts,
+    ContactMatching,
+    ContactPairFrames,
+    CountRange,
+    DetectorAudit,
+    GraspedCounts,
+    NoiseProofAudit,
+    OffsetProportions,
+    OffsetRanges,
+    PairAudit,
+    PairFrames,
+    TimeErrors,
+)
+from replay.document.run_document import ContactLengths, PairRecord
+from replay.document.run_result import RunResult
+
+
+def score(result: RunResult, label: str) -> DetectorAudit:
+    """Return everything counted about one audited detector."""
+    comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
+    reference = result.detections[result.oracle]
+    reference_verdicts = counts_by_pair(reference.verdict, len(Verdict)).sum(axis=0)
+    false = result.false.get(label, ())
+    offsets = result.phases.get(label)
+    return DetectorAudit(
+        pair_frames=_pair_frames(comparison),
+        time_missed=contacts.proportion(Outcome.MISSED),
+        false_contact=count_reports(comparison).proportion(Outcome.INVENTED),
+        undecided=undecided_proportion(result, label),
+        undecided_reasons=reasons_of(result.detections[label]),
+        undecided_alone=undecided_alone(result, label),
+        reference_undecided=int(reference_verdicts[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
+        reference_undecided_reasons=reasons_of(reference),
+        reference_inside_undecided=inside_undecided(reference),
+        between_frames=_between_frames(result, label),
+        unconfirmed=_unconfirmed(result, label),
+        contacts=contacts.contacts,
+        contacts_cut=sum(contact.cuts > 0 for contact in result.not_grasped),
+        contacts_missed=contacts.missed,
+        late_or_cut_short=contacts.late_or_cut_short,
+        contacts_undecided=contacts.undecided,
+        contact_frames_undecided=contacts.frames_undecided,
+        while_grasped=_while_grasped(result, label, sorted({contact.pair for contact in result.holdings})),
+        misses=len(missed),
+        misses_by_kind={kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+        false_contacts=len(false),
+        false_causes=dict(Counter(contact.cause for contact in false)),
+        counts_over_offsets=_counts_over_offsets(contacts, offsets),
+        means_over_offsets=_means_over_offsets(offsets),
+        noise_proof=_noise_proof(result, contacts, offsets),
+        causes=msgspec.convert(result.causes[label].table(), CauseCounts),
+        matching=contact_matching(result, label),
+    )
+
+
+def _pair_frames(comparison: Comparison) -> PairFrames:
+    """Return pair-frames by outcome."""
+    return PairFrames(
+        neither=comparison.count(Outcome.NEITHER),
+        both=comparison.count(Outcome.BOTH),
+        missed=comparison.count(Outcome.MISSED),
+        false_contact=comparison.count(Outcome.INVENTED),
+        within_tolerance=comparison.count(Outcome.WITHIN_TOLERANCE),
+        between_frames=comparison.count(Outcome.BETWEEN_FRAMES),
+        left_out=comparison.count(Outcome.LEFT_OUT),
+        grasped=comparison.count(Outcome.HELD),
+    )
+
+
+def _unconfirmed(result: RunResult, label: str) -> int:
+    """Count false pair-frames that are candidates."""
+    # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
+    columns = zip(result.detections[label].verdict.T, result.comparisons[label].outcome.T, strict=True)
+    return sum(
+        int(((verdict == Verdict.CANDIDATE) & (outcome == Outcome.INVENTED)).sum()) for verdict, outcome in columns
+    )
+
+
+def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCounts | None) -> NoiseProofAudit | None:
+    """Count those contacts alone that hold in spite of tracker noise; ``None``: noise was not asked for."""
+    if result.noise is None:
+        return None
+    noise_labels = result.noise.words
+    holds = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
+    firm = contacts.only(holds)
+    firm_offsets = None if offsets is None else offsets.only(holds)
+    return NoiseProofAudit(
+        contacts=firm.contacts,
+        contacts_missed=firm.missed,
+        time_missed=firm.proportion(Outcome.MISSED),
+        counts_over_offsets=_counts_over_offsets(firm, firm_offsets),
+        means_over_offsets=_means_over_offsets(firm_offsets),
+    )
+
+
+def _counts_over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) -> OffsetRanges:
+    """Return smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same."""
+    if offsets is None:
+        ranges = {
+            "contacts_missed": spread([contacts.missed]),
+            "contacts_in_part": spread([contacts.late_or_cut_short]),
+        }
+    else:
+        ranges = offsets.spreads()
+    return OffsetRanges(
+        contacts_missed=msgspec.convert(ranges["contacts_missed"], CountRange),
+        late_or_cut_short=msgspec.convert(ranges["contacts_in_part"], CountRange),
+    )
+
+
+def _means_over_offsets(offsets: OffsetCounts | None) -> OffsetProportions | None:
+    """Return the proportions over all sampling offsets; ``None``: no other offset was tried."""
+    if offsets is None:
+        return None
+    proportions = offsets.proportions()
+    return OffsetProportions(
+        contacts_missed=proportions["contacts_missed"],
+        late_or_cut_short=proportions["contacts_in_part"],
+        time_missed=proportions["missed"],
+        false_contact=proportions["false_contact"],
+    )
+
+
+def contact_matching(result: RunResult, label: str) -> ContactMatching:
+    """Return how the contacts of a detector match those of the reference, without those of a hand and what it holds."""
+    matches = result.matches[label]
+    reference_contacts = len(result.episodes[result.oracle]) - len(matches.grasped_truth)
+    reported_contacts = len(result.episodes[label]) - len(matches.grasped_reports)
+    return matching_of(matches, reference_contacts, reported_contacts)
+
+
+def matching_of(matches: EpisodeMatches, reference_contacts: int, reported_contacts: int) -> ContactMatching:
+    """Return matched and unmatched contacts, and the errors of the matched ones."""
+    to_match = reference_contacts - len(matches.excused_truth)
+    return ContactMatching(
+        reference_contacts=reference_contacts,
+        reported_contacts=reported_contacts,
+        matched=len(matches.matched),
+        missed=len(matches.missed),
+        absorbed=len(matches.absorbed),
+        reference_excused=len(matches.excused_truth),
+        false_contacts=len(matches.false_contacts),
+        pieces=len(matches.pieces),
+        reported_excused=len(matches.excused_reports),
+        split=len(matches.split),
+        merged=len(matches.merged),
+        missed_proportion=proportion(len(matches.missed), to_match),
+        false_proportion=proportion(len(matches.false_contacts), reported_contacts - len(matches.excused_reports)),
+        onset_error=_time_errors([match.onset_error for match in matches.matched]),
+        duration_error=_time_errors([match.duration_error for match in matches.matched]),
+        end_error=_time_errors([match.onset_error + match.duration_error for match in matches.matched]),
+    )
+
+
+def pair_records(result: RunResult) -> tuple[PairRecord, ...]:
+    """Return of every pair its contacts by detector, and what audited detectors made of it."""
+    contacts, grasped_contacts = _contact_lengths(result)
+    return tuple(
+        PairRecord(
+            name=result.assembly.pair_name(pair),
+            grasp=bool(result.assembly.held[pair]),
+            containment={
+                label: detection.containment[pair]
+                for label, detection in result.detections.items()
+                if detection.containment
+            },
+            contacts=contacts[pair],
+            grasped_contacts=grasped_contacts[pair],
+            audit=_pair_audits(result, pair, {*contacts[pair], *grasped_contacts[pair]}),
+        )
+        for pair in range(len(result.assembly.pairs))
+    )
+
+
+Lengths = list[dict[str, ContactLengths]]
+"""Of each pair, label -> its contacts."""
+
+
+def _contact_lengths(result: RunResult) -> tuple[Lengths, Lengths]:
+    """Contacts of every pair by detector, and apart those of a hand with what it holds."""
+    lengths: tuple[Lengths, Lengths] = tuple([{} for _ in result.assembly.pairs] for _ in range(2))  # type: ignore[assignment]
+    grasped = set(result.holdings)
+    for label, contacts in result.episodes.items():
+        for contact in contacts:
+            of_pair = lengths[label == result.oracle and contact in grasped][contact.pair]
+            before = of_pair.get(label, NO_CONTACTS)
+            seconds = contact.end - contact.start
+            of_pair[label] = ContactLengths(
+                count=before.count + 1,
+                seconds=before.seconds + seconds,
+                longest=max(before.longest, seconds),
+                cut=before.cut + (contact.cuts > 0),
+            )
+    return lengths
+
+
+NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
+
+
+def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, PairAudit]:
+    """Label -> what an audited detector made of a pair; nothing where nobody reports contact.
+
+    ``touching`` are the detectors that report a contact of the pair.
+    """
+    audits = {}
+    for label, comparison in result.comparisons.items():
+        frames = ContactPairFrames(
+            both=int(comparison.by_pair[pair, Outcome.BOTH]),
+            missed=int(comparison.by_pair[pair, Outcome.MISSED]),
+            false_contact=int(comparison.by_pair[pair, Outcome.INVENTED]),
+            within_tolerance=int(comparison.by_pair[pair, Outcome.WITHIN_TOLERANCE]),
+            grasped=int(comparison.by_pair[pair, Outcome.HELD]),
+        )
+        if result.oracle in touching or any(msgspec.structs.astuple(frames)):
+            own = result.counts[label].of_pair(pair)
+            audits[label] = PairAudit(
+                contacts_missed=own.missed,
+                late_or_cut_short=own.late_or_cut_short,
+                pair_frames=frames,
+                while_grasped=_while_grasped(result, label, [pair]) if frames.grasped else None,
+            )
+    return audits
+
+
+def _while_grasped(result: RunResult, label: str, pairs: Sequence[int]) -> GraspedCounts:
+    """Count what a detector says of some pairs while a hand holds the body."""
+    verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
+    grasped = tuple(set(result.episodes[result.oracle]) - set(result.not_grasped))
+    counts = grasped_counts(result.comparisons[label], verdicts, grasped, pairs)
+    return GraspedCounts(
+        contacts=counts["contacts"],
+        contacts_missed=counts["contacts_missed"],
+        late_or_cut_short=counts["contacts_in_part"],
+        both=counts["both"],
+        missed=counts["missed"],
+        false_contact=counts["invented"],
+    )
+
+
+def _between_frames(result: RunResult, label: str) -> int | Literal["not examined"]:
+    """Pair-frames of contact that only the motion between frames shows, if a detector decides there."""
+    if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
+        return NOT_EXAMINED
+    return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
+
+
+MOST_REASONS: Final = 3
+"""Reasons why a detector did not decide that a summary lists, the most frequent first."""
+
+
+def reasons_of(detection: Detection) -> dict[str, int]:
+    """Why pair-frames are undecided, where the detector says so -> how many, the most frequent first."""
+    return dict(_all_reasons(detection).most_common(MOST_REASONS))
+
+
+def inside_undecided(detection: Detection) -> int:
+    """Pair-frames that are undecided because nobody knows what is inside a mesh."""
+    return sum(count for why, count in _all_reasons(detection).items() if why.startswith(INSIDE_UNDECIDED))
+
+
+def _all_reasons(detection: Detection) -> Counter[str]:
+    return Counter(why for why in detection.reasons.values() if why != NO_REASON)
+
+
+def undecided_proportion(result: RunResult, label: str) -> Proportion:
+    """Pair-frames with a pose in which one of the two did not decide: left out, though there was something to see.
+
+    The interval is over pairs.
+    """
+    left, whole = [], []
+    for verdict, outcome in zip(
+        result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True
+    ):
+        posed = verdict != Verdict.NO_POSE
+        left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
+        whole.append(int(posed.sum()))
+    return proportion_of_clusters(left, whole)
+
+
+def undecided_alone(result: RunResult, label: str) -> int:
+    """Pair-frames left out because this detector did not decide, where the reference did."""
+    columns = zip(result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True)
+    return sum(int((~is_undecided(verdict) & (outcome == Outcome.LEFT_OUT)).sum()) for verdict, outcome in columns)
+
+
+def _time_errors(errors: list[float]) -> TimeErrors | None:
+    """Seconds: mean and median error, and the absolute error of the 95th percentile and of the worst."""
+    if not errors:
+        return None
+    absolute = np.abs(errors)
+    return TimeErrors(
+        mean=float(np.mean(errors)),
+        median=float(np.median(errors)),
+        p95_absolute=float(np.quantile(absolute, 0.95)),
+        largest_absolute=float(absolute.max()),
+    )
+
+
+def pool(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAudit]:
+    """Label -> audit, from those of several sessions; detectors in the order first met."""
+    sessions = list(audits)
+    if len(sessions) == 1:
+        return dict(sessions[0])
+    labels = dict.fromkeys(label for session in sessions for label in session)
+    return {label: _pooled_audit([session[label] for session in sessions if label in session]) for label in labels}
+
+
+def _pooled_audit(audits: Sequence[DetectorAudit]) -> DetectorAudit:
+    """Return the audit of one detector over several sessions."""
+    if all(audit.means_over_offsets is not None for audit in audits):
+        return _sum(audits)
+    # A session of hours is sampled at its own offset alone: then there is no mean over all of them.
+    return _sum([msgspec.structs.replace(audit, means_over_offsets=None) for audit in audits])
+
+
+def _sum(values: Sequence[Any]) -> Any:
+    """Return one value for several: records and tables key by key, counts added, texts joined.
+
+    Errors of matched contacts do not add up from their middles; each session keeps its own.
+    """
+    values = [value for value in values if value is not None and not isinstance(value, TimeErrors)]
+    if not values:
+        return None
+    first = values[0]
+    if isinstance(first, Proportion):
+        return pooled(values)
+    if isinstance(first, msgspec.Struct):
+        fields = first.__struct_fields__
+        return type(first)(**{name: _sum([getattr(value, name) for value in values]) for name in fields})
+    if isinstance(first, Mapping):
+        keys = dict.fromkeys(key for value in values for key in value)
+        return {key: _sum([value.get(key) for value in values]) for key in keys}
+    if isinstance(first, str):
+        return first if len(set(values)) == 1 else "; ".join(dict.fromkeys(values))
+    return sum(values)
+
+
+MOST_CARDS: Final = 1000
+"""Misses of a detector with a card of their own, some 700 kB of page, and as many that no frame shows."""
+
+LISTED: Final = 200
+"""Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""

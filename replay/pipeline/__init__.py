@@ -1,1 +1,0 @@
-"""One run from session to result: engine, summary, scores, headline, gates."""

@@ -1,0 +1,96 @@
+"""``replay.audit``: ``replay.run`` of one session or several, its figures summed, and held to limits."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from replay.document.audit import DetectorAudit
+from replay.document.gates import Gates, times_of
+from replay.document.scores import pool
+from replay.errors import AuditError
+from replay.running.run_result import RunResult
+from sessions import Session
+
+SessionLike: TypeAlias = Session | str | Path
+
+
+@dataclass(frozen=True, eq=False)
+class AuditResult:
+    """The outcome of ``replay.audit``.
+
+    Parameters
+    ----------
+    results : one run per session, in the order given; each holds all detectors.
+    audit : label -> counts summed over the sessions, with intervals of the sums.
+    broken : a sentence for each limit that was exceeded or could not be checked.
+    """
+
+    results: tuple[RunResult, ...]
+    audit: Mapping[str, DetectorAudit]
+    broken: tuple[str, ...] = ()
+
+
+def audit(
+    sessions: SessionLike | Sequence[SessionLike],
+    *,
+    out: str | Path | None = None,
+    max_missed: float | None = None,
+    max_false: float | None = None,
+    max_p99_ms: float | None = None,
+    **options: Any,
+) -> AuditResult:
+    """Run sessions beside an oracle, and hold what came of all of them to limits.
+
+    Parameters
+    ----------
+    sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
+    out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
+    max_missed, max_false : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.document.gates.Gates``.
+    asked : as ``replay.run``; an oracle is needed.
+
+    Raises ``AuditError``: no session, no oracle, a limit that is none, or two sessions that would share a run folder;
+    ``ReplayError``, ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.
+
+    Examples
+    --------
+    >>> from replay import audit
+    >>> audit("session.mcap", detectors="hybrid-qaco", max_missed=0.01).broken  # doctest: +SKIP
+    """
+    from replay.prepare.session_input import require_session
+    from replay.running.remote_files import located, reaching
+    from replay.running.runner import run
+    from replay.show.results.run_folder import check_target
+
+    limits = Gates(max_missed, max_p99_ms, max_false)
+    several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
+    for given_session in several:
+        require_session(given_session)
+    if not several:
+        raise AuditError("there is no session to audit; name at least one")
+    if options.get("oracle") == "none":
+        raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
+    folders = _folders(several, None if out is None else located(out))
+    for folder in filter(None, folders):
+        with reaching(folder):
+            check_target(folder, force=options.get("force", False))
+    results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
+    pooled = pool(result.document.audit for result in results)
+    broken = limits.broken(pooled, times_of(result.document for result in results))
+    return AuditResult(tuple(results), pooled, tuple(broken))
+
+
+def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
+    if out is None or len(given) == 1:
+        return [out] * len(given)
+    origins = [session.origin if isinstance(session, Session) else str(session) for session in given]
+    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
+    twice, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise AuditError(
+            f"two sessions are called {twice!r} and would share a run folder; rename one or audit it alone"
+        )
+    return [out / name for name in names]

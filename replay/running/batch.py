@@ -1,0 +1,221 @@
+"""Many sessions, each in its own run folder; order and number of processes do not change the results.
+
+A run folder appears whole or not at all and keeps a mark of the recording and the settings it was made from. One with
+the right mark is finished: a batch that was killed can be continued. One session's failure does not stop the others.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from replay.document.audit import DetectorAudit
+from replay.document.detector import DetectorTimes
+from replay.document.file_hash import file_hash
+from replay.document.machine import versions
+from replay.document.run_document import RunDocument
+from replay.document.scores import pool
+from replay.document.session import FlaggedPoses
+from replay.errors import OutputError, RunFolderError
+from replay.metrics.row import MEASURED
+from replay.running.remote_files import delivered, fetched, is_remote, located, reaching
+from replay.running.runner import run
+from replay.running.workers import DONE, KEPT, OnDone, do_all
+from replay.show.results.batch_parts import FOLDER as TABLES
+from replay.show.results.data_set import write_batch_tables
+from replay.show.results.run_folder import PICTURE, RUN, read_run_folder
+from sessions.whole_files import remove_abandoned, whole_file
+
+BATCH: Final = "batch.json"
+SCHEMA: Final = "vrlab-batch/1"
+NO_SETTINGS: Final[Mapping[str, Any]] = {}
+
+
+@dataclass(frozen=True)
+class SessionOfBatch:
+    """The part of a run's document that gates and tables over many runs read; thousands of whole ones fill the memory.
+
+    ``flagged`` has those poses alone that were dropped; ``times`` is label -> what a detector took.
+    """
+
+    frames: int
+    dropped_frames: int
+    flagged: tuple[FlaggedPoses, ...]
+    times: Mapping[str, DetectorTimes]
+    audit: Mapping[str, DetectorAudit]
+    request: str
+    open_questions: int
+
+    @classmethod
+    def of(cls, document: RunDocument) -> "SessionOfBatch":
+        """The same of a whole document."""
+        return cls(
+            frames=document.session.frames,
+            dropped_frames=document.session.dropped_frames.total,
+            flagged=tuple(poses for poses in document.flagged if poses.dropped),
+            times={label: detector.seconds for label, detector in document.detectors.items()},
+            audit=document.audit,
+            request=document.request,
+            open_questions=len(document.open_questions),
+        )
+
+
+@dataclass(frozen=True)
+class Batch:
+    """The outcome of a batch.
+
+    Parameters
+    ----------
+    out : folder with a run folder per session.
+    done : names of the sessions that have their run folder now.
+    kept : those among them that had it before.
+    failed : name -> one sentence.
+    digest : SHA-256 over every answer and every row of metrics, in any order of work the same; ``""`` if any failed.
+    audit : label -> counts over all that are done, as ``replay.audit``.
+    runs : name -> session, for those that are done.
+    """
+
+    out: Path
+    done: tuple[str, ...]
+    kept: tuple[str, ...]
+    failed: Mapping[str, str] = field(default_factory=dict)
+    digest: str = ""
+    audit: Mapping[str, DetectorAudit] = field(default_factory=dict)
+    runs: Mapping[str, SessionOfBatch] = field(default_factory=dict)
+
+
+def run_batch(
+    sessions: Sequence[str | Path], out: str | Path, *, jobs: int = 1, scheduler: str | None = None,
+    settings: Mapping[str, Any] = NO_SETTINGS, force: bool = False, on_done: OnDone | None = None,
+    on_died: OnDone | None = None,
+) -> Batch:  # fmt: skip
+    """Run every session and write its run folder to ``out/<name of the file>``.
+
+    Parameters
+    ----------
+    sessions : session files with different names: paths, or URLs of fsspec.
+    out : folder of the batch, or the URL of one; a batch with the same settings that was begun there is continued.
+    jobs : workers of Dask on this machine; 1: this process.
+    scheduler : address of a scheduler of Dask whose workers do the work; they see paths as this process does, in a
+        folder that all share.
+    settings : for ``replay.run``: detectors, oracle, seed, picture.
+    force : go on in a batch of other settings too, whose run folders are replaced one by one.
+    on_done : called for each session when it is finished.
+    on_died : called with a session and the address of the worker that ended while it replayed it.
+
+    Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings;
+    ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
+    """
+    # A path that means the same in every process.
+    named, folder = _named([located(path).absolute() for path in sessions]), located(out).absolute()
+    chosen = dict(settings)
+    # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
+    options = {name: value for name, value in chosen.items() if name != "picture"}
+    if chosen.get("scene"):
+        chosen["scene"] = Path(chosen["scene"]).absolute()
+        options["scene"] = file_hash(chosen["scene"])
+    # As JSON, which has no tuples: a worker that reads it makes the same marks.
+    request = json.loads(json.dumps({"schema": SCHEMA, "settings": options, "versions": versions()}))
+    with reaching(folder):
+        existing, kept = _begin(folder, request, force=force), set[str]()
+
+    def tell(name: str, outcome: str) -> None:
+        if outcome == KEPT and name in existing:
+            kept.add(name)
+        if on_done is not None:  # what was not there and is kept, was done by a worker whose answer was lost
+            on_done(name, DONE if outcome == KEPT and name not in existing else outcome)
+
+    tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
+    try:
+        failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
+    except KeyboardInterrupt:
+        _remove_what_killed_workers_left(folder, named)
+        raise
+    done = tuple(name for name in named if name not in failed)
+    digest, runs = batch_digest(folder, done)
+    if not is_remote(folder):
+        write_batch_tables(folder, {name: run.request for name, run in runs.items()})
+    before, audit = tuple(name for name in done if name in kept), pool(session.audit for session in runs.values())
+    return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
+
+
+def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
+    if is_remote(folder):
+        return
+    for name in names:
+        with suppress(OSError, OutputError):
+            remove_abandoned(folder / name, RUN.listed)
+
+
+def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, SessionOfBatch]]:
+    """SHA-256 over the digests of all detections and all rows of metrics, in order of name; name -> ``Batch.runs``."""
+    digest, runs = hashlib.sha256(), dict[str, SessionOfBatch]()
+    for name in sorted(names):
+        run = read_run_folder(out / name)
+        answers = {label: detector.digest for label, detector in run.document.detectors.items()}
+        # Times differ from run to run.
+        rows = [{key: value for key, value in row.items() if key not in MEASURED} for row in run.rows("metrics")]
+        digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
+        runs[name] = SessionOfBatch.of(run.document)
+    return digest.hexdigest(), runs
+
+
+def _named(sessions: Sequence[Path]) -> dict[str, Path]:
+    named: dict[str, Path] = {}
+    for path in sorted(sessions, key=lambda session_path: session_path.name):
+        if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
+            raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
+        if named.setdefault(path.stem, path) != path:
+            raise OutputError(f"{named[path.stem]} and {path} would share one run folder; give them different names")
+    return named
+
+
+def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
+    """Make or reopen the folder of a batch; the names of what is in it."""
+    if out.is_file():
+        raise OutputError(f"{out} is a file; name a folder for the runs")
+    out.mkdir(parents=True, exist_ok=True)
+    existing = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()  # a store has no empty folders
+    if BATCH in existing:
+        try:
+            before = json.loads((out / BATCH).read_text(encoding="utf-8"))
+            same = all(before[key] == value for key, value in request.items())
+        except (ValueError, KeyError, TypeError) as error:
+            raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
+        if not same and not force:
+            raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
+    elif any(not name.startswith(".") for name in existing):
+        raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
+    text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
+    if is_remote(out):  # a store shows an object when it is whole
+        (out / BATCH).write_bytes(text)
+        return existing
+    with whole_file(out / BATCH, OutputError) as file:
+        file.write(text)
+    return existing
+
+
+def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
+    try:
+        made = read_run_folder(out).document.request == mark
+        return made and ((out / PICTURE).is_file() or not picture)
+    except RunFolderError:
+        return False
+
+
+def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
+    """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
+    try:
+        with fetched(path) as file:
+            # Over all that is asked of the recording, and its contents; its run folder keeps it.
+            mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
+            if _is_whole(out, mark, picture=settings.get("picture", True)):
+                return KEPT
+            with delivered(out) as folder:  # one begun in a store by a process that was killed is no run folder yet
+                run(file, out=folder, force=True, request=mark, **settings)
+    except Exception as error:
+        return " ".join(f"{type(error).__name__}: {error}".split())
+    return ""

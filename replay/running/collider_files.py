@@ -1,0 +1,299 @@
+"""A session in, the colliders to ship out: report cards, the fewest pieces that keep to limits, files for an engine.
+
+The files are what an engine takes: a GLB a body with a node a piece, and a manifest that says how far they hold. For
+Unreal the mesh that is drawn stands beside its pieces, since its importer gives a piece to a mesh of the same file.
+
+Axes. A session holds poses and meshes in the canonical frame: what stands at p in the body's own axes in Unity stands
+at Fz p here, with Fz = diag(1, 1, -1), since poses of Unity are converted by flipping Z. The importers of glTF that
+Unity has (glTFast, UnityGLTF) flip X instead: a point q of a file stands at Fx q in Unity, with Fx = diag(-1, 1, 1). So
+the file must hold q = Fx p = Fx Fz (Fz p): the canonical mesh turned by half a circle about Y. Written as it is, it
+would stand in Unity turned by just that half circle. It is the turn that a mesh gets on its way in, where it went
+through such an exporter (``--mesh-axes x-flipped``), the other way round; Unreal's exchange of Y and Z likewise. So
+files are written in the axes that a GLB from the engine of the recording has (`default_mesh_axes`), and lie on the mesh
+that the user has there. Poses of no such engine have meshes with Y up as glTF says, and those are written as they are.
+
+Source: KhronosGroup/UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale; `mesh_axes.toml`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from replay.advice.collider_search import ColliderSearch, Deadline, Ladder, Limits, as_row
+from replay.advice.report_card import contact_figures, shape_figures
+from replay.advice.scoring import Scoring
+from replay.advice.settings import FASTEST
+from replay.auditing.tolerance import TAU, Reference
+from replay.cutting.convex_solids import MOST_TRIANGLES
+from replay.cutting.methods import METHODS
+from replay.cutting.piece_store import Cut, convex_pieces
+from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.document.run_result import RunResult
+from replay.engine import prepared
+from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_rate
+from replay.progress import Progress, Silent
+from replay.running.advisor import wrong_in
+from replay.running.runner import opened, run
+from replay.settings import STEP_RATE
+from replay.show.engine_files import EngineFiles, engine_files
+from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from sessions import MeshData, Session
+from sessions.meshes.mesh_axes import default_mesh_axes
+from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention
+from sessions.temporary_folders import temporary_folder
+
+MAX_FALSE: Final = 0.2
+"""Fraction of the reported contact time that may be false when nothing is said."""
+
+CARD_COUNTS: Final = (8, 16, 32)
+"""The most pieces of a method that get a report card."""
+
+DEFAULT_LIMITS: Final = Limits(false=MAX_FALSE)
+
+TIME_LIMIT: Final = 60.0
+"""Seconds that cutting and searching take at most when nothing is said."""
+
+COLLIDERS: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colliders/2")
+
+
+@dataclass(frozen=True, eq=False)
+class FixedColliders:
+    """The colliders to ship, and what they give.
+
+    Parameters
+    ----------
+    engine : name of the engine that the files are for; ``""``: nothing was written.
+    folder : where the files are; ``None``: nothing was written.
+    step_hz : steps a second at which contact was counted.
+    setting : what ``replay run`` takes, of the session in the folder, for the figures *after*.
+    bodies : plain data a body: ``body``, ``file``, ``how``, ``reason`` (why it keeps its hull, ``""``), and the cards
+        ``before`` and ``after``, with a list of ``others``, as ``replay.advice.report_card`` has them.
+    before, after : plain data: the figures of a hull a body and of the pieces, as ``run`` counts them.
+    front : rows of what was tried and has the smallest loss of all with as few pieces: ``pieces``, ``loss``,
+        ``false``, ``missed``.
+    limits : the fractions that were asked for.
+    axes : of the GLB files, as ``--mesh-axes`` takes them.
+    result : the run that counted both, as ``before`` and ``after``.
+    time_up : whether the time limit ended the search: with more time there may be better pieces, or fewer.
+    steps : what to do in the engine, sentences.
+    """
+
+    engine: str
+    folder: Path | None
+    step_hz: float
+    setting: str
+    bodies: tuple[dict[str, Any], ...]
+    before: dict[str, Any]
+    after: dict[str, Any]
+    front: tuple[dict[str, Any], ...]
+    limits: Limits
+    axes: str
+    result: RunResult
+    time_up: bool = False
+    steps: tuple[str, ...] = ()
+
+    @property
+    def reached(self) -> bool:
+        """Whether false and missed contact are at most what was asked for."""
+        return self.limits.hold(self.after["false"] or 0.0, self.after["not_reported"] or 0.0)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain data: what the manifest holds."""
+        return {
+            "engine": self.engine, "step_hz": self.step_hz, "most_triangles": MOST_TRIANGLES, "setting": self.setting,
+            "max_false": self.limits.false, "max_missed": self.limits.missed, "reached": self.reached,
+            "time_up": self.time_up, "before": self.before, "after": self.after, "front": list(self.front),
+            "axes": self.axes, "bodies": list(self.bodies),
+        }  # fmt: skip
+
+
+def fix_colliders(
+    session_or_path: Session | str | Path, folder: str | Path | None = None, *, engine: str = "",
+    limits: Limits = DEFAULT_LIMITS, time_limit: float | None = TIME_LIMIT, force: bool = False,
+    progress: Progress | None = None, every_method: bool = False, **options: Any,
+) -> FixedColliders:  # fmt: skip
+    """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
+
+    Bodies that are round about an axis are cut by height and angle, others by V-HACD. The step is that of a new project
+    of the engine, 50 Hz without one.
+
+    Parameters
+    ----------
+    session_or_path : a session, or the file of one.
+    folder : where the files go: ``BODY.glb``, ``colliders.json``, ``session.mcap``, which carries the colliders, and
+        what the engine needs beside them; ``None``: nothing is written.
+    engine : ``unity``, ``unreal``, ``godot`` or ``mujoco``; ``""``: none, and nothing is written.
+    limits : fractions of the contact time that may be false and missed.
+    time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
+        limit. Reading the session, the report cards and the run that counts before and after are not in it.
+    force : replace an earlier folder of the kind.
+    every_method : make report cards of boxes, spheres and capsules too, and of all pieces that are cut.
+    asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
+
+    Raises ``TradeoffError``: no contact happens, no such engine; ``OutputError``: the folder cannot be written; and as
+    ``replay.run``.
+    """
+    progress = progress or Silent()
+    target = engine_files(engine) if engine else None
+    target_folder = Path(folder) if folder is not None and target is not None else None
+    if target_folder is not None:
+        check_target(target_folder, force=force, kind=COLLIDERS)
+    session = opened(session_or_path, options.pop("scene", None))
+    ready = prepared(
+        session,
+        progress=progress,
+        **{key: options[key] for key in ("pairs", "start", "end", "policy") if key in options},
+    )
+    step_hz = STEP_RATE if target is None else target.step_hz
+    rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
+    with progress.stage("Finding the contacts", 1) as advance:
+        scoring = Scoring(
+            ready.assembly, parse_detector(TRUSTED), options.get("seed", 0), options.get("tau", TAU),
+            ready.treatment.session,
+        )  # fmt: skip
+        advance(1)
+    with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:
+        search = ColliderSearch(ready.assembly, scoring, rate, limits, Deadline(time_limit, advance))
+        search.run()
+    axes = default_mesh_axes("glb", pose_convention(session.facts))
+    with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
+        shipped, rows = _shipped(session, search, target, written, axes)
+        with progress.stage("Writing report cards", len(rows)) as advance:
+            for row in rows:
+                name = row["body"]
+                hulls = search.ladders[name].pieces(0)
+                row["before"] = row["after"] = _card(ready.assembly, scoring.reference, name, hulls)
+                if search.steps[name]:
+                    pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
+                    row["after"] = _card(ready.assembly, scoring.reference, name, pieces)
+                others = _other_cuts(search.ladders[name]) if every_method else {}
+                row["others"] = [
+                    {"how": how} | _card(ready.assembly, scoring.reference, name, convex_pieces(cut))
+                    for how, cut in others.items()
+                ]
+                advance(1)
+        sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
+        hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
+        result = run(shipped, detectors={"before": hull, "after": setting}, progress=progress, **options)
+        fixed = FixedColliders(
+            engine="" if target is None else target.name,
+            folder=target_folder,
+            step_hz=step_hz,
+            setting=setting,
+            bodies=tuple(rows),
+            before=_figures(result, "before", sum(row["before"]["pieces"] for row in rows)),
+            after=_figures(result, "after", sum(row["after"]["pieces"] for row in rows)),
+            front=tuple(as_row(tried) for tried in search.front()),
+            limits=limits,
+            axes=axes,
+            result=result,
+            time_up=search.time_up,
+            steps=() if target is None else target.steps,
+        )
+        if written is not None and target is not None:
+            (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
+            write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fixed.as_json()})
+    return fixed
+
+
+def _card(
+    assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]
+) -> dict[str, Any]:  # fmt: skip
+    """The report card of a body with these pieces."""
+    mesh = assembly.bodies[assembly.names.index(name)].mesh
+    return shape_figures(mesh, pieces) | contact_figures(assembly, reference, name, pieces)
+
+
+def _other_cuts(ladder: Ladder) -> dict[str, Cut]:
+    """Other colliders of a body, in words: solids of one piece, and pieces of every method that are cut already."""
+    cuts = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
+    for name in ("sectors", "vhacd", "coacd"):
+        for most in CARD_COUNTS:
+            cut = Cut(ladder.mesh, name, most)
+            if not ladder.reason and cut.seconds == 0.0:
+                cuts[f"{METHODS[name].words}, {most} at most"] = cut
+    return cuts
+
+
+def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
+    """Returns the errors, milliseconds and number of pieces of a detector of the run."""
+    seconds = result.document.detectors[label].seconds
+    return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "pieces": pieces}
+
+
+def _shipped(
+    session: Session, search: ColliderSearch, target: EngineFiles | None, written: Path | None, axes: str
+) -> tuple[Session, list[dict[str, Any]]]:
+    """The session with the pieces as a file gives them back, and a row a body; the files where a folder is given."""
+    from sessions import write_session
+
+    poses = pose_convention(session.facts)
+    colliders: dict[str, tuple[MeshData, ...]] = {}
+    in_files: dict[str, list[MeshData]] = {}
+    rows: list[dict[str, Any]] = []
+    for number, (name, solids) in enumerate(search.pieces().items()):
+        plain, ladder = _file_name(name, number), search.ladders[name]
+        in_file = [from_body_axes(_rounded(solid), axes, poses) for solid in solids]
+        mesh = from_body_axes(_rounded(ladder.mesh), axes, poses)
+        colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _read_back(name, in_file))
+        in_files[plain] = in_file
+        if written is not None and target is not None:
+            (written / f"{plain}.glb").write_bytes(_glb(name, mesh, in_file, target))
+        rows.append({
+            "body": name, "file": f"{plain}.glb" if written is not None else "",
+            "how": ladder.how(search.steps[name]), "reason": ladder.reason,
+        })  # fmt: skip
+    shipped = replace(session, colliders=colliders)
+    if written is not None and target is not None:
+        for file, text in target.extra(in_files).items():
+            (written / file).write_text(text, "utf-8")
+        write_session(shipped, written / "session.mcap")
+    return shipped, rows
+
+
+def _glb(name: str, mesh: MeshData, pieces: Sequence[MeshData], target: EngineFiles) -> bytes:
+    """A node a piece, named as the engine wants it; the body's own mesh beside them where the engine wants that."""
+    from sessions.meshes.glb import meshes_to_glb
+
+    nodes = {name: mesh} if target.drawn else {}
+    nodes |= {target.node.format(body=name, number=k): piece for k, piece in enumerate(pieces)}
+    return meshes_to_glb(nodes)
+
+
+def _read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
+    """The pieces as a reader of the written file has them: what is counted is what is shipped."""
+    from sessions.meshes.glb import meshes_to_glb
+    from sessions.meshes.mesh_match import read_colliders
+
+    with temporary_folder() as folder:
+        file = folder / "pieces.glb"
+        file.write_bytes(meshes_to_glb({f"UCX_{name}_{k:02d}": piece for k, piece in enumerate(pieces)}))
+        return read_colliders(file, [name]).solids[name]
+
+
+def _read_me(fixed: FixedColliders, target: EngineFiles) -> str:
+    """Returns the read-me: contents of the folder, steps in the engine, command to measure again."""
+    lines = [f"Colliders for {target.name}, from the motion of a recorded session.", ""]
+    lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
+    lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]
+    return "\n".join([*lines, f'replay run session.mcap --detectors "{fixed.setting}"', ""])
+
+
+def _file_name(name: str, number: int) -> str:
+    """The name of a body as that of a file; with a number where signs had to be left out."""
+    plain = re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")
+    return plain if plain == name else f"{plain or 'body'}-{number}"
+
+
+def _rounded(piece: TriangleMesh) -> MeshData:
+    """The piece in the numbers that a GLB has for any program."""
+    return MeshData(piece.vertices.astype(np.float32).astype(np.float64), piece.faces)

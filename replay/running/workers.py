@@ -1,0 +1,255 @@
+"""Named tasks, one after the other or by workers of Dask: on this machine, or on a cluster that is there already.
+
+Each worker gets one task at a time, and a task is bound to its worker: who died with it is known, and nothing else is
+asked again. Dask itself would blame a dead worker on all tasks that it had in store. One failure stops no other task.
+"""
+
+import logging
+import multiprocessing
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, ExitStack, suppress
+from typing import Any, Final
+
+from replay.document.machine import PACKAGES, versions
+from replay.errors import WorkerError
+
+OnDone = Callable[[str, str], None]
+"""Called with a name and what became of it: ``done``, ``kept`` or why it failed."""
+
+Work = Callable[..., str]
+"""A function of a module; gives back why it failed, an empty string, or ``KEPT``: there was nothing to do."""
+
+Tasks = Mapping[str, tuple[Any, ...]]
+
+DONE, KEPT = "done", "kept"
+
+ATTEMPTS: Final = 3
+"""A task that ends its worker this often is set aside."""
+
+LOST: Final = object()
+"""In place of the answer of a worker that ended without one."""
+
+CLOSING_S: Final = 20.0
+"""Seconds in which workers of this machine have to end."""
+
+INTERRUPTED_CLOSING_S: Final = 1.0
+"""Seconds that Dask has to close, each of its client and its workers, after Ctrl-C; then the workers are killed."""
+
+CLUSTER_SETTINGS: Final[dict[str, Any]] = {
+    # Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it.
+    "distributed.worker.profile.enabled": False,
+    # A worker starts as `python -c`, which would import modules of the current folder in place of those of the
+    # environment. It gets the search path of this process, with the current folder only where that has it.
+    "distributed.nanny.pre-spawn-environ": {"PYTHONSAFEPATH": "1"},
+}
+
+POLL_S: Final = 0.5
+"""How often dead and new workers are looked for while nothing is finished."""
+
+PATIENCE_S: Final = 300.0
+"""How long a batch waits for a first worker, or for one to come back: a queue, or a busy machine, takes minutes."""
+
+
+def do_all(
+    work: Work, tasks: Tasks, jobs: int = 1, on_done: OnDone | None = None, scheduler: str | None = None,
+    on_died: OnDone | None = None,
+) -> dict[str, str]:  # fmt: skip
+    """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
+
+    This process does them if ``jobs`` is 1 and no ``scheduler`` of Dask is named by its address. ``on_done`` is called
+    for every task when it is finished, ``on_died`` with a task and the address of the worker that ended with it.
+    """
+    failed: dict[str, str] = {}
+    deaths: dict[str, list[str]] = {}
+
+    def died(name: str, worker: str) -> None:
+        deaths.setdefault(name, []).append(worker)
+        if on_died is not None:
+            on_died(name, worker)
+
+    def note(name: str, outcome: str) -> None:
+        if outcome and outcome != KEPT:
+            failed[name] = outcome
+        if on_done is not None:
+            on_done(name, outcome or DONE)
+
+    if not tasks or (jobs <= 1 and scheduler is None):
+        for name, arguments in tasks.items():
+            note(name, work(*arguments))
+        return failed
+    with Workers(min(jobs, len(tasks)), scheduler) as workers:
+        lost = _shared_out(workers, work, tasks, note, died, ATTEMPTS - 1)
+    # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
+    for name in lost:
+        with Workers(1, scheduler) as workers:
+            if _shared_out(workers, work, {name: tasks[name]}, note, died, 1):
+                ended = ", ".join(deaths[name])
+                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory (workers {ended})")
+    return failed
+
+
+def _shared_out(workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died: OnDone, attempts: int) -> list[str]:
+    """Do tasks; return the names of those that lost their worker at each of ``attempts``, made after all others."""
+    waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
+    working = dict[Any, tuple[str, str]]()
+    while waiting or working:
+        busy = [worker for _, worker in working.values()]
+        free = [worker for worker in workers.places() if worker not in busy]
+        for worker in free[: len(waiting)]:
+            name = waiting.popleft()
+            working[workers.submit(worker, work, tasks[name])] = name, worker
+        for task, answer in workers.finished({task: worker for task, (_, worker) in working.items()}):
+            name, worker = working.pop(task)
+            if answer is not LOST:
+                note(name, answer)
+                continue
+            died(name, worker)
+            ended[name] += 1
+            (waiting if ended[name] < attempts else lost).append(name)
+    return lost
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """``jobs`` workers of this machine, or those of a scheduler; who comes later works too, with the same versions.
+
+    Raises ``WorkerError``: Dask is not installed, no scheduler, no worker, or other versions there.
+    """
+
+    def __init__(self, jobs: int, scheduler: str | None = None) -> None:
+        try:
+            import dask
+            from distributed import Client, LocalCluster
+        except ImportError as error:
+            message = f"--jobs and --scheduler need {error.name}, which is not installed"
+            raise WorkerError(f'{message}; pip install "vrlab-replay[cluster]"') from error
+        self._cluster: Any = None
+        self._jobs = jobs
+        self._settings = ExitStack()
+        self._foreign_processes = {process.pid for process in multiprocessing.active_children()}
+        if scheduler is None:
+            # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
+            own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            # Dask reads the settings whenever a worker starts, so they hold until the end.
+            self._settings.enter_context(dask.config.set(CLUSTER_SETTINGS))
+            try:
+                self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, config=CLUSTER_SETTINGS, **own)
+            except KeyboardInterrupt:
+                self._kill_workers()
+                raise
+        try:
+            self._client = Client(self._cluster or scheduler, timeout=10)
+        except (OSError, ValueError, TypeError) as error:
+            todo = "start one with `dask scheduler`, or use --jobs for workers on this machine"
+            raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
+        self._alike: set[str] = set()
+        self._seen = time.monotonic()
+
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
+        with self._settings:
+            if kind is not None and issubclass(kind, KeyboardInterrupt):
+                self._end_at_once()
+                return
+            try:
+                self._close()
+            except KeyboardInterrupt:
+                self._end_at_once()
+                raise
+
+    def _close(self) -> None:
+        self._client.close()
+        if self._cluster is not None:
+            # Of a worker that was killed while it started Dask may wait for ever for the word that it has closed.
+            with suppress(TimeoutError):
+                self._cluster.close(timeout=CLOSING_S)
+
+    def _end_at_once(self) -> None:
+        """Close what closes quickly and kill workers of this machine that work on; those of a scheduler finish."""
+        with suppress(Exception):
+            self._client.close(timeout=INTERRUPTED_CLOSING_S)
+        if self._cluster is None:
+            return
+        with suppress(Exception):
+            self._cluster.close(timeout=INTERRUPTED_CLOSING_S)
+        self._kill_workers()
+        # Else Dask waits for the killed ones once more when the interpreter ends.
+        self._cluster.shutdown_on_close = False
+
+    def _kill_workers(self) -> None:
+        workers = [child for child in multiprocessing.active_children() if child.pid not in self._foreign_processes]
+        for process in workers:
+            process.kill()
+        for process in workers:
+            process.join(INTERRUPTED_CLOSING_S)
+
+    def places(self) -> Iterable[str]:
+        """Addresses of the workers that are there and have our versions."""
+        present = self._there()
+        if self._cluster is not None and len(present) < self._jobs:
+            # Dask gives up a worker that is killed while it starts; this brings it back.
+            self._cluster.scale(self._jobs)
+        if new := [worker for worker in present if worker not in self._alike]:
+            for worker, installed in self._client.run(versions, workers=new, on_error="return").items():
+                if not isinstance(installed, OSError):  # it died before it could say
+                    _require_same(worker, installed)
+                    self._alike.add(worker)
+        if self._alike & present:
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > PATIENCE_S:
+            todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
+            raise WorkerError(f"the scheduler has had no worker for {PATIENCE_S:.0f} s; {todo}")
+        return sorted(self._alike & present)
+
+    def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:
+        """Give a task to the worker at a place; what stands for its answer."""
+        return self._client.submit(work, *arguments, workers=[worker], pure=False)
+
+    def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
+        """Tasks of these (with their places) that are over, each with its answer or ``LOST``; may wait a while.
+
+        Raises what a task raised.
+        """
+        from distributed import CancelledError, wait
+
+        if not working:
+            time.sleep(POLL_S)
+        with suppress(TimeoutError, CancelledError):
+            wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
+        present = self._there()
+        for task, worker in working.items():
+            if task.done() or worker not in present:
+                yield task, self._answer(task, worker)
+
+    def _answer(self, task: Any, worker: str) -> Any:
+        from distributed import CancelledError, KilledWorker
+
+        while worker in self._there():  # an answer that waits for us at a worker dies with it
+            try:
+                return task.result(timeout=10 * POLL_S)
+            except (KilledWorker, CancelledError):
+                break
+            except TimeoutError:
+                if task.status == "error":  # the task itself raised it
+                    raise
+        task.cancel()
+        return LOST
+
+    def _there(self) -> set[str]:
+        try:
+            return set(self._client.nthreads())
+        except OSError as error:
+            raise WorkerError(f"the scheduler is gone ({error}); the same command goes on where it stopped") from error
+
+
+def _require_same(worker: str, installed: Any) -> None:
+    """Refuse a worker with other versions of what can change a verdict, a time or a file, or without it."""
+    if isinstance(installed, Exception):
+        todo = "install it there, with the same versions"
+        raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed}); {todo}")
+    here = versions()
+    for name in PACKAGES:
+        if installed.get(name) != here.get(name):
+            is_remote, is_here = (of.get(name, "none") for of in (installed, here))
+            todo = "install the same everywhere"
+            raise WorkerError(f"the worker {worker} has {name} {is_remote}, this machine {is_here}; {todo}")

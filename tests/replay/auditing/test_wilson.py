@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from replay.auditing.wilson import Proportion, pooled, proportion, proportion_of_clusters, wilson
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
+def test_interval_equals_scipys(count, of):
+    expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
+    assert wilson(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_nothing_counted_leaves_everything_open():
+    assert wilson(0, 0) == (0.0, 1.0)
+    assert proportion(0, 0) == Proportion(count=0, of=0, value=None, lower=0.0, upper=1.0)
+
+
+def ends(part):
+    return part.lower, part.upper
+
+
+@pytest.mark.parametrize("frames", [1, 40])
+def test_interval_of_equal_answers_counts_contacts_not_frames(frames):
+    none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
+    assert ends(none) == wilson(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
+    assert ends(whole) == wilson(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
+    assert ends(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson(0, 18)
+
+
+def test_equal_fractions_in_every_contact_count_as_independent_frames():
+    assert ends(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson(18, 180), abs=1e-9)
+
+
+def test_contacts_lost_whole_say_no_more_than_their_number():
+    lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
+    few_low, few_high = wilson(3, 20)
+    assert lower < few_low and few_high < upper < few_high + 0.05
+
+
+def test_single_or_dominating_contact_counts_as_a_single_draw():
+    assert ends(proportion_of_clusters([5], [10])) == wilson(0.5, 1)
+    assert ends(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson(0.5, 1), abs=1e-3)
+
+
+def test_face_pairs_of_an_hour_do_not_overflow():
+    ends_of = [ends(proportion_of_clusters([size, 0, 2 * size], [3 * size] * 3)) for size in (10**3, 10**10)]
+    assert ends_of[0] == pytest.approx(ends_of[1])
+
+
+def test_several_sessions_say_what_their_contacts_say_together():
+    random = np.random.default_rng(2)
+    of = random.integers(1, 50, 30)
+    counts = random.binomial(of, 0.3)
+    parts = [proportion_of_clusters(counts[a:b], of[a:b]) for a, b in ((0, 11), (11, 30))]
+    assert pooled(parts) == proportion_of_clusters(counts, of)
+    assert pooled([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)

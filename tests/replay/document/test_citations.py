@@ -1,0 +1,44 @@
+"""A run cites the detectors and effects it used, each once, and no others."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from support.small_worlds import TWO_BUMPS, cubes
+
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from replay.cli.main import main
+from replay.detection.recorded import RECORDED
+from replay.document.citations import citations, sources_behind
+from replay.effects import load_effect
+from sessions import write_session
+from sessions.model.event import LiveContact
+
+
+def test_each_detector_and_effect_is_cited_once():
+    contact = SimpleNamespace(spec=load_effect("contact"))
+    behind = sources_behind(["sphere", "discrete", "discrete", "hybrid"], [("contact", contact)])
+    detectors = {f"detector {name}": load_detector(name).sources for name in ("sphere", "discrete", "hybrid")}
+    assert behind == {**detectors, "effect contact": tuple(contact.spec.sources)}
+
+
+def test_an_outside_detector_without_sources_names_none(monkeypatch):
+    monkeypatch.delattr(load_detector("sphere"), "sources")
+    assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
+
+
+@pytest.mark.parametrize("name", [*DETECTORS, *OPTIONAL, RECORDED])
+def test_every_detector_of_a_run_can_be_cited(name):
+    assert sources_behind([name])[f"detector {name}"]
+
+
+def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
+    reports = (LiveContact(40_000_000, "a", "b", "enter"), LiveContact(50_000_000, "a", "b", "exit"))
+    write_session(replace(cubes(TWO_BUMPS), live_contacts=reports), tmp_path / "s.mcap")
+    assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "recorded", "-v"]) == 0
+    assert f"detector {RECORDED}" in capsys.readouterr().out
+
+
+def test_the_text_puts_sources_below_what_they_are_of():
+    text = citations({"detector x": ("A, 1996", "B, 1997"), "effect y": ("C, 2001",)})
+    assert text.splitlines() == ["sources", "  detector x", "    A, 1996", "    B, 1997", "  effect y", "    C, 2001"]

@@ -1,0 +1,102 @@
+"""Every sentence about what was not counted, and of gates, against counts worked out by hand, in every state."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from msgspec import convert
+from support.documents import EMPTY, detector_of, document_with
+from support.shapes import beaker_mesh
+from support.small_worlds import STEP_NS, cubes, framed
+
+import replay
+from replay.document import headline
+from replay.document.gates import Gates
+from replay.document.session import FindingRecord
+from replay.engine import compute
+from replay.show.report.sections import trust
+from sessions import Finding, MeshData, Severity, Status
+
+LIMITS = Gates(max_missed=0.0, max_false=0.0)
+STATES = tomllib.loads(Path(__file__).with_name("sentences.toml").read_text("utf-8"))
+SPOKEN = str.maketrans(".C-", "ncn")
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_sentence_holds_in_every_state(state):
+    told = STATES[state]
+    lost = [[Status.VALID, Status.LOST if letter == "-" else Status.VALID] for letter in told["oracle"]]
+    oracle, subject = (told[name].translate(SPOKEN) for name in ("oracle", "subject"))
+    scripted = "support.planted_detectors:Scripted[says={}]".format
+    session = framed(np.arange(len(lost)) * STEP_NS, lost)
+    # A letter more than there are frames: a detector of equal settings would be the reference itself.
+    run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
+    said = headline.undecided(run) + LIMITS.broken(run.document.audit, [])
+    assert said == told["sentences"]
+
+
+def test_the_moment_of_a_false_contact_holds_its_gap():
+    scripted = "support.planted_detectors:Scripted[says={}]".format
+    session = framed(np.arange(4) * STEP_NS, [[Status.VALID, Status.VALID]] * 4)
+    run = compute(session, detectors="it=" + scripted("nccnn"), oracle="exact=" + scripted("nnnn"))
+    (false,), (answer, *_) = run.false["it"], run.answers
+    assert answer.moment.metres == false.metres > 0.0
+
+
+@pytest.mark.parametrize(
+    ("severities", "words"),
+    [
+        ((), "Nothing suspicious found"),
+        ((Severity.NOTE,), "Nothing suspicious found"),
+        ((Severity.WARNING,), "1 warning about the recording: verdicts on these spans carry a flag"),
+        (
+            (Severity.ERROR, Severity.WARNING, Severity.WARNING),
+            "1 error and 2 warnings about the recording: verdicts on these spans carry a flag",
+        ),
+    ],
+)  # fmt: skip
+def test_the_report_says_how_much_is_suspicious(severities, words):
+    findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
+    records = tuple(convert(finding, FindingRecord) for finding in findings)
+    assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == words
+
+
+def doubted(*findings):
+    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), document=EMPTY))
+
+
+def test_doubts_are_errors_units_axes_and_handedness():
+    units = [Finding("unit-suspect", "3000 m away", name) for name in "abc"]
+    noted = Finding("frozen", "it stood still", "a")
+    assert doubted(noted) == []
+    first, second = doubted(Finding("handedness", "left is right", own_severity=Severity.ERROR), noted, *units)
+    assert first == (
+        "Error, handedness: left and right seem to be swapped (left is right). "
+        "To do: import with the source's handedness."
+    )
+    assert "(a: 3000 m away; 2 more like it)" in second
+
+
+def test_pair_frames_an_engine_cannot_test_have_a_reason():
+    pytest.importorskip("pybullet")
+    hollow = beaker_mesh()
+    session = cubes({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
+    meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
+    found = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
+    assert found.document.audit["bullet-mesh"].undecided_reasons == {
+        "not supported: Bullet tests no triangle mesh against another": 4
+    }
+    assert any("Of them 4: not supported" in words for words in headline.undecided(found))
+
+
+@pytest.mark.parametrize(("skin", "apart"), [(0.5, 0.6), (0.0, None)])
+def test_a_contact_offset_is_no_meeting_of_shapes(skin, apart):
+    session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (apart or 0), 1 + (apart or 0), 3, 3]})
+    found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
+    told = [answer.why for answer in found.answers if answer.label == "skin"]
+    assert bool(found.false["skin"]) == (apart is not None)
+    if apart is not None:
+        assert "600 mm apart" in told[0] and "from 1 m on" in told[0] and "meet" not in told[0]

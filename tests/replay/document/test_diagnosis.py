@@ -1,0 +1,90 @@
+"""A fix is another setting than its subject, better where it was measured, and it mends what it is said to mend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.planted_sessions import channel
+from support.small_worlds import cube, cubes
+
+from replay.detection.detector_spec import parse_detectors
+from replay.engine import compute
+from sessions import Session
+
+APART = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3]}
+"""Two unit cubes that pass 15 mm apart, and meet later."""
+
+
+def inside():
+    """A small cube that goes through a large one: across the wall, inside, and out again."""
+    session = cubes({"a": [0.0] * 12, "b": [3, 0.5, 0.3, 0.1, 0, -0.1, -0.3, -0.5, -3, -3, -3, -3]})
+    return replace(session, meshes={"a": cube(1.0), "b": cube(0.1)})
+
+
+def in_hollow():
+    """A crumb that stays in the hollow of a channel without a touch, and then falls onto its floor."""
+    heights = np.concatenate([np.linspace(0.1, 0.01, 8), np.linspace(0.01, -0.015, 20), np.linspace(-0.02, -0.03, 4)])
+    places = np.zeros((len(heights), 3))
+    places[:, 1] = heights
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (len(heights), 1))
+    poses = {"a": (np.zeros_like(places), still), "b": (places, still)}
+    return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(0.01)})
+
+
+def asked_again(session, answer):
+    """The ranking row of the detector that a fix names in its command."""
+    (spec,) = parse_detectors(answer.fix.command.split('"')[1])
+    again = compute(session, detectors=[spec], oracle="exact=exact")
+    return again.ranking[0]
+
+
+@pytest.mark.parametrize(
+    ("session", "detector", "setting"),
+    [
+        (lambda: cubes(APART), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
+        (lambda: cubes(APART), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
+        (lambda: cubes(APART), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
+        (inside, "discrete[containment=false]", "containment=true"),
+        (inside, "hybrid[containment=false]", "containment=true"),
+    ],
+)
+def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting):
+    (answer,) = compute(session(), detectors=f"it={detector},exact").answers
+    assert not answer.fix.measured and setting.lower() in answer.fix.command.lower()
+    assert asked_again(session(), answer).loss == 0.0
+
+
+def test_a_measured_fix_that_is_no_better_is_not_given():
+    detectors = "it=collider[shape=hull,rate_hz=50],other=collider[shape=hull],exact"
+    run = compute(in_hollow(), detectors=detectors)
+    answers = {answer.label: answer for answer in run.answers}
+    ranks = {rank.label: rank for rank in run.ranking}
+    assert ranks["it"].leads_false and "fills its hollow" in answers["it"].why
+    for answer in answers.values():
+        assert "Sample every frame" not in answer.fix.text
+        assert f"({answer.label})" not in answer.fix.text
+
+
+@pytest.mark.parametrize("pieces", [64, 4096])
+def test_pieces_end_where_no_more_help_and_triangles_come_next(pieces):
+    # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
+    run = compute(cubes(APART), detectors=f"it=collider[shape=compound,pieces={pieces},skin_m=0.01],exact")
+    (answer,) = run.answers
+    assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
+
+
+def test_two_numbers_of_pieces_are_two_settings():
+    compounds = ",".join(f"c{pieces}=collider[shape=compound,pieces={pieces}]" for pieces in (1, 2, 4, 16))
+    detectors = f"hull=collider[shape=hull],{compounds},exact"
+    run = compute(in_hollow(), detectors=detectors)
+    answers, ranks = ({row.label: row for row in rows} for rows in (run.answers, run.ranking))
+    assert ranks["c1"].loss == ranks["hull"].loss > ranks["c16"].loss
+    # The fix of each is the compound of 16 or of twice as many pieces, with the figures of that row alone.
+    for label, mended in {"hull": "c16", "c1": "c2", "c2": "c4"}.items():
+        fix = answers[label].fix
+        if fix is None:
+            continue
+        better = ranks[mended].loss < ranks[label].loss
+        assert (f"({mended})" in fix.text) == better and f"({label})" not in fix.text
+        if better:
+            assert f"Up to {mended[1:]} convex pieces" in fix.text

@@ -1,0 +1,99 @@
+import pytest
+from support.documents import audit_of, times_of, zeros
+from support.small_worlds import TWO_BUMPS, cubes
+
+from replay.auditing.wilson import proportion
+from replay.document.audit import CountRange, PairFrames
+from replay.document.gates import Gates, percent
+from replay.document.scores import pool
+from replay.engine import compute
+
+
+def figures(missed, of, contacts=0, total=4, false=(0, 0), undecided=0, oracle=0, decided=10):
+    """Of an audited detector: pair-frames missed of those in contact, contacts, and what was left undecided."""
+    return audit_of(
+        time_missed=proportion(missed, of), contacts_missed=contacts, contacts=total,
+        false_contact=proportion(*false), contacts_undecided=int(undecided > 0), contact_frames_undecided=undecided,
+        reference_undecided=oracle, pair_frames=zeros(PairFrames, both=decided, left_out=undecided + oracle),
+    )  # fmt: skip
+
+
+def run(**seconds):
+    return "s.mcap", {"x": times_of(**seconds)}
+
+
+def test_a_gate_breaks_beyond_its_limit_and_not_at_it():
+    assert Gates(max_missed=0.25).broken({"x": figures(1, 4)}, []) == []
+    assert Gates().broken({"x": figures(9, 9, 4)}, []) == []
+    assert len(Gates(max_missed=1.0, max_false=0.0).broken({}, [])) == 2, "an audit of nothing cannot pass"
+    (one,) = Gates(max_missed=0.24).broken({"x": figures(1, 4)}, [])
+    assert "x missed 1 of 4 pair-frames in contact (25 %" in one
+    (two,) = Gates(max_missed=0.25).broken({"x": figures(1, 400, contacts=2)}, [])
+    assert "x missed 2 of 4 contacts" in two
+
+
+def test_a_gate_judges_the_mean_over_sampling_offsets():
+    # A frame each 10 ms, a sample each 40 ms: the contact of one frame is seen from a quarter of the offsets, that of
+    # three frames from three quarters. The run shows the moments of an offset that misses one, as the mean does.
+    audit = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=25]").document.audit
+    assert audit["slow"].contacts_missed == 1
+    assert audit["slow"].counts_over_offsets.contacts_missed == CountRange(smallest=0, largest=2, mean=1.0)
+    assert Gates(max_missed=0.6).broken(audit, []) == []
+    contacts, frames = Gates(max_missed=0.4).broken(audit, [])
+    assert "1.00 of 2, 0-2" in contacts and "16 sampling offsets" in frames
+    twice = pool([audit, audit])
+    assert "2.00 of 4, 0-4" in Gates(max_missed=0.4).broken(twice, [])[0]
+
+
+def test_the_slowest_frames_are_held_to_milliseconds():
+    audit = {"x": figures(0, 4)}
+    slow, fast = run(p99=0.012, mean=0.002), run(p99=0.011)
+    assert Gates(max_p99_ms=11.1).broken(audit, [fast]) == []
+    (one,) = Gates(max_p99_ms=11.1).broken(audit, [fast, slow])
+    assert "12 ms" in one and "2 ms a frame in the mean" in one and "s.mcap" in one
+    (one,) = Gates(max_p99_ms=11.1).broken(audit, [run()])
+    assert one == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
+    fast[1]["y"] = times_of()
+    (one,) = Gates(max_p99_ms=11.1).broken({**audit, "y": figures(0, 4)}, [fast])
+    assert "y was not timed" in one
+
+
+def test_undecided_contact_breaks_the_gate_about_misses():
+    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 0, total=8, undecided=43_104)}, [])
+    assert one == (
+        "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
+    )
+    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert one == "--max-missed cannot be checked: the reference left 3 pair-frames undecided"
+
+
+def test_false_contact_beyond_the_limit_breaks_the_gate():
+    audit = {"x": figures(0, 4, false=(3, 4))}
+    assert Gates(max_false=0.75).broken(audit, []) == []
+    (one,) = Gates(max_false=0.7).broken(audit, [])
+    assert one.startswith("x reports false contact: 3 of the 4 pair-frames in contact that it reports (75 %")
+    assert one.endswith("more than --max-false 0.7")
+
+
+def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
+    (one,) = Gates(max_false=1.0).broken({"x": figures(0, 0, decided=0, undecided=5)}, [])
+    assert one == "--max-false cannot be checked: x was compared in no pair-frame"
+    (one,) = Gates(max_false=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert "the reference left 3" in one
+    assert Gates(max_false=0.0).broken({"x": figures(4, 4)}, []) == []
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "words"),
+    [
+        (0, 0, "none"),
+        (3, 1000, "0.3 % [0.1, 0.88]"),
+        (18, 18, "100 % [82, 100]"),
+        (0, 18, "0 % [0, 18]"),
+        (7, 270, "2.6 % [1.3, 5.3]"),
+        (9999, 10000, "99.99 % [99.943, 99.9982]"),
+        (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
+    ],
+)
+def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, words):
+    assert percent(proportion(count, of)) == words

@@ -1,0 +1,81 @@
+"""What stands beside the answer: what was not counted, what times are of, and how many pieces a compound has."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from msgspec import structs
+from support.documents import audit_of, detector_of, document_with, times_of, zeros
+from support.small_worlds import TWO_BUMPS, cubes, jumping
+
+from replay.document.audit import GraspedCounts
+from replay.document.diagnosis import answers
+from replay.document.headline import compounds, held, price
+from replay.engine import compute
+
+
+def took(mean, p99, *, live=True, busy=0.0):
+    seconds = structs.replace(times_of(mean, p99), processor_fraction=1.0 - busy)
+    return detector_of("discrete", live=live, seconds=seconds)
+
+
+@pytest.mark.parametrize("busy", [0.03, 0.69])
+def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
+    detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
+    document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
+    first, second, *more = price(SimpleNamespace(document=document))
+    assert first == "exact takes 0.041 ms a frame, 0.37 % of a 90 Hz frame; p99 0.1 ms."
+    assert "not of your engine" in second
+    assert more == ["The machine was busy (69 %): run again for reliable times."] * (busy > 0.05)
+    assert price(SimpleNamespace(document=structs.replace(document, audit={}))) == []
+
+
+def test_the_cost_of_every_frame_is_measured_live():
+    run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
+    often = run.document.detectors["slow"].seconds.at_every_frame
+    assert run.phases["slow"].every_frame.seconds == often > 0 and run.document.detectors["slow"].live
+    assert run.document.detectors["hybrid"].seconds.at_every_frame is None
+    offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
+    assert (
+        offline.phases["slow"].every_frame.seconds is None
+        and offline.phases["slow"].proportions() == run.phases["slow"].proportions()
+    )
+
+
+def test_a_note_names_contacts_not_counted_while_grasped():
+    def told(**counts):
+        audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
+        return held(SimpleNamespace(document=document_with(audit={"slow": audit})))
+
+    assert told() == []
+    assert told(false_contact=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
+    assert told(contacts=1) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
+
+
+@pytest.mark.parametrize(
+    ("counts", "lines"),
+    [
+        ((), []),
+        ((1,), ["it was asked for at most 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
+        ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
+    ],
+)
+def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
+    parts = {str(k): (None,) * count for k, count in enumerate(counts)}
+    shape = "compound" if counts else "hull"
+    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
+    assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
+
+
+def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
+    run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
+    (answer,) = answers(replace(run, phases={}), run.document, run.ranking)
+    assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
+    assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
+
+
+def test_a_contact_between_frames_is_fixed_by_continuous():
+    # 3 edges away at 10 ms, and as far beyond at 20 ms.
+    (answer,) = compute(jumping(), detectors="collider[shape=mesh]", oracle="continuous").answers
+    assert answer.fix.measured and "continuous" in answer.fix.text
+    assert answer.moment.seconds == pytest.approx(0.01 + 0.01 / 3, abs=1e-6)

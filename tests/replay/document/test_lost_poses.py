@@ -1,0 +1,65 @@
+"""Lost poses cut contacts, hide them, and are said: they never make several contacts of one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import STEP_NS, framed
+
+from replay.document.gates import Gates
+from replay.document.headline import headlines
+from replay.engine import compute
+from replay.show.run_tables import CUT, pair_table
+from sessions.doctor.runs import runs
+from sessions.model.frames import Status
+from sessions.synthetic.analytic import make_analytic
+from sessions.synthetic.truth import PRESENT
+
+AWAY = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]
+"""Two contacts: frames 3 to 9, and frame 12."""
+
+
+def session(lost):
+    """Two cubes, the second without a pose in the frames ``lost``."""
+    status, position = np.ones((len(AWAY), 2)), np.zeros((len(AWAY), 2, 3))
+    position[:, 1, 0] = AWAY
+    status[list(lost), 1] = Status.LOST
+    return framed(np.arange(len(AWAY)) * STEP_NS, status, position)
+
+
+def test_a_touch_with_two_lost_segments_is_one_contact():
+    result = compute(session([5, 7]), detectors="hybrid")
+    heads = [pair_table(one, "hybrid").head for one in (result, compute(session([1]), detectors="hybrid"))]
+    assert [CUT in head for head in heads] == [True, False]
+    audit = result.document.audit["hybrid"]
+    assert (audit.contacts, audit.contacts_cut) == (2, 1)
+    assert [found.cut for found in result.document.pairs[0].contacts.values()] == [1, 1]
+    assert (audit.matching.matched, audit.matching.split) == (2, 0)
+    assert headlines(result)[0].endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
+    told = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows
+    both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
+    assert told == tuple((label, *one) for label in ("hybrid", "exact") for one in both)
+    # A frame that nobody could see is no frame of contact left undecided.
+    assert Gates(max_missed=0.0).broken(result.document.audit, []) == []
+
+
+def test_where_lost_poses_hide_every_contact_that_is_said_first():
+    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
+    assert words.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in words
+    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))
+    assert "poses are lost in 8 of 15 pair-frames" in words
+
+
+@pytest.mark.parametrize("every", [7])
+def test_losing_every_seventh_pose_keeps_the_number_of_contacts(every):
+    whole, truth = make_analytic("ball-plate", seconds=9.5)
+    frames = whole.frames
+    contact = truth.expected("ball", "plate", frames.stamp_ns) == PRESENT
+    status = frames.status.copy()
+    lost = np.arange(len(status)) % every == every - 1
+    status[lost] = Status.LOST
+    result = compute(replace(whole, source=replace(frames, status=status)), detectors="hybrid")
+    spans = runs(contact).tolist()
+    assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == len(spans)
+    assert f"Lost poses cut {len(spans)} of {len(spans)} contacts" in headlines(result)[0]
+    assert sum(one.frames for one in result.episodes["exact"]) == int((contact & ~lost).sum())

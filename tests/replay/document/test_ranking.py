@@ -1,0 +1,139 @@
+"""The ranking of a run's detectors, from hand-made figures."""
+
+from types import SimpleNamespace
+
+import pytest
+from msgspec import structs
+from support.documents import COUNTS, audit_of, detector_of, document_with, times_of, zeros
+
+from replay.auditing.look_phases import PHASES
+from replay.auditing.wilson import proportion
+from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
+from replay.document.detector_labels import detector_label
+from replay.document.ranking import fault_text, ranking
+from replay.show.run_tables import ranking_table
+from replay.tables import IN_RED, Marked, text_of
+
+
+def audited(missed, late, false, reported=1000, *, undecided=0, **more):
+    return audit_of(
+        contacts=18, contacts_missed=missed, late_or_cut_short=late, contacts_undecided=undecided,
+        time_missed=proportion(10 * missed + late, 100), false_contact=proportion(false, reported), **more,
+    )  # fmt: skip
+
+
+def run(**audit):
+    detectors = {label: detector_of(f"{label}[x=1]", seconds=times_of(p99=0.0011)) for label in audit}
+    return document_with(oracle="exact", detectors={**detectors, "exact": detector_of("exact")}, audit=audit)
+
+
+BENCH = {
+    "paper": audited(0, 1, 0),
+    "hull50": audited(0, 1, 967, while_grasped=zeros(GraspedCounts, false_contact=5324)),
+    "mesh50": audited(1, 6, 40),
+}
+
+
+def test_the_largest_loss_comes_first_and_the_oracle_last():
+    ranks = ranking(run(**BENCH))
+    assert [one.label for one in ranks] == ["hull50", "mesh50", "paper", "exact"]
+    assert [round(one.loss, 3) for one in ranks] == [0.977, 0.256, 0.01, 0.0]
+    assert {one.contacts for one in ranks} == {18} and ranks[0].grasped == (5324, 0)
+    assert ranking(run()) == ()
+
+
+@pytest.mark.parametrize(("missed", "late_or_cut_short"), [(1, 0), (0, 1), (1, 1), (0, 0)])
+def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
+    first, _ = ranking(run(mesh50=audited(missed, late_or_cut_short, 0)))
+    assert first.lost == (missed + late_or_cut_short > 0)
+
+
+@pytest.mark.parametrize(
+    ("figures", "words"),
+    [
+        (BENCH["hull50"], "96.7 % of its contact time is false; 1 of 18 contacts late or cut short"),
+        (BENCH["mesh50"], "1 of 18 contacts missed, 6 late or cut short; 4 % of its contact time is false"),
+        (BENCH["paper"], "1 of 18 contacts late or cut short"),
+        (audited(0, 0, 0), "no contact of 18 missed, none false"),
+        (audited(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
+        (
+            audited(0, 0, 1, 4, unconfirmed=2, pair_frames=zeros(PairFrames, false_contact=2)),
+            "25 % of its contact time is unconfirmed: only bounding volumes overlap",
+        ),
+        (
+            audited(0, 0, 1, 4, unconfirmed=1, pair_frames=zeros(PairFrames, false_contact=2)),
+            "25 % of its contact time is false",
+        ),
+        (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
+    ],
+)
+def test_the_larger_fault_leads(figures, words):
+    rank = ranking(run(it=figures))[0]
+    assert fault_text(rank) == words and fault_text(rank, largest=True) == words.partition("; ")[0]
+
+
+def test_a_rate_is_ranked_by_its_mean_over_offsets():
+    mean = OffsetProportions(
+        contacts_missed=proportion(16, 16 * 18),
+        late_or_cut_short=proportion(0, 16 * 18),
+        time_missed=proportion(1, 50),
+        false_contact=proportion(1, 10),
+    )
+    counts = OffsetRanges(contacts_missed=CountRange(smallest=0, largest=2, mean=1.0), late_or_cut_short=COUNTS)
+    (rank, _) = ranking(run(slow=audited(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts)))
+    assert (rank.phases, rank.missed_counts, rank.late_counts) == (PHASES, (0, 2), (0, 0))
+    assert rank.missed.value == pytest.approx(1 / 18)
+    assert fault_text(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
+
+
+def test_what_is_undecided_or_found_by_nobody_is_ranked_too():
+    lazy, blind = audited(0, 0, 0, undecided=18), audited(0, 0, 0, 0)
+    assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
+    nothing = structs.replace(audited(0, 0, 0, 0), contacts=0)
+    (rank, _) = ranking(run(it=nothing))
+    assert rank.loss == 0.0 and fault_text(rank) == "no contact to miss, and none false"
+
+
+def tabled(document):
+    return ranking_table(SimpleNamespace(document=document, ranking=ranking(document)))
+
+
+def test_zero_is_zero_and_the_reference_has_dashes():
+    table = tabled(run(**BENCH))
+    cells = table.cells()
+    assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]
+    assert [column.name for column in table.columns] == [
+        "detector", "what", "missed", "late or cut short", "false contact", "mean ms", "p99 ms", "loss",
+        "of a 90 Hz frame", "settings",
+    ]  # fmt: skip
+    first = [text_of(cell) for cell in cells[0]]
+    assert first[2:] == ["0", "1", "96.7 %", "0.4", "1.1", "0.98", "3.6 %", "hull50[x=1]"]
+    assert cells[1][2] == Marked("1", IN_RED) and cells[3][2:5] == ("reference", "-", "-")
+    assert "undecided" in {column.name for column in tabled(run(it=audited(0, 0, 0, undecided=1))).columns}
+
+
+def test_the_time_of_a_recorded_engine_is_not_measured():
+    document = run(recorded=audited(1, 0, 0))
+    engine = structs.replace(document.detectors["recorded"], name="recorded")
+    document = structs.replace(document, detectors=document.detectors | {"recorded": engine})
+    assert tabled(document).only("mean ms", "p99 ms").cells()[0] == ("-", "-")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
+)
+def test_a_label_has_the_rate_but_not_the_engine_rate(name, words):
+    assert detector_label(name, {"rate_hz": 50}) == words
+
+
+@pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])
+def test_times_taken_another_way_are_marked_among_live_ones(at_once, noted):
+    document = run(**BENCH)
+    detectors = {
+        label: structs.replace(detector, live=label not in at_once) for label, detector in document.detectors.items()
+    }
+    notes = [
+        note for note in tabled(structs.replace(document, detectors=detectors)).notes if "all frames at once" in note
+    ]
+    assert len(notes) == noted and all(note.startswith("exact was run") for note in notes)

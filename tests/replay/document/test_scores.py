@@ -1,0 +1,64 @@
+import pytest
+from msgspec import structs
+from support.documents import MATCHING, audit_of, zeros
+from support.small_worlds import TWO_BUMPS, cubes
+
+from replay.auditing.matching import EpisodeMatch, EpisodeMatches
+from replay.auditing.wilson import proportion, wilson
+from replay.document.audit import OffsetProportions, PairFrames, TimeErrors
+from replay.document.scores import matching_of, pool
+from replay.engine import compute
+from sessions.model.scene import Scene, SceneBody
+
+
+def test_contacts_of_a_body_and_its_parent_are_no_episodes():
+    scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
+    result = compute(cubes(TWO_BUMPS, scene=scene), detectors="discrete", pairs=[("a", "b")])
+    figures = result.document.audit["discrete"]
+    assert figures.matching == MATCHING
+    (pair,) = result.document.pairs
+    assert pair.audit["discrete"].while_grasped == figures.while_grasped and figures.while_grasped.contacts == 2
+    assert [*pair.grasped_contacts] == ["exact"]
+
+
+def test_excused_contacts_are_no_part_of_a_share():
+    matches = EpisodeMatches(
+        (EpisodeMatch(1, 1, 3, 0.5, -0.25),), missed=(2,), excused_truth=(3,), excused_reports=(2,)
+    )
+    figures = matching_of(matches, 3, 2)
+    assert figures.missed_proportion.of == 2 and figures.false_proportion.of == 1
+    assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)
+
+
+ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)
+ONE = audit_of(
+    time_missed=proportion(1, 10),
+    pair_frames=zeros(PairFrames, both=9, missed=1),
+    matching=structs.replace(MATCHING, reference_contacts=3, onset_error=ERRORS),
+    undecided_reasons={"open mesh": 2},
+)
+
+
+def test_counts_add_up_and_proportions_are_those_of_the_sums():
+    other = structs.replace(ONE, undecided_reasons={"budget": 1})
+    (audit,) = pool([{"x": ONE}, {"x": other}]).values()
+    assert audit.time_missed == proportion(2, 20)
+    assert (audit.time_missed.lower, audit.time_missed.upper) == wilson(2, 20)
+    assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
+    assert audit.between_frames == "not examined"
+    assert audit.undecided_reasons == {"open mesh": 2, "budget": 1}
+    assert audit.matching == structs.replace(MATCHING, reference_contacts=6)
+
+
+def test_means_over_offsets_are_pooled_where_every_session_has_them():
+    same = proportion(1, 16)
+    means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
+    rated = structs.replace(ONE, means_over_offsets=means)
+    assert pool([{"x": rated}, {"x": rated}])["x"].means_over_offsets.contacts_missed == proportion(2, 32)
+    assert pool([{"x": rated}, {"x": ONE}])["x"].means_over_offsets is None
+
+
+def test_pooling_one_session_keeps_everything():
+    assert pool([{"x": ONE}]) == {"x": ONE}
+    assert list(pool([{"x": ONE}, {"y": ONE}])) == ["x", "y"]
+    assert pool([]) == {}

@@ -1,0 +1,66 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes, framed, verdicts
+
+from cdcore import Detection
+from replay.document.coding import document_of, json_of
+from replay.document.run_document import SCHEMA
+from replay.document.session import DroppedFrames
+from replay.document.summary import frame_seconds
+from replay.engine import compute
+from replay.show.report.page import report_html
+from sessions import Status
+
+
+@pytest.fixture(scope="module")
+def document():
+    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]})
+    return compute(session, detectors="slow=discrete[rate_hz=30]", oracle="hybrid", seed=5, start=0.0).document
+
+
+def test_json_holds_the_whole_document(document):
+    plain = json.loads(json_of(document))
+    assert document_of(plain) == (document, ())
+    assert plain["schema"] == SCHEMA and plain["seed"] == 5 and plain["window"] == {"start": 0.0, "end": None}
+
+
+def test_settings_digests_and_times_of_every_detector_are_in_it(document):
+    for detector in document.detectors.values():
+        assert len(detector.digest) == 64 and detector.settings and detector.seconds.stages
+    slow, hybrid = document.detectors["slow"], document.detectors["hybrid"]
+    assert slow.settings["rate_hz"] == 30 and slow.online and hybrid.online
+    assert slow.live and hybrid.live, "times of one table are taken alike"
+    assert slow.seconds.sample_times.max >= slow.seconds.sample_times.median >= 0
+    assert hybrid.seconds.sample_times and len(hybrid.faces_digest) == 64
+    assert sum(hybrid.verdicts.values()) == 6
+
+
+def test_what_was_done_to_the_frames_is_counted():
+    session = framed([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
+    told = compute(session, detectors="sphere", oracle="none").document.session
+    assert told.dropped_frames == DroppedFrames(repeated=1, backwards=1) and told.frames == 3
+    assert len(told.notes) == 2
+
+
+def test_seconds_of_a_frame_are_the_sum_of_stages():
+    head = verdicts(["..", ".."])
+    online = Detection(**{**vars(head), "seconds": {"x": np.array([1.0, 2.0]), "y": np.array([0.5, 0.25])}})
+    assert frame_seconds(online).tolist() == [1.5, 2.25]
+    assert frame_seconds(head) is None
+    assert frame_seconds(Detection(**{**vars(head), "seconds": {"x": 1.0}})) is None
+
+
+def test_facts_about_a_person_stay_in_the_session_file():
+    known = {"clock": "steady", "pseudonym": "S07"}
+    private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
+    session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
+    result = compute(replace(session, origin="anna.muster/s.mcap"), detectors="hybrid", oracle="none")
+    told = result.document.session
+    assert told.facts == known and told.facts_withheld == 3 and "anna" not in str(told)
+    text = report_html(result)
+    assert "3 facts withheld" in text
+    for words in (str(result.document), text):
+        assert not any(word in words.lower() for word in ("muster", "anna", "lhr"))

@@ -1,0 +1,232 @@
+"""Written colliders are those that an engine takes, and give the figures that are printed."""
+
+import json
+from contextlib import contextmanager
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import trimesh
+from support.shapes import revolved_mesh
+from support.small_worlds import STEP_NS, cube
+
+import replay
+from replay.advice.collider_search import Limits
+from replay.cli.main import main
+from replay.errors import OutputError
+from replay.running.collider_files import COLLIDERS, fix_colliders
+from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+
+
+def as_data(mesh):
+    return MeshData(mesh.vertices, mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def session():
+    """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then; a cube beside."""
+    meshes = {"beaker": as_data(revolved_mesh(WALL, 24)), "rod": as_data(revolved_mesh(ROD, 8)), "cube*": cube(0.02)}
+    axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
+    side = (axis + 1) % 3
+    count = 60
+    places = {name: np.zeros((count, 3)) for name in meshes}
+    places["rod"][:, axis] = 0.05
+    places["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    places["cube*"][:, side] = np.where(np.arange(count) > 50, 0.044, 0.3)
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    poses = {name: (place, still) for name, place in places.items()}
+    return Session.from_arrays(np.arange(count) * STEP_NS, poses, meshes)
+
+
+@pytest.fixture(scope="module")
+def shipped(session, tmp_path_factory):
+    return fix_colliders(session, tmp_path_factory.mktemp("made") / "unity", engine="unity", limits=Limits(0.3))
+
+
+def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
+    names = {row["body"]: row["file"] for row in shipped.bodies}
+    assert names == {"beaker": "beaker.glb", "rod": "rod.glb", "cube*": "cube-2.glb"}
+    for row in shipped.bodies:
+        scene = trimesh.load(shipped.folder / row["file"], force="scene", process=False)
+        parts = [scene.geometry[name] for name in scene.geometry]
+        assert len(parts) == row["after"]["pieces"] and all(
+            name.startswith(f"UCX_{row['body']}_") for name in scene.geometry
+        )
+        assert all(part.is_convex and len(part.faces) <= 255 for part in parts)
+        mesh = session.meshes[row["body"]]
+        apart = [
+            ((mesh.vertices[:, None] - one.triangles[:, 0]) * one.face_normals).sum(axis=2).max(axis=1) for one in parts
+        ]
+        assert np.min(apart, axis=0).max() <= 1e-3 * row["after"]["outside_mm"] + 1e-6
+        assert load_mesh(shipped.folder / row["file"]) is not None
+
+
+def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
+    told = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
+    assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
+    again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
+    audit = again.document.audit["it"]
+    assert told["after"]["false"] == audit.means_over_offsets.false_contact.value
+    over = audit.counts_over_offsets.contacts_missed
+    assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over.smallest, over.largest]
+
+
+def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
+    pieces = {row["body"]: row["after"]["pieces"] for row in shipped.bodies}
+    assert pieces == {"beaker": 8, "rod": 1, "cube*": 1}
+    loose = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
+    assert all(row["after"]["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
+
+
+class Stages:
+    """Keeps the units of each stage that was reported."""
+
+    def __init__(self):
+        self.units = {}
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        del unit
+        self.units[name] = [total]
+        yield self.units[name].append
+
+
+def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
+    stages = Stages()
+    made = fix_colliders(
+        session, tmp_path / "made", engine="mujoco", limits=Limits(0.0), time_limit=0.0, progress=stages
+    )
+    assert made.time_up and not made.reached and all(row["after"]["pieces"] == 1 for row in made.bodies)
+    total, *percents = stages.units["Cutting and trying colliders"]
+    assert total == 100 and 0 < sum(percents) <= 100
+    assert json.loads((made.folder / COLLIDERS.mark).read_text("utf-8"))["time_up"]
+    assert not fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(1.0), time_limit=None).time_up
+
+
+def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
+    file = tmp_path / "s.mcap"
+    write_session(session, file)
+    words = ["fix", str(file), "--engine", "unity", "-o", str(tmp_path / "made"), "--max-false"]
+    assert main([*words, "0.3", "-v"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "before: a hull a body" in out and "after: these pieces" in out and "Report card" in out
+    assert "shape=shipped" in out and "of all choices that were tried" in out
+    assert "com.unity.cloud.gltfast" in out and "The poses are not in axes of Unity" in out
+    assert main([*words, "0", "--force", "--format", "json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert not told["reached"] and told["after"]["false"] > 0
+    assert main([*words, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
+    assert main(["fix", str(file), "-o", str(tmp_path / "x")]) == 2
+    assert main(["fix", str(file), "--max-false", "0.3"]) == 0 and not (tmp_path / "x").exists()
+    assert "--engine unity" in capsys.readouterr().out
+
+
+def test_front_is_better_with_every_more_pieces(shipped):
+    assert [row["pieces"] for row in shipped.front] == sorted({row["pieces"] for row in shipped.front})
+    assert all(more["false"] < less["false"] for less, more in pairwise(shipped.front))
+
+
+def test_every_method_has_a_card_of_its_own(session):
+    made = fix_colliders(session, limits=Limits(0.3), every_method=True)
+    cards = {card["how"]: card for card in made.bodies[0]["others"]}
+    assert {"one box", "one sphere", "one capsule", "sectors by height and angle, 16 at most"} <= cards.keys()
+    assert cards["one box"]["beyond"] > made.bodies[0]["before"]["beyond"] > made.bodies[0]["after"]["beyond"]
+    assert cards["one box"]["false"] >= made.bodies[0]["after"]["false"]
+    assert made.folder is None and made.engine == ""
+
+
+def test_mujoco_takes_the_written_model(session, tmp_path):
+    mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
+    made = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(0.3))
+    model = mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml"))
+    assert model.ngeom == sum(row["after"]["pieces"] for row in made.bodies)
+    solid = trimesh.load(made.folder / "beaker_00.obj", process=False)
+    (first, *_) = [read_session(made.folder / "session.mcap").colliders["beaker"][0]]
+    assert farthest(solid.vertices, first.vertices) < 1e-6
+
+
+def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
+    made = fix_colliders(session, tmp_path / "made", engine="godot", limits=Limits(0.3))
+    assert made.step_hz == 60.0
+    scene = trimesh.load(made.folder / "beaker.glb", force="scene", process=False)
+    assert set(scene.geometry) == {f"beaker_{k:02d}-convcolonly" for k in range(made.bodies[0]["after"]["pieces"])}
+
+
+def test_a_folder_of_something_else_is_not_replaced(session, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("x", "utf-8")
+    with pytest.raises(OutputError, match="is not replaced"):
+        fix_colliders(session, tmp_path / "mine", engine="unity", force=True)
+
+
+FLIP_X = np.diag([-1.0, 1.0, 1.0])
+"""What glTFast and UnityGLTF do on import and export: UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale."""
+SWAP_YZ = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""What Unreal's importer and exporter of glTF do, but for the unit: GLTFExporter, FGLTFCoreUtilities::ConvertVector."""
+
+
+def open_cup():
+    """A floor with one wall, at x = -0.06 m, and a lip at its end along +z: no half circle maps it onto itself."""
+    floor = trimesh.creation.box((0.12, 0.01, 0.12))
+    wall = trimesh.creation.box((0.01, 0.10, 0.12)).apply_translation((-0.06, 0.05, 0))
+    lip = trimesh.creation.box((0.03, 0.01, 0.02)).apply_translation((-0.05, 0.10, 0.07))
+    return trimesh.util.concatenate([floor, wall, lip])
+
+
+def placed_by_an_engine(file, importer):
+    """Name -> vertices in the axes of the engine."""
+    scene = trimesh.load(file, force="scene", process=False)
+    return {name: solid.vertices @ importer.T for name, solid in scene.geometry.items()}
+
+
+def farthest(points, others):
+    """How far the points lie from the nearest of others, at most."""
+    return np.linalg.norm(points[:, None] - others, axis=2).min(axis=1).max()
+
+
+@pytest.mark.parametrize(
+    ("engine", "convention", "importer", "metres"),
+    [("unity", "unity", FLIP_X, 1.0), ("unreal", "unreal", SWAP_YZ, 0.01), ("unity", "gltf", FLIP_X, 1.0)],
+)
+def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, metres, tmp_path):
+    """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF."""
+    cup = open_cup()
+    in_engine = cup.vertices @ (importer.T if convention == "gltf" else np.eye(3))
+    for name, solid in {"Cup": cup, "Rod": trimesh.creation.box((0.01, 0.1, 0.01))}.items():
+        exported = solid.copy()
+        exported.vertices = solid.vertices @ (np.eye(3) if convention == "gltf" else importer.T)
+        if convention != "gltf":
+            exported.faces = exported.faces[:, ::-1]
+        (tmp_path / f"{name}.glb").write_bytes(exported.export(file_type="glb"))
+    frames = np.arange(20)
+    rows = ["t,x,y,z,zero,one"]
+    for frame in frames:
+        x, y, z = (np.array([-0.06 + 0.02 * (frame < 10), 0.05, 0.0]) / metres).tolist()
+        rows.append(f"{0.02 * frame},{x},{y},{z},0,1")
+    (tmp_path / "log.csv").write_text("\n".join(rows))
+    (tmp_path / "map.toml").write_text(
+        f'convention = "{convention}"\nunits = "{"m" if metres == 1 else "cm"}"\n[time]\ncolumn = "t"\nunit = "s"\n'
+        + "".join(
+            f'[bodies.{name}]\nposition = {position}\nquaternion_xyzw = ["zero", "zero", "zero", "one"]\n'
+            for name, position in (("Cup", ["zero"] * 3), ("Rod", ["x", "y", "z"]))
+        )
+    )
+    meshes = {name: tmp_path / f"{name}.glb" for name in ("Cup", "Rod")}
+    session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    shipped = fix_colliders(session, tmp_path / "made", engine=engine, limits=Limits(1.0))
+    placed = placed_by_an_engine(shipped.folder / "Cup.glb", importer)
+    (piece,) = [points for name, points in placed.items() if name == "UCX_Cup_00"]
+    assert farthest(piece, in_engine) < 1e-6
+    assert np.abs([piece.min(axis=0) - in_engine.min(axis=0), piece.max(axis=0) - in_engine.max(axis=0)]).max() < 1e-6
+    turned = piece @ np.diag([-1.0, 1.0, -1.0])
+    assert farthest(turned, in_engine) > 0.01  # the half circle by which they were wrong is seen here
+    assert ("Cup" in placed) == (engine == "unreal")
+    if engine == "unreal":
+        assert farthest(in_engine, placed["Cup"]) < 1e-6 and len(placed["Cup"]) == len(in_engine)
+    # And the same file comes back into a session as it left it.
+    again = read_session(shipped.folder / "session.mcap")
+    (canonical,) = again.colliders["Cup"]
+    assert farthest(canonical.vertices, session.meshes["Cup"].vertices) < 1e-6

@@ -1,0 +1,107 @@
+import sys
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+from replay.cli.main import main
+from replay.errors import OutputError, PlaceError
+from replay.running.batch import run_batch
+from replay.running.remote_files import located
+from replay.show.results.run_folder import read_run_folder
+from sessions import write_session
+
+SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
+
+
+@pytest.fixture
+def store(request, tmp_path):
+    """A folder of a store, with two sessions in it."""
+    pytest.importorskip("upath")
+    root = request.getfixturevalue(request.param) if request.param == "s3" else request.param.format(tmp_path)
+    located(root).fs.makedirs(located(root).path + "/sessions", exist_ok=True)
+    for k in range(2):
+        write_session(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 0.8 + 0.1 * k, 9))}), tmp_path / f"s{k}.mcap")
+        located(root).fs.put_file(str(tmp_path / f"s{k}.mcap"), located(f"{root}/sessions/s{k}.mcap").path)
+    return root
+
+
+@pytest.fixture(scope="module")
+def s3():
+    """An object store on this machine; workers find it through the environment."""
+    server = pytest.importorskip("moto.moto_server.threaded_moto_server").ThreadedMotoServer("127.0.0.1", 0)
+    pytest.importorskip("s3fs")
+    server.start()
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+            patch.setenv(name, "made-up")
+        patch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+        patch.setenv("AWS_ENDPOINT_URL", "http://{}:{}".format(*server.get_host_and_port()))
+        yield "s3://laboratory"
+    server.stop()
+
+
+def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):
+    pytest.importorskip("upath")
+    with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
+        located("nonsense://a")
+    monkeypatch.setitem(sys.modules, "upath", None)
+    with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install \"vrlab-replay\[cluster\]\""):
+        located("s3://a")
+
+
+STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
+    given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
+    here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
+    existing = run_batch(given, f"{store}/runs", settings=SETTINGS)
+    assert here.digest == existing.digest != "" and existing.kept == ()
+    names = {path.name for path in (tmp_path / "here" / "s0").iterdir()}
+    assert {path.name for path in located(f"{store}/runs/s0").iterdir()} == names
+    put = [name for name in getattr(located(store).fs, "store", ()) if "/runs/s0/" in name]
+    assert put[-1:] in ([], ["/laboratory/runs/s0/summary.json"])
+    located(f"{store}/runs/s1/summary.json").unlink()  # as if killed before the last file was there
+    again = run_batch(given, f"{store}/runs", settings=SETTINGS)
+    assert again.kept == ("s0",) and again.digest == here.digest
+    with pytest.raises(OutputError, match="other settings"):
+        run_batch(given, f"{store}/runs", settings={**SETTINGS, "seed": 1})
+
+
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
+    batch = run_batch(
+        [f"{store}/sessions/{name}.mcap" for name in ("s0", "gone")], tmp_path / "runs", settings=SETTINGS
+    )
+    assert batch.done == ("s0",) and "gone.mcap cannot be reached" in batch.failed["gone"]
+    assert main(["run", f"{store}/sessions/gone.mcap", "-o", str(tmp_path / "one")]) == 1
+    assert "gone.mcap cannot be reached" in capsys.readouterr().err and not (tmp_path / "one").exists()
+
+
+@pytest.mark.parametrize("store", STORES, indirect=True)
+def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
+    text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
+    assert main(["run", *text, f"{store}/one"]) == 0
+    assert f"{located(f'{store}/one')}/report.html" in capsys.readouterr().out
+    assert read_run_folder(located(f"{store}/one")).document.session.recording.bytes > 0
+    assert main(["run", *text, f"{store}/one"]) == 1
+    assert "replace it with --force" in capsys.readouterr().err
+    assert main(["run", *text, f"{store}/one", "--force"]) == 0 and located(f"{store}/one/summary.json").is_file()
+    for verb in ("info", "doctor"):
+        assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
+        assert "s0.mcap" in capsys.readouterr().out
+        assert main([verb, f"{store}/sessions/gone.mcap"]) == 1
+        assert "gone.mcap cannot be reached" in capsys.readouterr().err
+    assert main(["run", f"{store}/sessions", "-o", f"{store}/class", "--detectors", "hybrid", "--no-picture"]) == 0
+    assert "2 of 2 sessions are in" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("store", ["file://{}/far", "s3"], indirect=True)
+def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, tmp_path):
+    given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
+    here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
+    existing = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)
+    assert here.digest == existing.digest != ""

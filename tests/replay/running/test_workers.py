@@ -1,0 +1,144 @@
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from importlib.metadata import version
+
+import psutil
+import pytest
+from support.spawned import spawned_by
+
+from replay.errors import WorkerError
+from replay.running import workers
+from replay.running.workers import Workers, do_all
+
+needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+
+
+def test_missing_dask_or_scheduler_is_a_sentence(monkeypatch):
+    pytest.importorskip("distributed")
+    with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
+        Workers(1, "nonsense://a")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
+        do_all(str, {"a": ()}, 2)
+
+
+class Places:
+    """Two workers: a task that says so dies with its worker, always or at first; ``working`` says who did which."""
+
+    def __init__(self, *_):
+        self.working = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def places(self):
+        return ["x", "y"]
+
+    def submit(self, place, work, arguments):
+        self.working.append(arguments)
+        return len(self.working) - 1, place, work(*arguments)
+
+    def finished(self, working):
+        for task in working:
+            number, place, (name, what) = task
+            assert place == working[task]
+            first = self.working.index((name, what)) == number
+            dies = {"die": True, "die once": first}.get(what, False)
+            yield task, workers.LOST if dies else what.removeprefix("die once")
+
+
+def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
+    monkeypatch.setattr(workers, "Workers", Places)
+    reported, dead = [], []
+    tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
+    failed = do_all(
+        lambda *one: one, {name: (name, what) for name, what in tasks.items()}, 2, lambda *one: reported.append(one),
+        on_died=lambda name, _: dead.append(name),
+    )  # fmt: skip
+    assert failed.keys() == {"b", "c"} and "ended 3 times" in failed["b"] and failed["b"].count(", ") == 3
+    assert sorted(dead) == ["b", "b", "b", "d"] and dead[-1] == "b"
+    assert sorted(name for name, _ in reported) == [*tasks]
+
+
+@pytest.mark.slow
+@needs_sigkill
+def test_cluster_names_a_dying_worker_and_raises_task_errors():
+    kill = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
+    failed = do_all(exec, {"a": ("",), "b": (kill,)}, 2)
+    assert failed.keys() == {"b"} and failed["b"].count("tcp://127.0.0.1:") == 3
+    with pytest.raises(TimeoutError, match="it took its time"):
+        do_all(exec, {"a": ("raise TimeoutError('it took its time')",)}, 2)
+
+
+@pytest.mark.slow
+def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        result = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
+        assert result == {"a": "c", "b": "b"}
+    monkeypatch.setattr("replay.running.workers.PATIENCE_S", 1.0)
+    nobody = LocalCluster(n_workers=0, dashboard_address=None)
+    with nobody, pytest.raises(WorkerError, match="has had no worker for 1 s; start some with `dask worker ADDRESS"):
+        do_all(max, {"a": ("2", "3")}, scheduler=nobody.scheduler_address)
+
+
+@pytest.mark.slow
+def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr("replay.document.machine._version", lambda name: "1.0")  # in this process alone
+    with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
+        do_all(open, {"a": (str(tmp_path / "never"), "w")}, 2)
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.slow
+@needs_sigkill
+def test_local_workers_killed_while_starting_come_back():
+    from dask import config
+
+    with Workers(1) as pool:
+        limit, killed = time.monotonic() + 60, 0
+        while not pool.places() or killed < 3:
+            assert time.monotonic() < limit
+            for item in spawned_by() if killed < 3 else []:
+                item.kill()
+                killed += 1
+            time.sleep(0.1)
+        # a restarted one is not watched either: profiles took 0.7 MB a session
+        assert {*pool._client.run(config.get, "distributed.worker.profile.enabled").values()} == {False}
+
+
+def test_sequential_tasks_are_all_done_and_failures_named():
+    reported, tasks = [], {"a": ("",), "b": ("it was not to be",), "c": ("",)}
+    assert do_all(str, tasks, 1, lambda *one: reported.append(one)) == {"b": "it was not to be"}
+    assert reported == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
+
+
+INTERRUPTED = """
+import sys, time
+from replay.running.workers import do_all
+print("started", flush=True)
+do_all(exec, {"a": ("import time; time.sleep(300)",), "b": ("import time; time.sleep(300)",)}, 2)
+"""
+
+
+@pytest.mark.slow
+@needs_sigkill
+@pytest.mark.parametrize("delay", [0.0, 1.0, 4.0])
+def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", INTERRUPTED], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+    )  # fmt: skip
+    assert process.stdout.readline() == b"started\n"
+    time.sleep(delay)
+    spawned = spawned_by(psutil.Process(process.pid))
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=5.0)
+    assert psutil.wait_procs(spawned, timeout=2.0)[1] == []

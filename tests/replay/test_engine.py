@@ -1,0 +1,146 @@
+from contextlib import contextmanager
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from msgspec.structs import asdict
+from support.small_worlds import TWO_BUMPS, cube, cubes
+
+from cdcore.errors import CollisionCoreError
+from replay.detection.detector_spec import TRUSTED
+from replay.engine import compute
+from replay.errors import DetectorSpecError
+from replay.settings import RunSettings, line_up
+from sessions import Scene
+from sessions.model.event import LiveContact
+from sessions.model.scene import SceneBody, SceneEffect
+
+TOUCHING = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")),
+    effects=(SceneEffect("contact", {"between": ["a", "b"]}),),
+)
+"""Its effect asks ``exact`` for contacts."""
+
+
+def chosen(detectors=None, oracle=None, session=None, **more):
+    settings = RunSettings(detectors=detectors, oracle=oracle, **more)
+    return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
+
+
+def test_an_oracle_is_a_label_a_detector_none_or_exact():
+    lineup = chosen("slow=discrete[rate_hz=5]")
+    assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
+    assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""
+    assert chosen("a=sphere,b=hybrid", "b").oracle == "b"
+    assert chosen("a=sphere,b=hybrid", "hybrid").oracle == "b"
+    assert [spec.label for spec in chosen("sphere", "best=hybrid").specs] == ["sphere", "best"]
+    assert chosen("sphere,hybrid", "none").oracle == ""
+    assert chosen("hybrid", "hybrid").specs == chosen("hybrid", "none").specs
+
+
+def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
+    assert [str(spec) for spec in chosen().specs] == [
+        "hull50=collider[shape=hull,rate_hz=50]", "mesh50=discrete[rate_hz=50]", "paper=hybrid-qaco", "exact=exact"
+    ]  # fmt: skip
+    assert [spec.label for spec in chosen(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
+    recorded = replace(
+        cubes(TWO_BUMPS), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),)
+    )
+    assert [spec.label for spec in chosen(session=recorded).specs] == [
+        "recorded", "shipped50", "mesh50", "paper", "exact"
+    ]  # fmt: skip
+
+
+def test_settings_in_the_summary_give_the_same_answers():
+    asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
+    first = compute(cubes(TWO_BUMPS), asked)
+    told = first.document.settings
+    assert set(told.__struct_fields__) == {field.name for field in fields(RunSettings)}
+    again = compute(cubes(TWO_BUMPS), RunSettings(**asdict(told)))
+    assert again.document.settings == told
+    digests = [{label: made.digest for label, made in run.document.detectors.items()} for run in (first, again)]
+    assert digests[0] == digests[1] and len(digests[0]) == 3
+
+
+def test_a_named_oracle_runs_though_effects_need_no_contacts():
+    session = cubes(TWO_BUMPS, scene=Scene(effects=()))
+    assert compute(session).oracle == compute(session, oracle="none").oracle == ""
+    assert "hybrid" in compute(session, oracle="hybrid").episodes
+    assert compute(session, detectors="sphere").oracle == "exact"
+    with pytest.raises(CollisionCoreError, match="no detector 'nobody'"):
+        compute(session, oracle="nobody")
+
+
+def test_an_oracle_with_the_label_of_another_is_refused():
+    with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
+        chosen("hybrid=sphere", "hybrid=hybrid[containment=false]")
+
+
+@pytest.mark.parametrize("detectors", ["", "sphere,hybrid"])
+def test_without_an_oracle_nothing_is_compared(detectors):
+    result = compute(cubes(TWO_BUMPS), detectors=detectors or (), oracle="none" if detectors else None)
+    assert not result.comparisons and not result.misses and result.oracle == ""
+    assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
+
+
+def test_only_detectors_of_effects_alone_are_not_asked_live():
+    asked = {
+        "session": cubes(TWO_BUMPS, scene=TOUCHING),
+        "detectors": "hybrid,sphere,image-space,continuous",
+        "oracle": "static",
+    }
+    live, offline = compute(**asked), compute(**asked, offline=True)
+    told = {label: made.live for label, made in live.document.detectors.items()}
+    assert told == {"hybrid": True, "sphere": True, "image-space": False, "static": True, "continuous": False}
+    assert not any(made.live for made in offline.document.detectors.values())
+    for label, found in live.detections.items():
+        assert found.digest == offline.detections[label].digest
+        assert {np.shape(spent) for spent in found.seconds.values()} == {(12,) if told[label] else ()}
+
+
+def test_a_detector_that_effects_name_runs_live_with_faces():
+    result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
+    exact, told = result.detections["exact"], result.document.detectors["exact"]
+    assert told.live and not told.faces_queried, "the faces come from a pass that is not timed"
+    assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
+    assert told.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
+
+
+def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
+    monkeypatch.setattr("replay.engine.make_detector", None)
+    result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]")
+    assert len(result.misses["slow"]) == 2
+
+
+def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
+    def answers(result):
+        digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
+        return digests, result.misses, result.episodes
+
+    asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
+    freed = []
+    monkeypatch.setattr("replay.engine.give_back_memory", lambda: freed.append(1))
+    held = answers(compute(cubes(TWO_BUMPS), **asked))
+    assert not freed
+    monkeypatch.setattr("replay.engine.HELD_FRAMES", 5)
+    monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
+    monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
+    assert answers(compute(cubes(TWO_BUMPS), **asked)) == held and freed
+    monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
+    poor = compute(cubes(TWO_BUMPS), **asked)
+    assert poor.detections["hybrid"].face_sets is None
+    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
+
+
+def test_every_stage_of_a_run_advances_to_its_end():
+    stages = []
+
+    class Counting:
+        @contextmanager
+        def stage(self, name, total=None, unit="frames"):
+            done = []
+            yield done.append
+            stages.append((name, total, sum(done)))
+
+    compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="slow=discrete[rate_hz=20],sphere", progress=Counting())
+    assert len(stages) == 4 and all(total in (None, done) for _, total, done in stages), stages
