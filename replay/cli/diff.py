@@ -19,24 +19,30 @@ if TYPE_CHECKING:
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
 
+COMPARE_WORDS = "Compare detector OLD of RUN_A with NEW of RUN_B; the usual choice is by label, then by what is alike."
+
 
 @click.command()
 @click.argument("run_a", type=ANY_PATH, metavar="RUN_A")
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @click.option("--different-sessions", is_flag=True, help="Compare runs of two recordings; else they are refused.")
+@click.option("--compare", "pairs", multiple=True, metavar="OLD=NEW", help=COMPARE_WORDS)
 @reporting
-def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, people: People) -> int:
-    """Say which contacts RUN_B gained, lost or shifted beside RUN_A, what it took, and what was set differently.
+def command(
+    run_a: Path, run_b: Path, different_sessions: bool, pairs: tuple[str, ...], as_json: bool, people: People
+) -> int:
+    """Say whether RUN_B is better than RUN_A, which contacts it gained, lost or shifted, and what was set differently.
 
     \b
     replay diff runs/before runs/after
+    replay diff runs/before runs/after --compare hull50=shipped50
     replay view runs/before runs/after
     """
     from replay.cli.terminal import terminal
     from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
-    difference = diff_runs(run_a, run_b, different_sessions=different_sessions)
+    difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(pairs))
     plain = asdict(difference) | {"changed": difference.changed}
     answer(as_json, plain, lambda: terminal(*_shown(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:
@@ -46,14 +52,26 @@ def command(run_a: Path, run_b: Path, different_sessions: bool, as_json: bool, p
     return 0
 
 
+def _labels(pairs: tuple[str, ...]) -> list[tuple[str, str]]:
+    """The labels of ``--compare``."""
+    labels = []
+    for pair in pairs:
+        before, equals, after = pair.partition("=")
+        if not (before and equals and after):
+            raise click.BadParameter(
+                f"{pair!r} is not OLD=NEW, a label of RUN_A and one of RUN_B", param_hint="--compare"
+            )
+        labels.append((before, after))
+    return labels
+
+
 def _shown(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.cli.terminal import line
     from replay.studies.diff.diff_words import changes, diff_table, settings_lines
     from replay.tables import STRONG
 
-    yield line(
-        f"{run_b} beside {run_a}: " + ("contacts changed" if difference.changed else "no contact changed"), STRONG
-    )
+    yield line(difference.answer, STRONG)
+    yield line(f"before: {run_a}; after: {run_b}")
     yield from map(line, settings_lines(difference))
     for side, labels in ((run_a, difference.only_a), (run_b, difference.only_b)):
         if labels:

@@ -1,4 +1,8 @@
-"""Compares two run folders: episodes gained, lost and shifted, the ratio of times, and every setting that differs."""
+"""Compares two run folders: episodes gained, lost and shifted, the ratio of times, and every setting that differs.
+
+Detectors of one label are compared with each other. A label that only one run has is compared with one of the other run
+that stands for the same: hulls of the first with the shipped colliders of the second.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,15 +12,17 @@ from typing import Any, Final
 from replay.auditing.matching import partners
 from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
-from replay.document.ranking import Range, count_range
+from replay.document.ranking import Range, Rank, count_range
 from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
-from replay.show.results.run_folder import read_run_folder
+from replay.show.results.run_folder import RunFolder, read_run_folder
+from replay.studies.diff.answer import answer_of
+from replay.studies.diff.counterparts import Labels, counterparts
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
 
-SETTINGS: Final = ("seed", "window", "oracle", "versions", "machine")
+SETTINGS: Final = ("seed", "tau", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
 Row = Mapping[str, Any]
@@ -45,10 +51,12 @@ class DetectorDiff:
     over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
     ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, the smallest and
     the largest count over the sampling offsets; ``false_contact`` the parts of the time reported
-    that are false, means over these offsets: both as the ranking of each run says them, ``None`` where the detector was
-    not audited.
+    that are false, means over these offsets; ``loss`` what ``replay.auditing.loss`` makes of them: all as the ranking
+    of each run says them, ``None`` where the detector was not audited. ``labels`` are those in the first and in the
+    second run, ``mean_seconds`` those a frame.
     """
 
+    labels: Labels
     same: int
     gained: tuple[Row, ...]
     lost: tuple[Row, ...]
@@ -58,6 +66,8 @@ class DetectorDiff:
     same_verdicts: bool | None
     missed: Ranges
     false_contact: Fractions
+    loss: Fractions
+    mean_seconds: tuple[float, float]
 
     @property
     def changed(self) -> bool:
@@ -67,15 +77,17 @@ class DetectorDiff:
 
 @dataclass(frozen=True)
 class RunDiff:
-    """Two runs beside each other: label -> comparison of the detectors that both have, and the labels of the others.
+    """Two runs beside each other: label -> comparison of a detector of each, and the labels of the others.
 
-    ``settings`` is name -> (first, second) of everything set differently.
+    ``settings`` is name -> (first, second) of everything set differently. ``answer`` says whether the second run is
+    better.
     """
 
     detectors: Mapping[str, DetectorDiff]
     only_a: tuple[str, ...]
     only_b: tuple[str, ...]
     settings: Mapping[str, tuple[Any, Any]]
+    answer: str
 
     @property
     def changed(self) -> bool:
@@ -83,11 +95,13 @@ class RunDiff:
         return any(detector.changed for detector in self.detectors.values())
 
 
-def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False) -> RunDiff:
-    """Compare two run folders.
+def diff_runs(
+    a: str | Path, b: str | Path, *, different_sessions: bool = False, compared: Sequence[Labels] = ()
+) -> RunDiff:
+    """Compare two run folders; ``compared`` are labels of the first and the second that are to be compared.
 
     Raises ``RunFolderError``: a folder that is none, or of another version; two recordings, unless they are meant to be
-    ``different_sessions``.
+    ``different_sessions``; no detector of such a label.
     """
     runs = [read_run_folder(run) for run in (a, b)]
     for run in runs:
@@ -100,22 +114,32 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
             f"{a} and {b} replay different recordings, {names}: their contacts do not compare; "
             "if that is meant, add --different-sessions"
         )
-    labels = [run.document.detectors for run in runs]
+    first, second = (run.document for run in runs)
+    labels = counterparts(first, second, compared)
     episodes = [run.rows("episodes") for run in runs]
-    common = [label for label in labels[0] if label in labels[1]]
-    only_a, only_b = (tuple(label for label in own if label not in common) for own in labels)
+    detectors = {name_of(pair): _detector(pair, runs, episodes) for pair in labels}
+    settings = dict(_differences(first, second, labels))
     return RunDiff(
-        {label: _detector(label, [run.document for run in runs], episodes) for label in common},
-        only_a,
-        only_b,
-        dict(_differences(runs[0].document, runs[1].document, common)),
+        detectors=detectors,
+        only_a=tuple(label for label in first.detectors if label not in {before for before, _ in labels}),
+        only_b=tuple(label for label in second.detectors if label not in {after for _, after in labels}),
+        settings=settings,
+        answer=answer_of(first, second, detectors, settings),
     )
 
 
-def _detector(label: str, documents: Sequence[RunDocument], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
-    """One detector, by the documents of both runs and their tables of contacts."""
-    detectors = [document.detectors[label] for document in documents]
-    before, after = ([row for row in rows if row["detector"] == label] for rows in episodes)
+def name_of(labels: Labels) -> str:
+    """``hull50``, or ``hull50 -> shipped50`` where the labels differ."""
+    before, after = labels
+    return before if before == after else f"{before} -> {after}"
+
+
+def _detector(labels: Labels, runs: Sequence[RunFolder], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
+    """One detector of each run, by the documents of both runs and their tables of contacts."""
+    detectors = [run.document.detectors[label] for run, label in zip(runs, labels, strict=True)]
+    before, after = (
+        [row for row in rows if row["detector"] == label] for rows, label in zip(episodes, labels, strict=True)
+    )
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
     matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
     both = [(before[i - 1], after[j - 1]) for i, j in matched]
@@ -123,19 +147,30 @@ def _detector(label: str, documents: Sequence[RunDocument], episodes: Sequence[S
     moved = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
-    audits = [document.audit.get(label) for document in documents]
+    audits = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
     missed = tuple(
         None if audit is None else count_range(audit.counts_over_offsets.contacts_missed) for audit in audits
     )
-    false = tuple(None if audit is None else audit.false_contact_mean.value for audit in audits)
+    ranks = [_audited_rank(run, label) for run, label in zip(runs, labels, strict=True)]
     return DetectorDiff(
-        same=len(shifts) - len(moved), gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
-        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept), shifted=moved,
+        labels=labels,
+        same=len(shifts) - len(moved),
+        gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
+        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept),
+        shifted=moved,
         time_ratio=_ratio(*(times.detect for times in seconds)),
         p99_ratio=_ratio(*(times.p99 for times in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=missed, false_contact=false,
-    )  # fmt: skip
+        missed=missed,
+        false_contact=tuple(None if audit is None else audit.false_contact_mean.value for audit in audits),
+        loss=tuple(None if rank is None else rank.loss for rank in ranks),
+        mean_seconds=(seconds[0].per_frame_mean, seconds[1].per_frame_mean),
+    )
+
+
+def _audited_rank(run: RunFolder, label: str) -> Rank | None:
+    """The row of the ranking of an audited detector; ``None``: it was not audited."""
+    return next((rank for rank in run.ranking if rank.label == label and label in run.document.audit), None)
 
 
 def _episode(pair: int, row: Row) -> Episode:
@@ -155,18 +190,26 @@ def _ratio(before: float | None, after: float | None) -> float | None:
 
 
 def _differences(
-    first: RunDocument, second: RunDocument, common: Sequence[str]
+    first: RunDocument, second: RunDocument, labels: Sequence[Labels]
 ) -> Iterator[tuple[str, tuple[Any, Any]]]:
     a, b = plain_of(first), plain_of(second)
     for name in SETTINGS:
         yield from _unequal(name, a[name], b[name])
     # what was said of a pair's containment is an answer, not a setting
     yield from _unequal("pairs", *([(pair.name, pair.grasp) for pair in run.pairs] for run in (first, second)))
+    yield from _unequal("session.file", *(_file(run) for run in (first, second)))
     for name in ("frames", "bodies"):
         yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
-    for label in common:
+    for before, after in labels:
         for key in ("name", "settings"):
-            yield from _unequal(f"{label}.{key}", a["detectors"][label][key], b["detectors"][label][key])
+            name = f"{name_of((before, after))}.{key}"
+            yield from _unequal(name, a["detectors"][before][key], b["detectors"][after][key])
+
+
+def _file(run: RunDocument) -> str:
+    """The recording by its content: files with the same poses may hold other colliders, meshes or scenes."""
+    mark = run.session.recording
+    return "in memory" if mark is None else f"SHA-256 {mark.sha256[:12]}"
 
 
 def _unequal(name: str, a: Any, b: Any) -> Iterator[tuple[str, tuple[Any, Any]]]:

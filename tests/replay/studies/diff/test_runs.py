@@ -18,7 +18,7 @@ def folders(tmp_path_factory):
     at = tmp_path_factory.mktemp("runs")
     more = {"picture": False, "oracle": "none"}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100],hybrid", out=at / "a", **more)
-    run(cubes(AFTER), detectors="slow=discrete[rate_hz=50],sphere", out=at / "b", seed=3, **more)
+    run(cubes(AFTER), detectors="slow=discrete[rate_hz=50],sphere,aabb", out=at / "b", seed=3, **more)
     run(cubes(AFTER), detectors="slow=discrete[rate_hz=100]", out=at / "c", **more)
     return at
 
@@ -45,7 +45,7 @@ def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
 def test_every_setting_that_differs_is_named_and_no_other(folders):
     result = diff_runs(folders / "a", folders / "b", different_sessions=True)
     assert result.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
-    assert (result.only_a, result.only_b) == (("hybrid",), ("sphere",))
+    assert (result.only_a, result.only_b) == (("hybrid",), ("sphere", "aabb"))
 
 
 def test_a_run_beside_itself_changed_nothing(folders):
@@ -62,3 +62,48 @@ def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, 
     again = {"oracle": "none", "picture": False, "start": 0.02, "policy": ["frozen=drop"]}
     run(cubes(BEFORE), detectors="slow=discrete[rate_hz=100]", out=tmp_path / "moved", **again)
     assert diff_runs(folders / "a", tmp_path / "moved").settings["session.frames"][1] == 12
+
+
+@pytest.fixture(scope="module")
+def before_and_after(tmp_path_factory):
+    """A body that stays beside a hollow one's opening: its hull is in false contact there, its pieces are not."""
+    at = tmp_path_factory.mktemp("colliders")
+    session = cubes({"a": [0] * 14, "b": [3, 0.9, 3, 1.2, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]})
+    for name, detectors in (
+        ("coarse", "wide50=collider[shape=box,skin_m=0.3],exact"),
+        ("fine", "collider-shipped-50=collider[shape=box],exact"),
+        ("other", "mine=sphere,exact"),
+        ("short", "wide50=collider[shape=box],exact"),
+    ):
+        end = {"end": 0.1} if name == "short" else {}
+        run(session, detectors=detectors, oracle="exact", out=at / name, picture=False, **end)
+    return at
+
+
+def test_colliders_under_other_labels_are_compared(before_and_after):
+    result = diff_runs(before_and_after / "coarse", before_and_after / "fine")
+    assert list(result.detectors) == ["wide50 -> collider-shipped-50", "exact"]
+    assert result.changed and not result.only_a and not result.only_b
+    assert result.answer.startswith("Yes: wide50 -> collider-shipped-50: false contact 20 % -> 0 %, ")
+    back = diff_runs(before_and_after / "fine", before_and_after / "coarse")
+    assert back.answer.startswith("No, worse: collider-shipped-50 -> wide50: false contact 0 % -> 20 %, ")
+
+
+def test_last_detector_of_each_run_is_compared_whatever_it_is(before_and_after):
+    result = diff_runs(before_and_after / "coarse", before_and_after / "other")
+    assert list(result.detectors) == ["wide50 -> mine", "exact"]
+
+
+def test_no_run_is_better_that_replays_another_stretch(before_and_after):
+    answer = diff_runs(before_and_after / "coarse", before_and_after / "short").answer
+    assert "cannot be told: the runs differ in session.frames and window" in answer
+
+
+def test_first_line_on_the_screen_is_the_answer(before_and_after, capsys):
+    runs = [str(before_and_after / name) for name in ("coarse", "fine")]
+    assert main(["diff", *runs]) == 0
+    assert capsys.readouterr().out.startswith("Yes: wide50 -> collider-shipped-50")
+    assert main(["diff", *runs, "--compare", "wide50=exact"]) == 0
+    assert "wide50 -> exact" in capsys.readouterr().out
+    assert main(["diff", *runs, "--compare", "wide50=nothing"]) == 1
+    assert "no detector 'nothing'; there are: collider-shipped-50, exact" in capsys.readouterr().err

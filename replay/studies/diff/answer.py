@@ -1,0 +1,116 @@
+"""The first sentence of a comparison of two runs: whether the second is better, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from replay import words
+from replay.document.run_document import RunDocument
+
+if TYPE_CHECKING:
+    from replay.studies.diff.runs import DetectorDiff
+
+REPLAYED: Final = ("session.frames", "session.bodies", "window", "oracle", "pairs", "tau", "session.digest")
+"""Differences with which the errors of two runs are not of the same contacts."""
+
+LEAST: Final = 1e-9
+"""Two losses that differ by less are the same: means are sums of rounded numbers."""
+
+
+def answer_of(
+    first: RunDocument,
+    second: RunDocument,
+    detectors: Mapping[str, DetectorDiff],
+    settings: Mapping[str, tuple[Any, Any]],
+) -> str:
+    """Return whether the second run is better, of the detector with the largest change of loss."""
+    compared = {name: detector for name, detector in detectors.items() if first.oracle not in detector.labels}
+    changed = any(detector.changed for detector in detectors.values())
+    audited = [detector for detector in compared.values() if None not in detector.loss]
+    if not compared:
+        contacts = "contacts changed" if changed else "no contact changed"
+        return f"No detector but the reference is in both runs; {contacts}." if detectors else "No detector compares."
+    if not audited:
+        return f"{_changes(compared.values())} No reference says which run is right."
+    reason = _not_comparable(first, second, settings)
+    if reason:
+        return f"{_changes(compared.values())} Whether that is better cannot be told: {reason}."
+    best = max(audited, key=lambda detector: abs(_gain(detector)))
+    return _helped(best, second.audit[best.labels[1]].contacts, same_machine="machine" not in _parts(settings))
+
+
+def _helped(detector: DetectorDiff, contacts: int, *, same_machine: bool) -> str:
+    """``Yes: hull50 -> shipped50: false contact 86 % -> 8 %, 0 of 18 contacts missed in both, loss 0.9 -> 0.1.``"""
+    before, after = detector.labels
+    gain = _gain(detector)
+    false_before, false_after = (100 * (fraction or 0.0) for fraction in detector.false_contact)
+    worse = false_after > false_before if gain > 0 else false_after < false_before
+    missed_before, missed_after = (0 if counts is None else sum(counts) for counts in detector.missed)
+    worse_missed = missed_after > missed_before if gain > 0 else missed_after < missed_before
+    subject = after if before == after else f"{before} -> {after}"
+    numbers = f"{_false(detector)}, {_missed(detector, contacts)}, {_loss(detector)}"
+    cost = f"; {_cost(detector)}" if same_machine else ""
+    if abs(gain) < LEAST:
+        same = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
+        return f"No difference: {subject}: {same} ({numbers}){cost}."
+    on_balance = ", on balance" if worse or worse_missed else ""
+    return f"{'Yes' if gain > 0 else 'No, worse'}{on_balance}: {subject}: {numbers}{cost}."
+
+
+def _gain(detector: DetectorDiff) -> float:
+    """Loss that the second run does not have."""
+    before, after = detector.loss
+    return (before or 0.0) - (after or 0.0)
+
+
+def _false(detector: DetectorDiff) -> str:
+    before, after = (words.share(fraction or 0.0) for fraction in detector.false_contact)
+    return f"{before} false contact in both" if before == after else f"false contact {before} -> {after}"
+
+
+def _missed(detector: DetectorDiff, contacts: int) -> str:
+    before, after = (words.count_range(counts or (0, 0)) for counts in detector.missed)
+    whole = words.plural(contacts, "contact")
+    return f"{before} of {whole} missed in both" if before == after else f"missed {before} -> {after} of {whole}"
+
+
+def _loss(detector: DetectorDiff) -> str:
+    before, after = (words.loss_number(loss or 0.0) for loss in detector.loss)
+    return f"loss {before} in both" if before == after else f"loss {before} -> {after}"
+
+
+def _cost(detector: DetectorDiff) -> str:
+    before, after = detector.mean_seconds
+    if words.frame_time(abs(after - before)) == words.frame_time(0.0):
+        return "the same time a frame"
+    return f"{words.frame_time(abs(after - before))} {'more' if after >= before else 'less'} a frame"
+
+
+def _changes(detectors: Iterable[DetectorDiff]) -> str:
+    """``Contacts: 1 gained, 40 lost, 2 shifted.``"""
+    every = list(detectors)
+    gained, lost, shifted = (
+        sum(len(getattr(detector, kind)) for detector in every) for kind in ("gained", "lost", "shifted")
+    )
+    if not gained + lost + shifted:
+        return "No contact changed."
+    return f"Contacts: {gained:,} gained, {lost:,} lost, {shifted:,} shifted."
+
+
+def _not_comparable(first: RunDocument, second: RunDocument, settings: Mapping[str, tuple[Any, Any]]) -> str:
+    """Why errors of the two runs are not of the same contacts, as the end of a sentence; ``""``: they are."""
+    if first.session.digest != second.session.digest:
+        return "the runs replay different recordings"
+    different = [name for name in REPLAYED if name in settings or name in _parts(settings)]
+    if different:
+        return f"the runs differ in {' and '.join(different)}"
+    references = [run.detectors[run.oracle].digest for run in (first, second) if run.oracle]
+    if len(set(references)) > 1:
+        return "the contacts of the reference differ: the meshes are others"
+    return ""
+
+
+def _parts(settings: Mapping[str, tuple[Any, Any]]) -> set[str]:
+    """First two words of the names of all settings: ``window``, ``session.bodies``."""
+    return {name.partition(".")[0] for name in settings} | {".".join(name.split(".")[:2]) for name in settings}
