@@ -16,7 +16,7 @@ MOST_NAMED: Final = 4
 
 DECIDE: Final = f"To decide: replay doctor {RECORDING} --look"
 
-GUESSED_SUBJECTS: Final = (Subject.POSE_AXES, Subject.LENGTH_UNIT, *DRAFTED)
+GUESSED_SUBJECTS: Final = (Subject.POSE_AXES, Subject.LENGTH_UNIT, Subject.MESH_UNIT, *DRAFTED)
 """What the first screen of a run names where it was guessed."""
 
 

@@ -25,7 +25,9 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
 @click.option("--look", is_flag=True, help="Pictures of the scene, and questions on what its import guessed.")
 @click.option("--answer", "answers", multiple=True, metavar="1b", help="Answer a question of --look. Repeatable.")
-@click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="Write the answers into this mapping too.")
+@click.option(
+    "--mapping", type=SESSION_FILE, metavar="FILE", help="A mapping that gets the answers too, or loses them."
+)
 @click.option("--forget-answers", is_flag=True, help="Undo the answers to the questions of --look.")
 @scene
 @reporting
@@ -103,7 +105,7 @@ def _look(
     if len(files) != 1 or files[0].suffix.lower() != ".mcap" or not files[0].is_file():
         raise click.UsageError("--look, --answer and --forget-answers are for one session file: FILE.mcap")
     if forgets:
-        return forget_answers(files[0], people)
+        return forget_answers(files[0], people, mapping=mapping)
     return look_at(files[0], people, as_json=as_json, given=parse_answers(answers), mapping=mapping)
 
 

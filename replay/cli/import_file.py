@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sessions import Session
 
 AXES_WORDS = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
+UNIT_WORDS = "Unit of mesh files: m, cm, mm. Default: by size. Repeatable."
 OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 
 
@@ -28,9 +29,7 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @force
 @click.option("--mesh", "named", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @meshes_option
-@click.option(
-    "--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Unit of the mesh files. Default: by their size."
-)
+@click.option("--mesh-units", multiple=True, metavar="[BODY=]UNIT", help=UNIT_WORDS)
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")

@@ -1,7 +1,9 @@
 """``replay doctor --look`` and the end of ``replay import``: pictures of a recording, and what its import guessed."""
 
+import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any, Final
@@ -103,26 +105,57 @@ def look_at(
     chosen = dict(given)
     if is_terminal if asks is None else asks:
         chosen |= _asked(examined.questions, given)
-    _keep(session, path, examined.questions, chosen, people)
     if mapping is not None and chosen:
-        _keep_in_mapping(mapping, examined.questions, chosen, people)
+        session = _kept_in_mapping(session, path, mapping, examined.questions, chosen, people)
+    _keep(session, path, examined.questions, chosen, people)
     undecided = [number for number in range(len(examined.questions)) if number not in chosen]
     for number in undecided:
         people.say(f"Not decided: question {number + 1}. {_decides(examined.questions[number], number, path)}")
     return DATA_LOSS if undecided else OK
 
 
-def forget_answers(path: Path, people: People) -> int:
-    """Make a recording what it was before its user answered; the exit code."""
+def forget_answers(path: Path, people: People, *, mapping: Path | None = None) -> int:
+    """Undo all that answers wrote: in the recording, in its pictures, and in the mapping; the exit code.
+
+    ``mapping``: the file that got the answers; ``None``: the one that the recording names.
+    """
     from sessions import read_session, write_session
+    from sessions.importers.mapping_answers import ANSWERED_MAPPING_FACT, forget_mapping_answers
     from sessions.scene_files.answers import with_answers_forgotten
 
-    forgotten, count = with_answers_forgotten(read_session(path))
-    if count:
-        write_session(forgotten, path, overwrite=True)
+    session = read_session(path)
+    named = session.facts.get(ANSWERED_MAPPING_FACT, "")
+    mapping = mapping or (path.parent / named if named else None)
+    if mapping is not None and mapping.is_file():
+        count = forget_mapping_answers(mapping)
+        answers = "1 line" if count == 1 else f"{count} lines"
+        people.say(f"{mapping}: {answers} as before the answers" if count else f"{mapping}: no answer to forget")
+    elif mapping is not None:
+        people.say(f"{mapping} got answers too and is not there; where it is now: --mapping FILE")
+    forgotten, count = with_answers_forgotten(session)
+    if count or named:
+        facts = {key: text for key, text in forgotten.facts.items() if key != ANSWERED_MAPPING_FACT}
+        write_session(replace(forgotten, facts=facts), path, overwrite=True)
+        _renew_pictures(path, people)
     answers = "1 answer" if count == 1 else f"{count} answers"
     people.say(f"{path}: {answers} forgotten" if count else f"{path}: no answer to forget")
     return OK
+
+
+def _renew_pictures(path: Path, people: People) -> None:
+    """Draw the pictures of a recording again where there are any."""
+    from cdcore.errors import CollisionCoreError
+    from replay.advice.assumptions import examine_assumptions
+    from replay.errors import ReplayError
+    from sessions import read_session
+
+    folder = path.with_name(path.stem + FOLDER_END)
+    if not folder.is_dir():
+        return
+    try:
+        _write_pictures(examine_assumptions(read_session(path), rows=()), folder, people)
+    except (ReplayError, CollisionCoreError) as error:
+        people.say(f"note: the pictures in {folder} are of before ({error})")
 
 
 def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[Path]:
@@ -234,7 +267,7 @@ def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
 
 def _keep(session: "Session", path: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
     """Write the answers into the recording, and say how to undo them and how to give them to the next import."""
-    from sessions import read_session, write_session
+    from sessions import write_session
     from sessions.scene_files.answers import OPTIONS, answered
 
     if not chosen:
@@ -248,16 +281,15 @@ def _keep(session: "Session", path: Path, questions: Sequence["Question"], chose
             people.say(f"To say it when you import again: {option} {value!r}".replace("'", '"'))
     write_session(changed, path, overwrite=True)
     if any(not questions[number].alternatives[alternative].is_current for number, alternative in chosen.items()):
-        from replay.advice.assumptions import examine_assumptions
-
-        # Its frames are read from the file, which is another one now.
-        _write_pictures(examine_assumptions(read_session(path)), path.with_name(path.stem + FOLDER_END), people)
+        _renew_pictures(path, people)
     people.say(f"Written to {path}. To undo: replay doctor {path} --forget-answers")
 
 
-def _keep_in_mapping(mapping: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
-    """Write the answers into the mapping by which the recording was imported, for the next import."""
-    from sessions.importers.mapping_answers import write_answers
+def _kept_in_mapping(
+    session: "Session", path: Path, mapping: Path, questions: Sequence["Question"], chosen: Answers, people: People
+) -> "Session":
+    """The recording with the mapping that got its answers, for the next import, among its facts."""
+    from sessions.importers.mapping_answers import ANSWERED_MAPPING_FACT, write_answers
 
     answers = [
         (questions[number].assumption, questions[number].alternatives[alternative].value)
@@ -265,6 +297,8 @@ def _keep_in_mapping(mapping: Path, questions: Sequence["Question"], chosen: Ans
     ]
     keys = write_answers(mapping, answers)
     people.say(f"Written to {mapping}: {', '.join(keys)}")
+    named = Path(os.path.relpath(mapping, path.parent)).as_posix()
+    return replace(session, facts={**session.facts, ANSWERED_MAPPING_FACT: named})
 
 
 def _decides(question: "Question", number: int, path: Path) -> str:

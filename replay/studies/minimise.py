@@ -17,6 +17,7 @@ from sessions import Event, Frames, Interval, Scene, Session, Track
 from sessions.errors import SessionError
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS
+from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
 from sessions.model.scene import SceneBody, SceneEffect
 from sessions.names import HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
@@ -36,6 +37,14 @@ FACTS: Final = {
 """Facts that stay where they hold one of these words."""
 KNOWN_AXES: Final = frozenset((*CONVENTIONS, *MESH_ROTATIONS, BODY))
 """Names of axes, which are no words of a user."""
+KNOWN_VALUES: Final = {
+    Subject.POSE_AXES: KNOWN_AXES,
+    Subject.MESH_AXES: KNOWN_AXES,
+    Subject.COLLIDER_AXES: KNOWN_AXES,
+    Subject.MESH_UNIT: UNITS,
+    Subject.LENGTH_UNIT: UNITS,
+}
+"""Assumptions that stay, and the values that are no words of a user."""
 
 
 @dataclass(frozen=True)
@@ -89,14 +98,14 @@ def minimise(session: Session) -> Session:
 
 
 def _open_assumptions(session: Session, names: Mapping[str, str]) -> list[Assumption]:
-    """Open guesses of an import on meshes, with the axes of the poses; no file and no text of a user."""
+    """Open guesses of an import, with the axes of the poses; no file and no text of a user."""
     rows = recording_assumptions(session)
     if not any(row.is_open for row in rows):
         return []
     kept = []
     for row in rows:
-        if row.subject in (Subject.POSE_AXES, Subject.MESH_AXES) and row.value in KNOWN_AXES:
-            bodies = tuple(names[name] for name in row.bodies)
+        if row.value in KNOWN_VALUES.get(row.subject, ()):
+            bodies = tuple(names[name] for name in row.bodies if name in names)
             kept.append(replace(row, bodies=bodies, files=(), reason="", guessed_value=""))
     return kept
 

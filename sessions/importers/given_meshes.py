@@ -4,7 +4,7 @@ What a file does not say, its axes and its unit, is assumed; every assumption is
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Final
 
@@ -14,16 +14,11 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import FORMAT_UNIT, SMALLEST_BESIDE_OTHERS_M, UNITS, guessed, likely_units, matched
-from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.meshes.mesh_match import UNITS, guessed, matched
+from sessions.model.assumption import Assumption
 from sessions.model.scene import Scene
-from sessions.scene_files.body_axes import (
-    axes_assumption,
-    file_type_of,
-    grouped_assumptions,
-    in_body_axes,
-    scene_mesh_unit,
-)
+from sessions.scene_files.body_axes import axes_assumption, grouped_assumptions, in_body_axes
+from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
 from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
@@ -37,7 +32,7 @@ class MeshOptions:
     ----------
     meshes : body name -> mesh file, or a mesh in metres and canonical axes; they win over the scene's.
     mesh_folder : a folder of mesh files, or a GLB of nodes, named like the bodies.
-    mesh_units : m, cm or mm of the mesh files; ``""``: by their standard or size.
+    mesh_units : m, cm or mm of the mesh files; of several, ``BODY=cm`` is for one body; none: by standard or size.
     mesh_axes : axes of the mesh files, as `mesh_axes_matrix` takes them; of several, ``BODY=NAME`` is for one body.
     colliders : a GLB with the colliders of an engine.
     collider_axes : axes of that file; ``""``: those of the recording.
@@ -45,7 +40,7 @@ class MeshOptions:
 
     meshes: Mapping[str, MeshSource] | None = None
     mesh_folder: str | Path | None = None
-    mesh_units: str = ""
+    mesh_units: str | Sequence[str] = ()
     mesh_axes: str | Sequence[str] = ()
     colliders: str | Path | None = None
     collider_axes: str = ""
@@ -55,9 +50,8 @@ class MeshOptions:
 
         Raises ImportFileError: unknown axes, or a body that is not there.
         """
-        texts = [self.mesh_axes] if isinstance(self.mesh_axes, str) else self.mesh_axes
         chosen: dict[str, str] = {}
-        for text in filter(None, texts):
+        for text in _texts(self.mesh_axes):
             body, equals, axes = text.partition("=")
             if not equals or (body not in names and _is_axes(text, poses)):
                 body, axes = "", text
@@ -68,8 +62,28 @@ class MeshOptions:
             chosen[body] = axes
         return chosen
 
+    def units_by_body(self, names: Sequence[str]) -> dict[str, str]:
+        """Returns body -> unit of its mesh file, and ``""`` -> that of all others where it is given.
+
+        Raises ImportFileError: an unknown unit, or a body that is not there.
+        """
+        chosen: dict[str, str] = {}
+        for text in _texts(self.mesh_units):
+            body, _, unit = text.rpartition("=")
+            if body and body not in names:
+                raise ImportFileError(f"--mesh-units {text}: there is no body {body!r}{nearest(body, names)}")
+            if unit not in UNITS:
+                raise ImportFileError(f"--mesh-units {text}: there is no unit {unit!r}{nearest(unit, UNITS)}")
+            chosen[body] = unit
+        return chosen
+
 
 MESH_OPTIONS: Final = tuple(one.name for one in fields(MeshOptions))
+
+
+def _texts(values: str | Sequence[str]) -> list[str]:
+    """The texts of an option that is given once or several times, without empty ones."""
+    return [text for text in ([values] if isinstance(values, str) else values) if text]
 
 
 def _is_axes(text: str, poses: Convention) -> bool:
@@ -148,8 +162,9 @@ def placed_meshes(
             axes_by_body.setdefault(body.id, body.mesh_axes)
     placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
     file_meshes = {**from_scene, **given}
-    units = (replace(row.unit, bodies=(name,)) for name, row in file_meshes.items() if row.unit is not None)
-    placed.assumptions.extend(grouped_assumptions(units))
+    units = {name: row.unit for name, row in file_meshes.items() if row.unit is not None}
+    sizes = {name: row.mesh for name, row in file_meshes.items()}
+    placed.assumptions.extend(grouped_assumptions(units_beside_others(units, sizes)))
     axes_rows: dict[str, Assumption] = {}
     for name, row in file_meshes.items():
         stated = axes_by_body.get(name, axes_by_body.get("", ""))
@@ -168,76 +183,40 @@ def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tup
     from sessions.meshes.mesh_files import load_mesh
 
     given, notes = dict[str, FileMesh](), list[str]()
+    units = options.units_by_body(names)
     for name, source in (options.meshes or {}).items():
         if name not in names:
             raise ImportFileError(f"there is no body {name!r} to put a mesh on{nearest(name, names)}")
         if isinstance(source, MeshData):
             given[name] = FileMesh(source, "")
         else:
-            given[name] = _in_metres(
-                load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", options, poses
-            )
+            unit = units.get(name, units.get("", ""))
+            given[name] = _in_metres(load_mesh(source), Path(source).name, f"{name}: {Path(source).name}", unit, poses)
     notes += [note for row in given.values() for note in row.notes]
     if options.mesh_folder is not None:
         bare = [name for name in names if name not in given]
-        scale = UNITS[options.mesh_units] if options.mesh_units else None
-        matches, without = matched(Path(options.mesh_folder), bare, scale)
+        scales = {name: UNITS[unit] for name, unit in units.items()}
+        matches, without = matched(Path(options.mesh_folder), bare, scales)
         for name, match in matches.items():
-            unit = _unit_assumption(match.file.name, match.mesh, match.scale, options, poses)
-            given[name] = FileMesh(match.mesh, match.file.name, unit)
+            stated = units.get(name, units.get("", ""))
+            unit = _unit_of_scale(match.scale)
+            assumption = mesh_unit(match.file.name, match.mesh, unit, poses, is_stated=bool(stated))
+            given[name] = FileMesh(match.mesh, match.file.name, assumption)
             notes.append(match.words)
         notes += without
-    return _with_units_of_others(given), notes
+    return given, notes
 
 
-def _with_units_of_others(given: dict[str, FileMesh]) -> dict[str, FileMesh]:
-    """Meshes whose files look like metres beside files in a smaller unit, which they may have as well."""
-    others = [
-        row.unit.value
-        for row in given.values()
-        if row.unit and row.unit.origin is Origin.GUESS and row.unit.value != "m"
-    ]
-    if not others:
-        return given
-    smaller = max(others, key=others.count)
-    changed = {}
-    for name, row in given.items():
-        unit = row.unit
-        if unit is not None and unit.origin is Origin.GUESS and unit.value == "m" and smaller not in unit.alternatives:
-            size = float((row.mesh.bounds[1] - row.mesh.bounds[0]).max())
-            if size * UNITS[smaller] >= SMALLEST_BESIDE_OTHERS_M:
-                reason = f"by its size; other mesh files are in {smaller}"
-                alternatives = (*unit.alternatives, smaller)
-                unit = replace(unit, confidence=Confidence.OPEN, reason=reason, alternatives=alternatives)
-        changed[name] = replace(row, unit=unit)
-    return changed
-
-
-def _in_metres(mesh: MeshData, file: str, what: str, options: MeshOptions, poses: Convention) -> FileMesh:
-    if options.mesh_units:
-        factor, note = UNITS[options.mesh_units], ""
+def _in_metres(mesh: MeshData, file: str, what: str, stated: str, poses: Convention) -> FileMesh:
+    """The mesh of a file in metres; ``stated``: its unit as the user says it, or ``""``."""
+    if stated:
+        factor, note = UNITS[stated], ""
     else:
         factor, note = guessed(mesh, what)
     scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
-    return FileMesh(scaled, file, _unit_assumption(file, scaled, factor, options, poses), (note,) if note else ())
+    unit = mesh_unit(file, scaled, _unit_of_scale(factor), poses, is_stated=bool(stated))
+    return FileMesh(scaled, file, unit, (note,) if note else ())
 
 
-def _unit_assumption(file: str, mesh: MeshData, factor: float, options: MeshOptions, poses: Convention) -> Assumption:
-    """The unit of a mesh file: said, of its format, or by the size of its mesh, which is in metres."""
-    unit = next(name for name, metres in UNITS.items() if metres == factor)
-    origin, reason, alternatives = Origin.GUESS, "by its size", likely_units(mesh, unit)
-    if options.mesh_units:
-        origin, reason = Origin.USER, ""
-    elif FORMAT_UNIT.get(file_type_of(file)) == unit:
-        origin, reason = Origin.FORMAT, ""
-    elif unit == poses.unit:
-        reason, alternatives = f"by its size, and {poses.name} has this unit", (unit,)
-    return Assumption(
-        subject=Subject.MESH_UNIT,
-        value=unit,
-        origin=origin,
-        confidence=Confidence.OPEN if origin is Origin.GUESS and len(alternatives) > 1 else Confidence.SURE,
-        files=(file,),
-        reason=reason,
-        alternatives=alternatives,
-    )
+def _unit_of_scale(scale: float) -> str:
+    return next(name for name, metres in UNITS.items() if metres == scale)

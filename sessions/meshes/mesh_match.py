@@ -1,9 +1,10 @@
 """Meshes and colliders as people ship them: which body each is of, by its name, and in which unit, by its size."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -21,11 +22,8 @@ SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
 FORMAT_UNIT: Final = {"glb": "m"}
 """Type of a mesh file -> the unit that its standard defines."""
 
-SMALLEST_BESIDE_OTHERS_M: Final = 0.001
-"""A mesh may have the unit of the other files where that makes it no smaller than this."""
-
 MUCH_UNLIKELIER: Final = 3.0
-"""A mesh of one unit is one of bench or stopper from 0.9 units on: below, a stopper of centimetres is under 9 mm."""
+"""Beside other meshes of its unit, a mesh has another one only where its size is then at most so much less usual."""
 
 MOST_FILES: Final = 10_000
 
@@ -56,18 +54,26 @@ def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
     return UNITS[unit], f"{what} is {size:.4g} units long, taken for {unit}: {size * UNITS[unit]:.3g} m"
 
 
-def likely_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
-    """Returns the units that the file of a mesh (in metres) may be in, by its size: first the one it was taken for.
+def possible_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
+    """Returns the units that make a mesh (in metres) a thing for hands, first the one that its file was taken for."""
+    size = file_size(mesh, unit)
+    others = (other for other, metres in UNITS.items() if other != unit and SMALLEST_M <= size * metres <= LARGEST_M)
+    return (unit, *others)
 
-    Another is likely too where it makes the mesh a thing for hands, and not one of a size much less usual.
-    """
-    size = float((mesh.bounds[1] - mesh.bounds[0]).max()) / UNITS[unit]
+
+def likely_units(mesh: MeshData, unit: str) -> tuple[str, ...]:
+    """Returns the possible units without those that make the mesh one of a size much less usual."""
+    size = file_size(mesh, unit)
     if not size:
         return (unit,)
     most = MUCH_UNLIKELIER * _unlikeliness(size * UNITS[unit])
-    sizes = {other: size * metres for other, metres in UNITS.items() if other != unit}
-    others = (other for other, span in sizes.items() if SMALLEST_M <= span <= LARGEST_M and _unlikeliness(span) <= most)
+    others = (other for other in possible_units(mesh, unit)[1:] if _unlikeliness(size * UNITS[other]) <= most)
     return (unit, *others)
+
+
+def file_size(mesh: MeshData, unit: str) -> float:
+    """Returns the largest side of the bounds of a mesh (in metres) in the unit of its file."""
+    return float((mesh.bounds[1] - mesh.bounds[0]).max()) / UNITS[unit]
 
 
 def _unlikeliness(size: float) -> float:
@@ -75,13 +81,17 @@ def _unlikeliness(size: float) -> float:
     return max(size / USUAL_M, USUAL_M / size)
 
 
-def matched(path: Path, names: Sequence[str], scale: float | None = None) -> tuple[dict[str, Match], list[str]]:
+def matched(
+    path: Path, names: Sequence[str], scales: Mapping[str, float] = MappingProxyType({})
+) -> tuple[dict[str, Match], list[str]]:
     """Body -> its mesh among the files of a folder, or the nodes of one GLB; and which bodies have none.
 
     A file or node is a body's when its name is the same, capitals, signs and ``(Clone)`` left out; else a file is when
     it is the only one whose words hold the body's, or are held by them (``beaker_v2`` for ``beaker``).
 
-    ``scale``: metres per unit; ``None``: guessed. Raises MeshFileError: no folder and no GLB, or no mesh file in it.
+    ``scales``: body, or ``""`` for all others -> metres per unit; else it is guessed.
+
+    Raises MeshFileError: no folder and no GLB, or no mesh file in it.
     """
     offered = [*_offered(path)]
     if not offered:
@@ -97,6 +107,7 @@ def matched(path: Path, names: Sequence[str], scale: float | None = None) -> tup
         label, file, node = choice
         mesh = load_mesh(file, 1.0, node)
         what = f"{file.name}, node {node}" if node else file.name
+        scale = scales.get(name, scales.get(""))
         factor, assumed = (scale, "") if scale is not None else guessed(mesh, what)
         phrases = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
         text = "; ".join(phrase for phrase in phrases if phrase)

@@ -70,6 +70,7 @@ class Assumption:
     reason : why it was guessed.
     alternatives : values that it may have instead; the one it has is among them.
     guessed_value : the value before a user answered; ``""``: nobody answered.
+    guessed_origin : who said that value.
     """
 
     subject: Subject
@@ -82,6 +83,7 @@ class Assumption:
     reason: str = ""
     alternatives: tuple[str, ...] = ()
     guessed_value: str = ""
+    guessed_origin: Origin = Origin.GUESS
 
     @property
     def is_open(self) -> bool:
@@ -122,12 +124,33 @@ class Assumption:
 
     def answered(self, value: str, description: str = "") -> "Assumption":
         """Returns the assumption as a user decided it."""
-        before = self.guessed_value or self.value
-        return replace(self, value=value, description=description, origin=Origin.USER, guessed_value=before)
+        guess = self if not self.guessed_value else self.unanswered()
+        return replace(
+            self,
+            value=value,
+            description=description,
+            origin=Origin.USER,
+            guessed_value=guess.value,
+            guessed_origin=guess.origin,
+        )
+
+    def unanswered(self, description: str = "") -> "Assumption":
+        """Returns an assumption that a user decided as it was before."""
+        return replace(
+            self,
+            value=self.guessed_value,
+            description=description,
+            origin=self.guessed_origin,
+            guessed_value="",
+            guessed_origin=Origin.GUESS,
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Returns the fields that hold something."""
-        return {key: value for key, value in asdict(self).items() if value}
+        fields = {key: value for key, value in asdict(self).items() if value}
+        if not self.guessed_value:
+            del fields["guessed_origin"]
+        return fields
 
 
 def assumptions_fact(assumptions: Iterable[Assumption]) -> str:
@@ -161,6 +184,7 @@ def _assumption(row: Mapping[str, Any]) -> Assumption:
         reason=str(row.get("reason", "")),
         alternatives=_texts(row, "alternatives"),
         guessed_value=str(row.get("guessed_value", "")),
+        guessed_origin=Origin(row.get("guessed_origin", Origin.GUESS)),
     )
 
 

@@ -103,15 +103,7 @@ def with_answers_forgotten(session: Session) -> tuple[Session, int]:
     # Axes of poses last: what a mesh was taken for depends on them.
     for row in sorted(recording_assumptions(session), key=lambda row: row.subject is Subject.POSE_AXES):
         if row.guessed_value:
-            guess = replace(
-                row,
-                value=row.guessed_value,
-                guessed_value="",
-                origin=Origin.GUESS,
-                confidence=Confidence.OPEN,
-                description=_description(session, row, row.guessed_value),
-            )
-            session = _changed(session, row, guess)
+            session = _changed(session, row, row.unanswered(_description(session, row, row.guessed_value)))
             forgotten += 1
     return session, forgotten
 
@@ -144,7 +136,7 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         changed = replace(session, meshes={**session.meshes, **meshes})
     elif before.subject is Subject.LENGTH_UNIT:
         scaled = _scaled_poses(session, UNITS[after.value] / UNITS[before.value])
-        changed = replace(scaled, facts=_facts_of_unit(session.facts, after.value))
+        changed = replace(scaled, facts=_facts_of_unit(session.facts, after))
     else:
         option = OPTIONS.get(before.subject, "the mapping")
         raise SessionError(f"the {before.title} cannot be changed in a recording; import it again, with {option}")
@@ -162,13 +154,16 @@ def _in_usual_unit(session: Session, before: str, after: str) -> Session:
     return session
 
 
-def _facts_of_unit(facts: Mapping[str, str], unit: str) -> dict[str, str]:
+def _facts_of_unit(facts: Mapping[str, str], row: Assumption) -> dict[str, str]:
     """The facts of a recording whose lengths came in a unit; sentences of importers on another one go."""
+    unit = row.value
     changed = {**facts, "source_units": unit}
     for key, otherwise in (("conversions", "none"), ("assumed", "")):
         sentences = [text for text in facts.get(key, otherwise).split("; ") if not text.startswith("lengths in ")]
         if key == "conversions" and unit != "m":
             sentences = [*(text for text in sentences if text != "none"), f"lengths in {unit} to m"]
+        if key == "assumed" and row.origin is Origin.GUESS:
+            sentences = [*filter(None, sentences), f"lengths in {unit}"]
         changed[key] = "; ".join(sentences) or otherwise
     return {key: text for key, text in changed.items() if text}
 

@@ -18,7 +18,6 @@ from sessions.meshes.mesh_axes import (
     mesh_axes_description,
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import FORMAT_UNIT, UNITS, likely_units
 from sessions.model.assumption import (
     ASSUMPTIONS_FACT,
     Assumption,
@@ -28,7 +27,8 @@ from sessions.model.assumption import (
     assumptions_fact,
     assumptions_of,
 )
-from sessions.model.scene import Scene, SceneBody
+from sessions.model.scene import Scene
+from sessions.scene_files.mesh_units import file_type_of, scene_mesh_unit, units_beside_others
 
 
 def pose_convention(facts: Mapping[str, str]) -> Convention:
@@ -67,11 +67,6 @@ def from_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:
     return mesh if np.array_equal(matrix, np.eye(4)) else mesh.transformed(matrix)
 
 
-def file_type_of(file: str) -> str:
-    """Returns the ending of a file's name in small letters, without the point."""
-    return file.rpartition(".")[2].lower()
-
-
 def scene_meshes_in_body_axes(
     scene: Scene, meshes: Mapping[str, MeshData], facts: Mapping[str, str]
 ) -> tuple[dict[str, MeshData], dict[str, str]]:
@@ -81,10 +76,10 @@ def scene_meshes_in_body_axes(
     dropped.
     """
     poses = pose_convention(facts)
-    rotated, rows, units = dict(meshes), list[Assumption](), list[Assumption]()
+    rotated, rows, units = dict(meshes), list[Assumption](), dict[str, Assumption]()
     for body in scene.bodies:
         if body.mesh and body.id in rotated:
-            units.append(replace(scene_mesh_unit(body, rotated[body.id]), bodies=(body.id,)))
+            units[body.id] = scene_mesh_unit(body, rotated[body.id])
             row = axes_assumption(body.id, body.mesh, body.mesh_axes, poses)
             rotated[body.id] = in_body_axes(rotated[body.id], row.value, poses)
             rows.append(row)
@@ -93,7 +88,7 @@ def scene_meshes_in_body_axes(
         # Of a recording that was never imported, or by an earlier release: there all meshes are canonical.
         return rotated, dict(facts)
     before = [row for row in map(partial(_without_bodies, names={*meshes}), kept) if row is not None]
-    now = [*before, *grouped_assumptions(units), *grouped_assumptions(rows)]
+    now = [*before, *grouped_assumptions(units_beside_others(units, meshes)), *grouped_assumptions(rows)]
     return rotated, {**facts, ASSUMPTIONS_FACT: assumptions_fact(now)}
 
 
@@ -103,26 +98,6 @@ def _without_bodies(row: Assumption, names: Container[str]) -> Assumption | None
         return row
     bodies = tuple(name for name in row.bodies if name not in names)
     return replace(row, bodies=bodies, files=bodies) if bodies else None
-
-
-def scene_mesh_unit(body: SceneBody, mesh: MeshData) -> Assumption:
-    """Returns the unit of a mesh file by the scale that its scene gives it, else metres; ``mesh`` is in metres."""
-    unit = next((name for name, metres in UNITS.items() if metres == body.scale), f"{body.scale:g} m")
-    origin, reason = Origin.USER, ""
-    alternatives: tuple[str, ...] = (unit,)
-    if body.scale == 1.0 and FORMAT_UNIT.get(file_type_of(body.mesh)) == unit:
-        origin = Origin.FORMAT
-    elif body.scale == 1.0:
-        origin, reason, alternatives = Origin.GUESS, "the scene gives it no scale", likely_units(mesh, unit)
-    return Assumption(
-        subject=Subject.MESH_UNIT,
-        value=unit,
-        origin=origin,
-        confidence=Confidence.OPEN if len(alternatives) > 1 else Confidence.SURE,
-        files=(Path(body.mesh).name,),
-        reason=reason,
-        alternatives=alternatives,
-    )
 
 
 def axes_assumption(body: str, file: str, stated: str, poses: Convention) -> Assumption:

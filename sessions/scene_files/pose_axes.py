@@ -80,7 +80,9 @@ def _mesh_axes(row: Assumption, poses: Convention) -> Assumption:
     """The axes of mesh files beside poses of another convention: as their user said, else guessed anew."""
     stated = row.value if row.origin is Origin.USER else ""
     again = axes_assumption(row.bodies[0], row.files[0], stated, poses)
-    return replace(again, bodies=row.bodies, files=row.files, guessed_value=row.guessed_value)
+    return replace(
+        again, bodies=row.bodies, files=row.files, guessed_value=row.guessed_value, guessed_origin=row.guessed_origin
+    )
 
 
 def _moved(frames: Frames, old: Convention, new: Convention) -> Frames:

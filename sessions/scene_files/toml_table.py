@@ -131,6 +131,12 @@ class TomlTable:
             self.refuse(f"{key} has {len(value)} entries; give {count}")
         return tuple(value)
 
+    def text_or_texts(self, key: str) -> tuple[str, ...]:
+        """A text or a list of texts, as a list."""
+        fits = lambda value: isinstance(value, str) or (_is_list(value, str) and all(value))  # noqa: E731
+        value = self._checked(key, [], "give text, or a list of texts", fits)
+        return (value,) if isinstance(value, str) and value else tuple(value)
+
     def vector(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Reads a vector of finite numbers of the default's length."""
         size = len(default)

@@ -22,6 +22,7 @@ from replay.advice.assumptions import examine_assumptions, more_plausible, outco
 from replay.document.headline import doubts
 from replay.studies.minimise import minimise
 from sessions import read_session, write_session
+from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
 from sessions.scene_files.answers import answered, recording_assumptions, with_answers_forgotten
@@ -150,6 +151,8 @@ def test_a_recording_of_an_earlier_release_says_not_known_and_asks(tmp_path):
     assert question.plausible == "body" and question.assumption.value == "gltf"
     now = answered(old, question.assumption, "body")
     assert np.array_equal(examine_assumptions(now).outcome.contact[:, 0], true_contact())
+    back, _ = with_answers_forgotten(now)
+    assert recording_assumptions(back) == recording_assumptions(old)
 
 
 def test_of_alternatives_as_plausible_none_is_marked(tmp_path):
@@ -217,9 +220,40 @@ def test_the_unit_of_a_mesh_is_asked_where_its_size_fits_two(tmp_path):
     asked = [one for one in examine_assumptions(session).questions if one.assumption.subject is Subject.MESH_UNIT]
     assert [[row.value for row in one.alternatives] for one in asked] == [["m", "cm"]]
     assert not [row for row in recording_assumptions(imported(mesh_units="cm")) if row.is_open]
+    mixed = {row.bodies: row for row in recording_assumptions(imported(mesh_units=("cm", "tool=m")))}
+    assert (mixed["tool",].value, mixed["plate",].value) == ("m", "cm")
+    with pytest.raises(ImportFileError, match="--mesh-units tol=m: there is no body 'tol'; did you mean 'tool'"):
+        imported(mesh_units=("tol=m",))
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         write_mesh(tmp_path / f"{name}.obj", vertices, faces)
     assert not examine_assumptions(imported()).questions
+
+
+@pytest.mark.parametrize("millimetres", [8, 6])
+def test_a_lone_small_mesh_in_centimetres_is_asked_for(tmp_path, millimetres):
+    """A bead that rests on a plate of the scene; as metres it is a ball of most of a metre."""
+    write_scene(tmp_path, "openxr", "glb")
+    vertices, faces = box(*np.array([[-0.5] * 3, [0.5] * 3]) * millimetres / 1000)
+    write_mesh(tmp_path / "tool.obj", vertices, faces, unit=0.01)
+    meshes = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.glb"}
+    session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    (question,) = examine_assumptions(session).questions
+    assert question.assumption.subject is Subject.MESH_UNIT and question.plausible in ("", "cm")
+    assert [row.value for row in question.alternatives] == ["m", "cm"]
+
+
+def test_answers_to_any_question_can_be_undone_to_the_last_fact(tmp_path):
+    _, poses = unity_poses_without_a_name(tmp_path, "glb")
+    _, meshes = scene(tmp_path, "unreal", "ply", exported=True)
+    for session in (poses(), meshes()):
+        for row in recording_assumptions(session):
+            for value in row.alternatives if row.is_open else ():
+                back, count = with_answers_forgotten(answered(session, row, value))
+                assert count == 1 and recording_assumptions(back) == recording_assumptions(session)
+                assert {key: text for key, text in back.facts.items() if key != ASSUMPTIONS_FACT} == {
+                    key: text for key, text in session.facts.items() if key != ASSUMPTIONS_FACT
+                }
+                assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
 def test_a_run_names_the_guesses_of_the_draft_on_its_first_screen(tmp_path):
@@ -227,7 +261,9 @@ def test_a_run_names_the_guesses_of_the_draft_on_its_first_screen(tmp_path):
     text = (tmp_path / "map.toml").read_text()
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
     (line,) = doubts(replay.run(imported(), detectors="exact"))
-    assert line.startswith("Guessed by the import: unit of lengths (m); unit of times (s). Why: replay info")
+    assert line.startswith(
+        "Guessed by the import: unit of lengths (m); unit of times (s); unit of meshes of tool and plate (m). Why"
+    )
 
 
 def unity_poses_without_a_name(folder, kind):
@@ -264,7 +300,9 @@ def test_guessed_axes_of_poses_that_change_nothing_are_named_and_not_asked(tmp_p
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions
     said = doubts(replay.run(session, detectors="exact"))
-    assert said[0].startswith("Guessed by the import: axes of poses (ros, not sure); unit of lengths (m).")
+    assert said[0].startswith(
+        "Guessed by the import: axes of poses (ros, not sure); unit of lengths (m); unit of meshes"
+    )
     assert not any(
         "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact"))
     )

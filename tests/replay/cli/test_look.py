@@ -84,7 +84,33 @@ def test_answers_are_written_to_the_mapping_too(recording, tmp_path, capsys):
     mapping.write_text('convention = "ros"\n')
     assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
     assert f"Written to {mapping}: mesh_axes" in " ".join(capsys.readouterr().err.split())
-    assert mapping.read_text() == 'convention = "ros"\nmesh_axes = ["tool=body", "plate=body"]\n'
+    text = 'convention = "ros"\nmesh_axes = ["tool=body", "plate=body"]  # answered; before: nothing\n'
+    assert mapping.read_text() == text
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0
+    assert mapping.read_text() == 'convention = "ros"\n'
+    assert f"{mapping}: 1 line as before the answers" in " ".join(capsys.readouterr().err.split())
+    assert "answered_mapping" not in read_session(recording).facts
+
+
+def test_a_mapping_that_moved_is_named_and_told_by_the_option(recording, tmp_path, capsys):
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('convention = "ros"\n')
+    assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0
+    moved = mapping.rename(tmp_path / "moved.toml")
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0
+    assert "is not there; where it is now: --mapping FILE" in " ".join(capsys.readouterr().err.split())
+    assert main(["doctor", str(recording), "--forget-answers", "--mapping", str(moved)]) == 0
+    assert moved.read_text() == 'convention = "ros"\n'
+
+
+def test_pictures_are_those_of_before_once_answers_are_forgotten(recording, capsys):
+    pictures = recording.with_name("s-look")
+    assert main(["doctor", str(recording), "--look"]) == 3
+    before = (pictures / "closest.png").read_bytes()
+    assert main(["doctor", str(recording), "--answer", "1b"]) == 0
+    assert (pictures / "closest.png").read_bytes() != before
+    assert main(["doctor", str(recording), "--forget-answers"]) == 0
+    assert (pictures / "closest.png").read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -83,4 +83,4 @@ def test_a_small_mesh_beside_others_in_centimetres_may_be_too(tmp_path):
     of_stopper = next(row for row in units if row.bodies == ("stopper",))
     assert (of_stopper.value, of_stopper.is_open, of_stopper.alternatives) == ("m", True, ("m", "cm"))
     alone = import_session("mcap", tmp_path / "take.mcap", meshes={"stopper": meshes["stopper"]})
-    assert not by_subject(alone)[Subject.MESH_UNIT].is_open
+    assert by_subject(alone)[Subject.MESH_UNIT].alternatives == ("m", "cm")

@@ -5,7 +5,7 @@ from support.planted_scenes import write_scene
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
-from sessions.importers.mapping_answers import mapped_mesh_options, write_answers
+from sessions.importers.mapping_answers import forget_mapping_answers, mapped_mesh_options, write_answers
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions
 
@@ -30,7 +30,7 @@ def assumption(subject, *bodies):
         (assumption(Subject.POSE_AXES), "ros", "convention", "ros"),
         (assumption(Subject.LENGTH_UNIT), "mm", "units", "mm"),
         (assumption(Subject.MESH_AXES, "cup", "rod"), "y-up", "mesh_axes", ["cup=y-up", "rod=y-up"]),
-        (assumption(Subject.MESH_UNIT, "cup"), "cm", "mesh_units", "cm"),
+        (assumption(Subject.MESH_UNIT, "cup"), "cm", "mesh_units", ["cup=cm"]),
         (assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped", "collider_axes", "x-flipped"),
     ],
 )
@@ -44,6 +44,38 @@ def test_an_answer_changes_its_key_and_no_other_line(tmp_path, row, value, key, 
     before["guessed"] = [entry for entry in before["guessed"] if entry != key]
     assert data == before
     assert path.read_text().startswith("# My take.\n")
+
+
+EVERY_ANSWER = [
+    (assumption(Subject.POSE_AXES), "ros"),
+    (assumption(Subject.LENGTH_UNIT), "mm"),
+    (assumption(Subject.MESH_AXES, "cup", "rod"), "y-up"),
+    (assumption(Subject.MESH_UNIT, "cup"), "cm"),
+    (assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped"),
+    (assumption(Subject.MESH_UNIT, "rod"), "mm"),
+    (assumption(Subject.MESH_AXES, "rod"), "body"),
+]
+
+
+@pytest.mark.parametrize("line_break", ["\n", "\r\n"])
+def test_forgotten_answers_leave_the_mapping_byte_by_byte(tmp_path, line_break):
+    path = tmp_path / "map.toml"
+    before = DRAFT.replace("\n", line_break).encode()
+    path.write_bytes(before)
+    for answer in EVERY_ANSWER:
+        write_answers(path, [answer])
+    data = tomllib.loads(path.read_text())
+    assert data["mesh_units"] == ["cup=cm", "rod=mm"] and data["guessed"] == ["time.unit"]
+    assert forget_mapping_answers(path) == 6 and path.read_bytes() == before
+    assert forget_mapping_answers(path) == 0
+
+
+def test_an_answer_for_a_body_leaves_the_unit_of_all_others(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text('mesh_units = "cm"\n' + DRAFT)
+    write_answers(path, [(assumption(Subject.MESH_UNIT, "rod"), "mm")])
+    options = mapped_mesh_options(path)
+    assert options.units_by_body(["cup", "rod"]) == {"": "cm", "rod": "mm"}
 
 
 def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):

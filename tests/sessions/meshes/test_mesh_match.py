@@ -6,7 +6,7 @@ import trimesh
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched
+from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched, possible_units
 
 
 def ball(size):
@@ -44,7 +44,7 @@ def test_a_folder_is_matched_by_name_and_all_is_said(tmp_path):
     assert found["beaker"].words == said_of_it
     assert found["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and found["beaker"].scale == 0.01
     assert found["Flask"].words == "Flask: flask.obj" and said == ["no mesh is named like: camera"]
-    forced, _ = matched(tmp_path, ["flask"], 0.001)
+    forced, _ = matched(tmp_path, ["flask"], {"": 0.001})
     assert np.array_equal(forced["flask"].mesh.vertices, found["Flask"].mesh.vertices * 0.001)
 
 
@@ -85,7 +85,7 @@ def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):
     ("size", "taken", "likely"),
     [
         (0.25, "m", ("m",)),
-        (0.8, "m", ("m",)),
+        (0.8, "m", ("m",)),  # beside other meshes in metres; alone it may be a stopper of 8 mm, in centimetres
         (1.5, "m", ("m", "cm")),
         (4.0, "m", ("m", "cm")),
         (12.0, "cm", ("cm",)),
@@ -98,3 +98,22 @@ def test_units_are_likely_that_make_a_mesh_a_thing_for_hands(size, taken, likely
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert likely_units(mesh, taken) == likely
+
+
+@pytest.mark.parametrize(
+    ("size", "taken", "possible"),
+    [
+        (0.3, "m", ("m",)),
+        (0.5, "m", ("m", "cm")),
+        (0.89, "m", ("m", "cm")),
+        (5.0, "m", ("m", "cm", "mm")),
+        (8.0, "cm", ("cm", "mm")),
+        (499.0, "cm", ("cm", "mm")),
+        (501.0, "mm", ("mm",)),
+        (0.0, "m", ("m",)),
+    ],
+)
+def test_every_unit_of_a_thing_for_hands_is_possible(size, taken, possible):
+    factor = UNITS[taken]
+    mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
+    assert possible_units(mesh, taken) == possible

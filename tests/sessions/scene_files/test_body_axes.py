@@ -5,15 +5,12 @@ import trimesh
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import MESH_ROTATIONS
-from sessions.model.assumption import Confidence, Origin, Subject
-from sessions.model.scene import SceneBody
 from sessions.scene_files.body_axes import (
     axes_assumption,
     axes_change,
     from_body_axes,
     grouped_assumptions,
     in_body_axes,
-    scene_mesh_unit,
 )
 
 NAMES = ("body", "gltf", *MESH_ROTATIONS, *CONVENTIONS)
@@ -50,21 +47,3 @@ def test_axes_of_files_that_differ_in_nothing_else_are_one_row():
         (("cup", "rod"), ("cup.obj", "rod.obj")),
         (("jar",), ("jar.glb",)),
     ]
-
-
-@pytest.mark.parametrize(
-    ("file", "scale", "size", "value", "origin", "alternatives"),
-    [
-        ("cup.obj", 0.001, 0.1, "mm", Origin.USER, ("mm",)),
-        ("cup.obj", 0.0254, 0.1, "0.0254 m", Origin.USER, ("0.0254 m",)),
-        ("cup.glb", 1.0, 0.1, "m", Origin.FORMAT, ("m",)),
-        ("cup.obj", 1.0, 0.1, "m", Origin.GUESS, ("m",)),
-        ("cup.obj", 1.0, 120.0, "m", Origin.GUESS, ("m", "cm", "mm")),
-        ("cup.stl", 1.0, 12.0, "m", Origin.GUESS, ("m", "cm", "mm")),
-    ],
-)
-def test_a_scene_says_the_unit_of_a_mesh_or_it_is_a_guess(file, scale, size, value, origin, alternatives):
-    row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), mesh(size, size, size))
-    assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
-    assert row.alternatives == alternatives
-    assert (row.confidence is Confidence.OPEN) == (len(alternatives) > 1)

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+import trimesh
+
+from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.mesh_match import UNITS
+from sessions.model.assumption import Confidence, Origin, Subject
+from sessions.model.scene import SceneBody
+from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
+
+
+def mesh(*size):
+    box = trimesh.creation.box(size)
+    return MeshData(np.asarray(box.vertices), np.asarray(box.faces))
+
+
+@pytest.mark.parametrize(
+    ("file", "scale", "size", "value", "origin", "alternatives"),
+    [
+        ("cup.obj", 0.001, 0.1, "mm", Origin.USER, ("mm",)),
+        ("cup.obj", 0.0254, 0.1, "0.0254 m", Origin.USER, ("0.0254 m",)),
+        ("cup.glb", 1.0, 0.1, "m", Origin.FORMAT, ("m",)),
+        ("cup.obj", 1.0, 0.1, "m", Origin.GUESS, ("m",)),
+        ("cup.obj", 1.0, 120.0, "m", Origin.GUESS, ("m", "cm", "mm")),
+        ("cup.stl", 1.0, 12.0, "m", Origin.GUESS, ("m", "cm", "mm")),
+    ],
+)
+def test_a_scene_says_the_unit_of_a_mesh_or_it_is_a_guess(file, scale, size, value, origin, alternatives):
+    row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), mesh(size, size, size))
+    assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
+    assert row.alternatives == alternatives
+    assert (row.confidence is Confidence.OPEN) == (len(alternatives) > 1)
+
+
+def guesses(sizes, stated=()):
+    """The units of OBJ files by body: each a cube of so many units, taken for the unit beside its size."""
+    meshes = {name: mesh(*[size * UNITS[unit]] * 3) for name, (size, unit) in sizes.items()}
+    poses = CONVENTIONS["canonical"]
+    rows = {
+        name: mesh_unit(f"{name}.obj", meshes[name], unit, poses, is_stated=name in stated)
+        for name, (_, unit) in sizes.items()
+    }
+    return {row.bodies[0]: row.alternatives for row in units_beside_others(rows, meshes)}
+
+
+@pytest.mark.parametrize("millimetres", [5, 6, 7.5, 8, 9, 30])
+def test_a_lone_mesh_of_millimetres_in_centimetres_is_open(millimetres):
+    assert guesses({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
+
+
+def test_two_meshes_in_doubt_do_not_decide_each_other():
+    assert set(guesses({"stopper": (0.8, "m"), "lid": (0.9, "m")}).values()) == {("m", "cm")}
+
+
+def test_a_certain_mesh_of_its_unit_decides_a_bench():
+    assert guesses({"bench": (0.8, "m"), "cup": (0.1, "m")})["bench"] == ("m",)
+
+
+def test_a_bench_beside_meshes_in_centimetres_is_open():
+    assert guesses({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
+
+
+def test_a_pin_beside_meshes_in_centimetres_may_be_smaller_than_others():
+    assert guesses({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
+
+
+def test_the_unit_of_the_poses_is_possible_too():
+    row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), "m", CONVENTIONS["unreal"], is_stated=False)
+    assert row.alternatives == ("m", "cm") and row.is_open
