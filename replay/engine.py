@@ -217,7 +217,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     by_label = {
         label: reference.episodes
         if reference is not None and label == oracle
-        else episodes(run.detection, assembly.motion.valid)
+        else episodes(run.detection, assembly.motion.valid, assembly.contact_columns)
         for label, run in runs.items()
     }
     result = RunResult(

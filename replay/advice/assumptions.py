@@ -237,7 +237,7 @@ def outcome_of(assembly: Assembly) -> Outcome:
     shared = shared_motion(motion, assembly.pairs)
     touched = {body for column in np.flatnonzero(contact.any(axis=0)) for body in assembly.pairs[column].tolist()}
     return Outcome(
-        contacts=len(episodes(detection, motion.valid)),
+        contacts=len(episodes(detection, motion.valid, assembly.contact_columns)),
         contact=contact,
         deepest=deepest,
         closest=closest,

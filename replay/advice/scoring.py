@@ -83,7 +83,7 @@ class Scoring:
         if setting.rate_hz and self.reference.truth.covers == "instants":
             every = self._at_every_frame(setting, assembly)
             offsets = offset_counts(setting.rate_hz, every, self.reference)
-        false = len(column_runs((comparison.outcome == Outcome.INVENTED).T))
+        false = len(column_runs((comparison.by_contact == Outcome.INVENTED).T))
         return {
             "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
             "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,

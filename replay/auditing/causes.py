@@ -240,7 +240,7 @@ def examine(
     trusted : the oracle.
     faces_of : the most trusted answer, with faces, for some frames.
     """
-    names = [assembly.bodies_of(pair) for pair in range(len(assembly.pairs))]
+    names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
     misses = {
         label: missed_faults(comparison, contacts, names, assembly.motion.times)
         for label, comparison in comparisons.items()

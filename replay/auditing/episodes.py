@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Detection, Verdict
-from cdcore.numerics import BoolArray
+from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Episode
 from replay.prepare.frame_times import frame_ends
@@ -20,11 +20,15 @@ def column_runs(columns: Iterable[NDArray[np.bool_]]) -> NDArray[np.int64]:
     return table[np.lexsort((table[:, 0], table[:, 1]))]
 
 
-def episodes(detection: Detection, valid: BoolArray | None = None) -> tuple[Episode, ...]:
+def episodes(
+    detection: Detection, valid: BoolArray | None = None, contact_columns: IntArray | None = None
+) -> tuple[Episode, ...]:
     """Every contact of a detection, in order of time, then pair.
 
     ``valid`` (T, N): where the motion has poses. A detector of intervals says NO_POSE after a jump too, where both
     poses are known and the bodies may be apart; ``None``: poses are lost wherever the detection says NO_POSE.
+    ``contact_columns`` (P,): the column under which contacts of a pair are counted, as the assembly has it; what the
+    members of a group touch together is one contact.
 
     A single frame without contact ends an episode; lost poses do not: what is in contact before and after them is one
     contact, which they cut. Flicker of a resting contact is a finding about the recording or the detector, and
@@ -33,10 +37,14 @@ def episodes(detection: Detection, valid: BoolArray | None = None) -> tuple[Epis
     ends = frame_ends(detection.times)
     contacts = []
     # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
-    for column, verdict in enumerate(detection.verdict.T):
-        first, second = detection.pairs[column]
-        no_pose = verdict == Verdict.NO_POSE if valid is None else ~(valid[:, first] & valid[:, second])
-        for span, lost, cuts in _across_lost_poses(counts_as_contact(verdict), no_pose):
+    columns = np.arange(len(detection.pairs)) if contact_columns is None else contact_columns
+    for column in np.unique(columns).tolist():
+        contact, no_pose = np.zeros(len(detection.times), dtype=np.bool_), np.ones(len(detection.times), dtype=np.bool_)
+        for member in np.flatnonzero(columns == column).tolist():
+            verdict, (first, second) = detection.verdict[:, member], detection.pairs[member]
+            contact |= counts_as_contact(verdict)
+            no_pose &= verdict == Verdict.NO_POSE if valid is None else ~(valid[:, first] & valid[:, second])
+        for span, lost, cuts in _across_lost_poses(contact, no_pose):
             start, end = float(detection.times[span[0]]), float(ends[span[1]])
             contacts.append(Episode(column, *span, start, end, lost, cuts))
     return tuple(sorted(contacts, key=lambda episode: (episode.first, episode.pair)))

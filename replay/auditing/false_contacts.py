@@ -67,14 +67,14 @@ class _Hulls:
         self._assembly, self._planes = assembly, dict[int, FloatArray]()
 
     def hollow_at(self, pair: int, frame: int) -> str:
-        """Name of the body of a pair into whose convex hull the other reaches, at a frame without contact.
+        """Name of the body, or of its group, into whose convex hull the other reaches, at a frame without contact.
 
         Of two such bodies the one into whose hull more vertices reach; ``""``: neither.
         """
         ends = self._assembly.pairs[pair].tolist()
         inside = [self._inside(frame, body, other) for body, other in (ends, ends[::-1])]
         most = int(inside[1] > inside[0])
-        return self._assembly.names[ends[most]] if inside[most] else ""
+        return self._assembly.things_of(pair)[most] if inside[most] else ""
 
     def _inside(self, frame: int, body: int, other: int) -> int:
         """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
@@ -106,7 +106,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
 
     ``by``: who reports them.
     """
-    outcome, times = comparison.outcome, assembly.motion.times
+    outcome, times = comparison.by_contact, assembly.motion.times
     ends = frame_ends(times)
     segments = column_runs(column == Outcome.INVENTED for column in outcome.T)
     if not len(segments):
@@ -129,8 +129,8 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
         fault = Fault(
             number=number,
             detector=comparison.subject,
-            pair=pair,
-            bodies=assembly.bodies_of(pair),
+            pair=comparison.most_affected(pair, first, last, Outcome.INVENTED),
+            bodies=assembly.things_of(pair),
             kind=_false_kind(before=before, after=after),
             first=first,
             last=last,

@@ -4,7 +4,7 @@ Contact between a hand and what it holds is the rule, not news: it is counted ap
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -108,13 +108,19 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
         if pair is not None:
             first, stop = np.searchsorted(times, [grasp.start, grasp.end]).tolist()
             rows += [(pair, first, stop - 1)] if stop > first else []
+    rows = [(member, a, b) for pair, a, b in rows for member in assembly.columns_of_contact(pair)]
     holding_episodes = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in rows)
     near = tuple(contacts)
     segments = np.array([(contact.pair, contact.first, contact.last) for contact in near], dtype=np.int64).reshape(
         -1, 3
     )
     grasped = within(holding_episodes, *segments.T)
-    return holding_episodes + tuple(contact for contact, is_grasped in zip(near, grasped, strict=True) if is_grasped)
+    grasped_contacts = (contact for contact, is_grasped in zip(near, grasped, strict=True) if is_grasped)
+    return holding_episodes + tuple(
+        replace(contact, pair=member)
+        for contact in grasped_contacts
+        for member in assembly.columns_of_contact(contact.pair)
+    )
 
 
 def within(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:

@@ -71,7 +71,7 @@ def match_episodes(
     explained = of_reported.keys() | grasped_reports
     extra = [(number, episode) for number, episode in enumerate(reported, 1) if number not in explained]
     missed = counts.missed_numbers
-    outcome = comparison.outcome
+    outcome = comparison.by_contact
     false_contacts = [
         number
         for number, episode in extra
@@ -96,7 +96,7 @@ def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple
 
 def _grasped(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     """Numbers of the contacts that are held in every frame."""
-    outcome = comparison.outcome
+    outcome = comparison.by_contact
     outcomes = (
         (number, outcome[episode.first : episode.last + 1, episode.pair]) for number, episode in enumerate(episodes, 1)
     )

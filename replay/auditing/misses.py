@@ -24,10 +24,10 @@ def missed_faults(
     ----------
     comparison : of the detector with the reference.
     contacts : episodes of the reference.
-    names : the two bodies of every pair.
+    names : the two bodies of every pair, members of a group by its name.
     times : (T,) seconds.
     """
-    outcome, ends = comparison.outcome, frame_ends(times)
+    outcome, ends = comparison.by_contact, frame_ends(times)
     begins = np.array([contact.pair * len(outcome) + contact.first for contact in contacts], dtype=np.int64)
     order = np.argsort(begins)
     faults = []
@@ -40,7 +40,7 @@ def missed_faults(
             Fault(
                 number=number,
                 detector=comparison.subject,
-                pair=pair,
+                pair=comparison.most_affected(pair, first, last, Outcome.MISSED),
                 bodies=names[pair],
                 kind=_miss_kind(before=before, after=after),
                 first=first,

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -115,12 +116,13 @@ def in_noise(
             for answer in asked:
                 answer.result()
             advance(len(block))
-    return _result(motion.times, contacts, pairs, drawn)
+    return _result(assembly, contacts, pairs, drawn)
 
 
 def _result(
-    times: FloatArray, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
+    assembly: Assembly, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
 ) -> NoiseResult:
+    times, columns = assembly.motion.times, assembly.contact_columns
     near, resting = list[NoisySpan](), list[NoisySpan]()
     windows = [_widened(contact, times) for contact in contacts]
     for pair in pairs:
@@ -130,10 +132,16 @@ def _result(
         for first, last in _spans(wavering, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
                 resting.append(pair.span(first, last))
-        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair.column]
+        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]]
         passes = [pair.span(*span) for span in _between(frames, taken, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
-    spans = tuple(pairs[contact.pair].span(*span) for contact, span in zip(contacts, windows, strict=True))
+    # A contact of a group holds where that of a member holds.
+    spans = tuple(
+        max(
+            (pairs[member].span(*span) for member in assembly.columns_of_contact(contact.pair)), key=attrgetter("share")
+        )
+        for contact, span in zip(contacts, windows, strict=True)
+    )
     return NoiseResult(
         copies=drawn.copies,
         contacts=spans,

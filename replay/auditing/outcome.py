@@ -35,11 +35,40 @@ class Outcome(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """One detector beside the oracle, by label: (T, P) uint8 values of ``Outcome``."""
+    """One detector beside the oracle, by label: (T, P) uint8 values of ``Outcome``.
+
+    ``contact_columns`` are those of the assembly; ``None``: every pair has contacts of its own.
+    """
 
     subject: str
     oracle: str
     outcome: ByteArray
+    contact_columns: IntArray | None = None
+
+    @cached_property
+    def by_contact(self) -> ByteArray:
+        """(T, P) outcomes of contacts: pairs of a group count as one, in the first of their columns.
+
+        A frame in which both report contact of any member is BOTH, whichever member each means.
+        """
+        columns = self.contact_columns
+        if columns is None or (columns == np.arange(len(columns))).all():
+            return self.outcome
+        joined = self.outcome.copy()
+        for first in np.unique(columns).tolist():
+            members = np.flatnonzero(columns == first)
+            if len(members) > 1:
+                joined[:, members] = Outcome.NEITHER
+                joined[:, first] = joined_outcome(self.outcome[:, members])
+        return joined
+
+    def most_affected(self, column: int, first: int, last: int, outcome: Outcome) -> int:
+        """The pair of a contact's column that has an outcome in most frames from ``first`` to ``last``."""
+        if self.contact_columns is None:
+            return column
+        members = np.flatnonzero(self.contact_columns == column)
+        frames = (self.outcome[first : last + 1, members] == outcome).sum(axis=0)
+        return int(members[frames.argmax()])
 
     @cached_property
     def by_pair(self) -> IntArray:
@@ -49,6 +78,20 @@ class Comparison:
     def count(self, outcome: Outcome) -> int:
         """How many pair-frames ended so."""
         return int(self.by_pair[:, outcome].sum())
+
+
+def joined_outcome(members: ByteArray) -> ByteArray:
+    """Outcome of a contact of a group in each frame, (T,), of the outcomes of its members (T, M)."""
+    has = {outcome: (members == outcome).any(axis=1) for outcome in Outcome}
+    joined = np.full(len(members), Outcome.NEITHER, dtype=np.uint8)
+    # The later line wins.
+    for outcome in (Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.INVENTED):
+        joined[has[outcome]] = outcome
+    joined[has[Outcome.LEFT_OUT]] = Outcome.LEFT_OUT
+    joined[has[Outcome.MISSED]] = Outcome.MISSED
+    joined[has[Outcome.HELD]] = Outcome.HELD
+    joined[has[Outcome.BOTH] | (has[Outcome.MISSED] & has[Outcome.INVENTED])] = Outcome.BOTH
+    return joined
 
 
 def counts_by_pair(codes: ByteArray, most: int) -> IntArray:

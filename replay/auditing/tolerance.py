@@ -7,7 +7,7 @@ no shift by tau gives the other answer. Neither are candidates of volumes, nor v
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
@@ -115,12 +115,14 @@ class Reference:
     episodes: tuple[Episode, ...]
     holdings: tuple[Episode, ...]
     tolerance: Tolerance
+    contact_columns: IntArray | None = None
 
     @classmethod
     def of(cls, truth: Detection, assembly: Assembly, session: Session | None, tolerance: Tolerance) -> "Reference":
         """The reference of a detection of an assembly; hands are those of the ``session``."""
-        contacts = episodes(truth, assembly.motion.valid)
-        return cls(truth, contacts, holdings(assembly, session, contacts), tolerance)
+        columns = assembly.contact_columns
+        contacts = episodes(truth, assembly.motion.valid, columns)
+        return cls(truth, contacts, holdings(assembly, session, contacts), tolerance, columns)
 
     @cached_property
     def contacts(self) -> tuple[Episode, ...]:
@@ -131,4 +133,5 @@ class Reference:
     def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
         """Hold a detection to it; ``labels`` as for ``compare``."""
         within = self.tolerance.judge(subject, self.truth)
-        return compare(subject, self.truth, labels, within, self.holdings)
+        comparison = compare(subject, self.truth, labels, within, self.holdings)
+        return replace(comparison, contact_columns=self.contact_columns)

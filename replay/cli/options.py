@@ -1,6 +1,7 @@
 """Options that mean the same on every verb."""
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable
 from functools import wraps
@@ -142,7 +143,7 @@ def require_free(*files: Path, force: bool) -> None:
 meshes = click.option(
     "--meshes", type=FILE_OR_FOLDER, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
 )
-SCENE_WORDS = "A scene in place of the session's own, of which nothing is kept."
+SCENE_WORDS = "A scene in place of the session's own; without bodies it adds to that one."
 scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
@@ -176,10 +177,26 @@ FIX_SECONDS = 20.0
 FIX_TIME_WORDS = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
 fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_WORDS)
 
+PAIR_ENDS = re.compile(r"((?:tag:)?[^:]+):((?:tag:)?[^:]+)")
+PAIRS_WORDS = 'Replay these pairs alone: bodies, groups, tag:WORD or patterns, as "hand:glass"; repeat it.'
+
+
+def pairs_named(_: click.Context, __: click.Parameter, value: tuple[str, ...]) -> list[tuple[str, str]] | None:
+    """The selectors at both ends of each pair; ``None`` if none is named."""
+    matches = [(text, PAIR_ENDS.fullmatch(text)) for text in value]
+    for text, match in matches:
+        if match is None:
+            raise click.BadParameter(f"{text!r} is no pair; write two names with a colon between, like hand:glass")
+    return [(match[1], match[2]) for _, match in matches if match is not None] or None
+
+
+pairs = click.option("--pairs", multiple=True, metavar="A:B", callback=pairs_named, help=PAIRS_WORDS)
+
 POLICY_WORDS = "Treatment of a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
 replaying = together(
     force,
     scene,
+    pairs,
     click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
     click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
     tau,

@@ -128,7 +128,7 @@ def _entries(
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
         held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
         for number, (thing, is_grasped) in enumerate(zip(things, held.tolist(), strict=True), 1):
-            bodies = result.assembly.bodies_of(thing.pair)
+            bodies = result.assembly.things_of(thing.pair)
             row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
             yield row | more(label, number, thing)
 

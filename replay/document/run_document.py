@@ -37,7 +37,8 @@ class PairRecord(Record, frozen=True):
 
     Parameters
     ----------
-    name : ``rod - beaker``.
+    name : ``rod-beaker``, or ``hand-beaker`` of a group and a body.
+    group : of a member's pair the pair of its group, which counts its contacts; else ``""``.
     grasp : whether it is a hand and what it holds, at any time.
     containment : whether a detector decides of the pair if one body is inside the other.
     contacts : without those of a hand and what it holds.
@@ -51,6 +52,7 @@ class PairRecord(Record, frozen=True):
     contacts: dict[str, ContactLengths] = field(default_factory=dict)
     grasped_contacts: dict[str, ContactLengths] = field(default_factory=dict)
     audit: dict[str, PairAudit] = field(default_factory=dict)
+    group: str = ""
 
 
 class TradeoffRecord(Record, frozen=True, tag_field="schema", tag=TRADEOFF_SCHEMA):

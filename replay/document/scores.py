@@ -176,37 +176,58 @@ def matching_of(matches: EpisodeMatches, reference_contacts: int, reported_conta
     )
 
 
+Lengths = dict[int, dict[str, ContactLengths]]
+"""Column of a pair -> label -> its contacts."""
+
+NO_LENGTHS: Final[Lengths] = {}
+
+
 def pair_records(result: RunResult) -> tuple[PairRecord, ...]:
-    """Return of every pair its contacts by detector, and what audited detectors made of it."""
-    contacts, grasped_contacts = _contact_lengths(result)
-    return tuple(
-        PairRecord(
-            name=result.assembly.pair_name(pair),
-            grasp=bool(result.assembly.held[pair]),
-            containment={
-                label: detection.containment[pair]
-                for label, detection in result.detections.items()
-                if detection.containment
-            },
-            contacts=contacts[pair],
-            grasped_contacts=grasped_contacts[pair],
-            audit=_pair_audits(result, pair, {*contacts[pair], *grasped_contacts[pair]}),
-        )
-        for pair in range(len(result.assembly.pairs))
+    """Return of every pair its contacts by detector, and what audited detectors made of it.
+
+    Pairs of members of a group stand where their columns are, and their group's contacts in records behind all columns.
+    """
+    assembly, lengths = result.assembly, _contact_lengths(result)
+    records, of_groups = list[PairRecord](), list[PairRecord]()
+    for pair in range(len(assembly.pairs)):
+        columns = assembly.columns_of_contact(pair)
+        if assembly.things_of(pair) == assembly.bodies_of(pair):
+            records.append(_pair_record(result, [pair], assembly.pair_name(pair), lengths))
+            continue
+        if pair == columns[0]:
+            of_groups.append(_pair_record(result, columns, assembly.pair_name(pair), lengths))
+        name, group = "-".join(assembly.bodies_of(pair)), assembly.pair_name(pair)
+        records.append(_pair_record(result, [pair], name, (NO_LENGTHS, NO_LENGTHS), group))
+    return (*records, *of_groups)
+
+
+def _pair_record(
+    result: RunResult, columns: Sequence[int], name: str, lengths: tuple[Lengths, Lengths], group: str = ""
+) -> PairRecord:
+    """Return the record of a pair, or of the pairs of a group's members, whose contacts the first column counts."""
+    contacts, grasped_contacts = (by_pair.get(columns[0], {}) for by_pair in lengths)
+    return PairRecord(
+        name=name,
+        grasp=bool(result.assembly.held[list(columns)].any()),
+        containment={
+            label: detection.containment[columns[0]]
+            for label, detection in result.detections.items()
+            if detection.containment
+        },
+        contacts=contacts,
+        grasped_contacts=grasped_contacts,
+        audit=_pair_audits(result, columns, {*contacts, *grasped_contacts}),
+        group=group,
     )
-
-
-Lengths = list[dict[str, ContactLengths]]
-"""Of each pair, label -> its contacts."""
 
 
 def _contact_lengths(result: RunResult) -> tuple[Lengths, Lengths]:
     """Contacts of every pair by detector, and apart those of a hand with what it holds."""
-    lengths: tuple[Lengths, Lengths] = tuple([{} for _ in result.assembly.pairs] for _ in range(2))  # type: ignore[assignment]
+    lengths: tuple[Lengths, Lengths] = ({}, {})
     grasped = set(result.holdings)
     for label, contacts in result.episodes.items():
         for contact in contacts:
-            of_pair = lengths[label == result.oracle and contact in grasped][contact.pair]
+            of_pair = lengths[label == result.oracle and contact in grasped].setdefault(contact.pair, {})
             before = of_pair.get(label, NO_CONTACTS)
             seconds = contact.end - contact.start
             of_pair[label] = ContactLengths(
@@ -221,19 +242,20 @@ def _contact_lengths(result: RunResult) -> tuple[Lengths, Lengths]:
 NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)
 
 
-def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, PairAudit]:
-    """Label -> what an audited detector made of a pair; nothing where nobody reports contact.
+def _pair_audits(result: RunResult, columns: Sequence[int], touching: set[str]) -> dict[str, PairAudit]:
+    """Label -> what an audited detector made of a pair, or of those of a group; nothing where nobody reports contact.
 
-    ``touching`` are the detectors that report a contact of the pair.
+    ``touching`` are the detectors that report a contact of the pair, which the first of the columns counts.
     """
-    audits = {}
+    audits, pair = {}, columns[0]
     for label, comparison in result.comparisons.items():
+        counts = comparison.by_pair[list(columns)].sum(axis=0)
         frames = ContactPairFrames(
-            both=int(comparison.by_pair[pair, Outcome.BOTH]),
-            missed=int(comparison.by_pair[pair, Outcome.MISSED]),
-            false_contact=int(comparison.by_pair[pair, Outcome.INVENTED]),
-            within_tolerance=int(comparison.by_pair[pair, Outcome.WITHIN_TOLERANCE]),
-            grasped=int(comparison.by_pair[pair, Outcome.HELD]),
+            both=int(counts[Outcome.BOTH]),
+            missed=int(counts[Outcome.MISSED]),
+            false_contact=int(counts[Outcome.INVENTED]),
+            within_tolerance=int(counts[Outcome.WITHIN_TOLERANCE]),
+            grasped=int(counts[Outcome.HELD]),
         )
         if result.oracle in touching or any(msgspec.structs.astuple(frames)):
             own = result.counts[label].of_pair(pair)
@@ -241,7 +263,7 @@ def _pair_audits(result: RunResult, pair: int, touching: set[str]) -> dict[str, 
                 contacts_missed=own.missed,
                 late_or_cut_short=own.late_or_cut_short,
                 pair_frames=frames,
-                while_grasped=_while_grasped(result, label, [pair]) if frames.grasped else None,
+                while_grasped=_while_grasped(result, label, list(columns)) if frames.grasped else None,
             )
     return audits
 

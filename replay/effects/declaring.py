@@ -107,7 +107,7 @@ def _unknown(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) 
 def _selected(word: object, scene: Scene) -> tuple[str, ...]:
     if not isinstance(word, str) or not word:
         raise ValueError(f" names {word!r}; give ids of bodies or tag:WORD")
-    named = bodies_by_selector(scene.bodies)
+    named = bodies_by_selector(scene)
     if word not in named:
         raise ValueError(f": no body is {word!r}{nearest(word, named)}")
     return tuple(named[word])

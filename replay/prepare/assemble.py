@@ -87,7 +87,7 @@ def assemble(
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*session_scan.notes(), *_absent(session)), live_contacts=session.live_contacts,
-        live_residual=_residual(session),
+        live_residual=_residual(session), group_of=scene.group_of,
     )  # fmt: skip
 
 

@@ -1,8 +1,11 @@
 """A session in the form that detectors take: bodies, one motion, pairs, and the origin of each pose."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
 
 from cdcore import Body, Motion
 from cdcore.numerics import BoolArray, ByteArray, IntArray
@@ -33,6 +36,7 @@ class Assembly:
     bodies : N bodies; tracked ones first, then fixed ones. Bodies without a mesh are not here.
     motion : T frames of the N bodies; ``motion.times`` are seconds since the first frame of the session.
     pairs : (P, 2) int64 body numbers.
+    group_of : member of a group of the scene -> the group's name.
     held : (P,) bool: a body and its parent, or a hand and a thing of its group, throughout; counted apart.
     stamp_ns : (T,) int64, the frames' own stamps.
     origin : (T, N) uint8, values of ``PoseOrigin``.
@@ -53,6 +57,7 @@ class Assembly:
     notes: tuple[str, ...] = ()
     live_contacts: Sequence[LiveContact] = ()
     live_residual: float = 0.0
+    group_of: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def first_ns(self) -> int:
@@ -64,9 +69,30 @@ class Assembly:
         """Names of the bodies."""
         return tuple(body.name for body in self.bodies)
 
+    @cached_property
+    def contact_columns(self) -> IntArray:
+        """(P,) the column under which contacts of each pair are counted.
+
+        It is the pair's own, or the first of those that join the same two groups, or a group and the same body.
+        """
+        first: dict[frozenset[str], int] = {}
+        columns = [first.setdefault(frozenset(self.things_of(pair)), pair) for pair in range(len(self.pairs))]
+        return np.array(columns, dtype=np.int64)
+
+    def columns_of_contact(self, pair: int) -> list[int]:
+        """The columns whose contacts are counted with those of a pair, its own among them."""
+        columns = self.contact_columns
+        return np.flatnonzero(columns == columns[pair]).tolist()
+
+    def things_of(self, pair: int) -> tuple[str, str]:
+        """Names of both bodies of a column, a member of a group by the name of its group."""
+        first, second = self.bodies_of(pair)
+        things = self.group_of.get(first, first), self.group_of.get(second, second)
+        return things if things[0] != things[1] else (first, second)
+
     def pair_name(self, pair: int) -> str:
-        """``a-b`` for a column of the detections."""
-        return "-".join(self.bodies_of(pair))
+        """``a-b`` for a column of the detections; a member of a group has the name of its group."""
+        return "-".join(self.things_of(pair))
 
     def bodies_of(self, pair: int) -> tuple[str, str]:
         """Names of the two bodies of a column of the detections."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import AssemblyError
-from sessions.model.scene import Scene, SceneBody, candidate_pairs
+from sessions.model.scene import Scene, SceneBody, candidate_pairs, selected_bodies
 
 WORLD = ""
 """The frame that bodies at rest belong to; no body has an empty name."""
@@ -34,10 +34,15 @@ def chosen_pairs(
 ) -> NDArray[np.int64]:
     """The pairs to examine, (P, 2) body numbers, first below second, in order.
 
+    ``requested`` names bodies, groups, ``tag:WORD`` or patterns; members of one group make no pair.
+
     Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
     """
     number = {name: index for index, name in enumerate(names)}
-    candidates = list(requested) if requested is not None else candidate_pairs(scene, names)
+    if requested is None:
+        candidates = candidate_pairs(scene, names)
+    else:
+        candidates = [pair for ends in requested for pair in _expanded(scene, names, ends)]
     if requested is None and scene.pairs is None:
         rest = rest_frames(scene, names, moves)
         candidates = [(a, b) for a, b in candidates if rest[a] != rest[b]]
@@ -59,13 +64,28 @@ def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> 
     return np.array(grasped, dtype=np.bool_)
 
 
-def _numbers(pair: Sequence[str], number: Mapping[str, int]) -> tuple[int, int]:
-    if len(pair) != 2 or pair[0] == pair[1]:
-        raise AssemblyError(f"{tuple(pair)!r} is no pair; name two different bodies")
-    for name in pair:
-        if name not in number:
+def _expanded(scene: Scene, names: Sequence[str], ends: Sequence[str]) -> list[tuple[str, str]]:
+    """The pairs of bodies that a pair of selectors stands for."""
+    if len(ends) != 2 or ends[0] == ends[1]:
+        raise AssemblyError(f"{tuple(ends)!r} is no pair; name two different bodies")
+    selected = [selected_bodies(scene, names, end) for end in ends]
+    for end, bodies in zip(ends, selected, strict=True):
+        if not bodies:
+            known = ", ".join([*(group.name for group in scene.groups), *names])
             raise AssemblyError(
-                f"pair {pair[0]}-{pair[1]} names {name!r}, which has no mesh or no pose; there are: {', '.join(number)}"
+                f"pair {ends[0]}-{ends[1]} names {end!r}, which has no mesh or no pose; there are: {known}"
             )
+    if selected == [[ends[0]], [ends[1]]]:
+        return [(ends[0], ends[1])]
+    united = scene.group_of
+    return [(a, b) for a in selected[0] for b in selected[1] if a != b and not _united(united, a, b)]
+
+
+def _united(group_of: Mapping[str, str], a: str, b: str) -> bool:
+    """Whether two bodies are members of one group."""
+    return a in group_of and group_of[a] == group_of.get(b)
+
+
+def _numbers(pair: Sequence[str], number: Mapping[str, int]) -> tuple[int, int]:
     i, j = number[pair[0]], number[pair[1]]
     return (i, j) if i < j else (j, i)

@@ -1,6 +1,6 @@
 """The tables of a run, each built once; a renderer takes the columns for which it has room."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, Final
@@ -11,7 +11,7 @@ from replay.auditing.fault import Cause, FaultKind
 from replay.auditing.look_phases import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.constants import BUDGET_MS
-from replay.document.audit import DetectorAudit
+from replay.document.audit import ContactPairFrames, DetectorAudit
 from replay.document.cost import busy_text
 from replay.document.detector import LongestStage
 from replay.document.gates import percent
@@ -108,7 +108,7 @@ COLUMNS = columns_of(
         "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.share(fraction),
         "percent": lambda fraction: "" if fraction is None else words.share(fraction),
         "stage": _stage,
-        "cut_of": lambda row: row["lengths"].cut,
+        "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
         "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
         "moment_of": _moment,
         "as_is": lambda cell: cell,
@@ -193,7 +193,7 @@ def pair_table(result: Summarised, label: str) -> Table:
     rows, grasped_rows = list[dict[str, Any]](), list[dict[str, Any]]()
     for pair in result.document.pairs:
         audit = pair.audit.get(label)
-        if audit is None:
+        if audit is None or pair.group:
             continue
         frames = audit.pair_frames
         lengths = pair.contacts.get(result.oracle, NO_CONTACTS)
@@ -209,11 +209,27 @@ def pair_table(result: Summarised, label: str) -> Table:
                 "within_tolerance": 0,
             })  # fmt: skip
     rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
+    rows = [line for row in rows for line in (row, *_member_rows(result, row["pair"], label))]
     title = f"Contacts ({result.oracle}) and what {label} made of them"
     made = Table.of(COLUMNS["pairs"], rows + grasped_rows, title, containment_notes(result, result.oracle))
     absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
     absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
     return made.only(*(name for name in made.head if name not in absent))
+
+
+def _member_rows(result: Summarised, group: str, label: str) -> Iterator[dict[str, Any]]:
+    """Rows of the members of a group that touched, or were said to: its contacts are counted in its own row."""
+    for pair in result.document.pairs:
+        audit = pair.audit.get(label)
+        if pair.group == group and audit is not None and _touched(audit.pair_frames):
+            yield {
+                "pair": f"  {pair.name}", "lengths": None, "audit": None, "frames": audit.pair_frames,
+                "within_tolerance": audit.pair_frames.within_tolerance,
+            }  # fmt: skip
+
+
+def _touched(frames: ContactPairFrames) -> bool:
+    return bool(frames.both or frames.missed or frames.false_contact or frames.within_tolerance)
 
 
 def contact_table(result: Summarised, label: str) -> Table:
@@ -235,7 +251,9 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
     Pairs that it decides in some frames are no matter of this line: their undecided frames are counted.
     """
-    stated = [pair.containment.get(label, DECIDED) for pair in result.document.pairs]
+    of_groups = {pair.group for pair in result.document.pairs}
+    pairs = [pair for pair in result.document.pairs if pair.name not in of_groups]
+    stated = [pair.containment.get(label, DECIDED) for pair in pairs]
     refused = [word for word in stated if word.startswith(REFUSED)]
     why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""

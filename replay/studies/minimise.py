@@ -19,7 +19,7 @@ from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
-from sessions.model.scene import SceneBody, SceneEffect
+from sessions.model.scene import SceneBody, SceneEffect, SceneGroup
 from sessions.names import HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
 from sessions.scene_files.answers import recording_assumptions
 
@@ -131,6 +131,10 @@ def _scene(scene: Scene, names: Mapping[str, str]) -> Scene:
         name=pseudonym("scene", scene.name),
         bodies=tuple(_body(body, names, {**groups, "": ""}) for body in scene.bodies),
         pairs=None if scene.pairs is None else _renamed(scene.pairs, names),
+        groups=tuple(
+            SceneGroup(f"thing-{number}", tuple(names[member] for member in group.members))
+            for number, group in enumerate(scene.groups, 1)
+        ),
         ignore=_renamed(scene.ignore, names),
         space_radius=scene.space_radius,
     )

@@ -1,7 +1,7 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -87,6 +87,21 @@ def _checked(path: Path, planned: "Planned") -> Checked:
         return Scene(), {}, [*error.faults]
 
 
+def _replacing(path: Path, planned: "Planned", attached: Callable[[], Checked], names: Sequence[str]) -> Checked:
+    """The scene of a file in place of the attached one, or added to it if it declares no body."""
+    from sessions.input_files import read_text
+    from sessions.scene_files.scene_meshes import checked_scene
+    from sessions.scene_files.scene_toml import declares_bodies, recorded_bodies
+
+    try:
+        text = read_text(path, "scene", SceneError)
+        if declares_bodies(text):
+            return checked_scene(text, path.name, planned, path.parent)
+        return checked_scene(text, path.name, planned, recorded=recorded_bodies(attached()[0], names))
+    except SceneError as error:
+        return Scene(), {}, [*error.faults]
+
+
 def _scene_file(path: Path, planned: "Planned") -> Iterator[Finding]:
     scene, meshes, faults = _checked(path, planned)
     yield from _bad_scene(faults)
@@ -108,9 +123,10 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         yield refusal(error)
         return
     file.attempt(partial(reader.check_version, file), None)
-    read_scene = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
-    scene, declared, faults = file.attempt(read_scene, (Scene(), {}, []))
     names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
+    nothing: Checked = (Scene(), {}, [])
+    attached = partial(file.attempt, partial(_attached, file, planned), nothing)
+    scene, declared, faults = attached() if replaced is None else _replacing(Path(replaced), planned, attached, names)
     session = reader.session_of(file, names, scene)
     reader.load_streams(session)
     decoder, damaged = FrameDecoder(file.catalogue, names, strict=False), Damaged()

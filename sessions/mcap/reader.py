@@ -12,7 +12,8 @@ from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
 
-from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError, WrongInputError
+from sessions.errors import MeshFileError, SceneError, SessionError, SessionFileError, TornFileError, WrongInputError
+from sessions.input_files import read_text
 from sessions.mcap import annotations, metadata, schemas
 from sessions.mcap.mcap_file import McapFile, McapFrames
 from sessions.mcap.pose_decoding import FrameDecoder
@@ -38,8 +39,8 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     Meshes are checked against their hashes. Frames and streams are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
-    ``path``: the file; ``scene``: a scene file that stands in place of the session's own, which is not looked at
-    (`with_scene`).
+    ``path``: the file; ``scene``: a scene file that stands in place of the session's own, which is not looked at, or
+    that adds to it (`with_scene`).
 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
     ``TornFileError`` when it was cut short, for example by a crash of the recorder: `recover` saves what is there.
@@ -57,10 +58,13 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     check_version(file)
     file.catalogue.check_pose_channels()
     names = listed_names(file) if file.own else _scanned_names(file)
-    session = session_of(file, names, None if scene is None else Scene())
     if scene is None:
-        return session
+        return session_of(file, names)
     from sessions.scene_files.scene_meshes import with_scene
+    from sessions.scene_files.scene_toml import declares_bodies
+
+    replaces = declares_bodies(read_text(scene, "scene", SceneError))
+    session = session_of(file, names, Scene() if replaces else None)
 
     return with_scene(session, scene)
 

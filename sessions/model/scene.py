@@ -2,9 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from fnmatch import fnmatchcase
+from typing import Any, Final
 
 from sessions.model.constants import SPACE_RADIUS
+
+TAG: Final = "tag:"
+"""Begins a selector of the bodies that have a tag."""
+
+WILDCARDS: Final = frozenset("*?[")
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,17 @@ class SceneEffect:
 
 
 @dataclass(frozen=True)
+class SceneGroup:
+    """Bodies that are one thing, as the links of a hand: its contacts are counted as those of one body.
+
+    Members are never paired with each other.
+    """
+
+    name: str
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Scene:
     """The declarations of a scene, and the text they were read from.
 
@@ -70,6 +87,7 @@ class Scene:
     ----------
     name : the scene's name.
     bodies : declared bodies.
+    groups : bodies that are counted as one thing.
     pairs : declared pairs of body names; ``None``: all with relative motion, minus groups and ``ignore``.
     ignore : pairs of body names left out.
     effects : declared effects; ``None`` when the scene has no effects table at all, ``()`` when it declares none.
@@ -80,6 +98,7 @@ class Scene:
 
     name: str = ""
     bodies: tuple[SceneBody, ...] = ()
+    groups: tuple[SceneGroup, ...] = ()
     pairs: tuple[tuple[str, str], ...] | None = None
     ignore: tuple[tuple[str, str], ...] = ()
     effects: tuple[SceneEffect, ...] | None = None
@@ -90,6 +109,27 @@ class Scene:
     def body(self, name: str) -> SceneBody | None:
         """The declaration of a body, or ``None``."""
         return next((body for body in self.bodies if body.id == name), None)
+
+    @property
+    def group_of(self) -> dict[str, str]:
+        """Member -> name of its group."""
+        return {member: group.name for group in self.groups for member in group.members}
+
+
+def selected_bodies(scene: Scene, names: Sequence[str], selector: str) -> list[str]:
+    """Bodies among ``names`` that a selector stands for: a name, a group, ``tag:WORD``, or a pattern of names (``*``).
+
+    A pattern that matches a group stands for its members too. A name comes before a group of that name.
+    """
+    if selector in names:
+        return [selector]
+    if selector.startswith(TAG):
+        chosen = {body.id for body in scene.bodies if selector.removeprefix(TAG) in body.tags}
+    else:
+        matches = fnmatchcase if not WILDCARDS.isdisjoint(selector) else str.__eq__
+        chosen = {name for name in names if matches(name, selector)}
+        chosen |= {member for group in scene.groups if matches(group.name, selector) for member in group.members}
+    return [name for name in names if name in chosen]
 
 
 def candidate_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]:
@@ -102,12 +142,14 @@ def candidate_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]
     if scene.pairs is not None:
         return [pair for pair in scene.pairs if present.issuperset(pair)]
     ignored = {frozenset(pair) for pair in scene.ignore}
-    group = {body.id: body.group for body in scene.bodies}
+    group, united = {body.id: body.group for body in scene.bodies}, scene.group_of
     return [
         (a, b)
         for index, a in enumerate(names)
         for b in names[index + 1 :]
-        if frozenset((a, b)) not in ignored and not (group.get(a) and group.get(a) == group.get(b))
+        if frozenset((a, b)) not in ignored
+        and not (group.get(a) and group.get(a) == group.get(b))
+        and not (a in united and united[a] == united.get(b))
     ]
 
 

@@ -6,13 +6,20 @@ from pathlib import Path
 
 from sessions.errors import MeshFileError, SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
+from sessions.input_files import read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_match import ColliderFile, read_colliders
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.body_axes import in_body_axes, pose_convention, scene_meshes_in_body_axes
-from sessions.scene_files.scene_toml import read_scene, scene_and_faults
+from sessions.scene_files.scene_toml import (
+    added_scene,
+    declares_bodies,
+    parse_scene,
+    recorded_bodies,
+    scene_and_faults,
+)
 
 INSTRUMENT_FACES = 5000
 COLLIDER_AXES = "canonical"
@@ -22,13 +29,24 @@ COLLIDER_AXES = "canonical"
 def with_scene(session: Session, path: str | Path) -> Session:
     """The session with the scene of a TOML file in place of its own: nothing of that one is kept.
 
+    A scene that declares no body adds to the recording's own (`added_scene`).
+
     A mesh that the scene declares stands in place of the recorded one; a body that declares none keeps it. The fact
     ``scene_file`` names the file. Raises SceneError: as `read_scene` and `scene_meshes`.
     """
-    scene = read_scene(path)
+    text, file = read_text(path, "scene", SceneError), Path(path).name
+    if declares_bodies(text):
+        scene = parse_scene(text, file)
+    else:
+        recorded = recorded_bodies(session.scene, session.names)
+        more = parse_scene(text, file, recorded)
+        # Meshes that the recording's own scene names lie beside nobody's file: they are in the recording.
+        facts = {**session.facts, SCENE_FACT: file}
+        extended = replace(session, scene=added_scene(recorded, more), facts=facts)
+        return with_colliders(extended, Path(path).parent)
     declared, facts = scene_meshes_in_body_axes(scene, scene_meshes(scene, Path(path).parent), session.facts)
     meshes = {**session.meshes, **declared}
-    replaced = replace(session, scene=scene, meshes=meshes, facts={**facts, SCENE_FACT: Path(path).name})
+    replaced = replace(session, scene=scene, meshes=meshes, facts={**facts, SCENE_FACT: file})
     return with_colliders(replaced, Path(path).parent)
 
 
@@ -120,14 +138,17 @@ Planned = Callable[[Scene, str], Sequence[str]]
 
 
 def checked_scene(
-    text: str, file: str, planned: Planned, folder: Path | None = None
+    text: str, file: str, planned: Planned, folder: Path | None = None, recorded: Scene | None = None
 ) -> tuple[Scene, dict[str, MeshData], list[str]]:
     """Reads as much of a scene's text as possible, the meshes it declares, and lists every problem of both.
 
     ``file`` is the name used in messages. ``folder``: where its mesh files lie; ``None``: no mesh is looked at.
+    ``recorded``: what a scene that declares no body adds to.
     """
     try:
-        scene, faults = scene_and_faults(text, file)
+        scene, faults = scene_and_faults(text, file, recorded)
+        if recorded is not None and not declares_bodies(text):
+            scene = added_scene(recorded, scene)
     except SceneError as error:  # no TOML at all
         return Scene(), {}, [*error.faults]
     meshes: dict[str, MeshData] = {}

@@ -2,7 +2,8 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,15 +13,14 @@ from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.meshes.mesh_axes import mesh_axes_matrix
 from sessions.model.constants import SPACE_RADIUS
-from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.model.scene import TAG, Pose, Scene, SceneBody, SceneEffect, SceneGroup, selected_bodies
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
 
 EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
 
-TAG = "tag:"
 Selected = Mapping[str, list[str]]
-"""Id or ``tag:WORD`` -> names of the bodies that it stands for."""
+"""Id, group or ``tag:WORD`` -> names of the bodies that it stands for."""
 
 MOST_PAIRS = 250_000
 """Two words may name every body of thousands: a scene is to take memory and time by its size."""
@@ -32,19 +32,24 @@ def read_scene(path: str | Path) -> Scene:
     return parse_scene(read_text(path, "scene", SceneError), Path(path).name)
 
 
-def parse_scene(text: str, file: str = "scene.toml") -> Scene:
+def parse_scene(text: str, file: str = "scene.toml", recorded: Scene | None = None) -> Scene:
     """The scene of a TOML text; ``file`` is the name used in messages.
+
+    ``recorded``: what a scene that declares no body adds to; the bodies and groups that it names are that one's.
 
     Raises ``SceneError``: file, table and key, and what to do; its ``faults`` are all there are.
     """
-    scene, faults = scene_and_faults(text, file)
+    scene, faults = scene_and_faults(text, file, recorded)
     if faults:
         raise SceneError(*faults)
     return scene
 
 
-def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
-    """Reads a scene with defaults in place of wrong values, and lists all faults; SceneError: it is no TOML."""
+def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tuple[Scene, list[str]]:
+    """Reads a scene with defaults in place of wrong values, and lists all faults; SceneError: it is no TOML.
+
+    ``recorded`` as in `parse_scene`.
+    """
     faults: list[str] = []
     whole = parse_toml(text, file, SceneError, faults)
     head = whole.table("scene") or whole.within({}, "[scene]")
@@ -55,12 +60,16 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
     space.done()
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
     _check_bodies(bodies, whole)
-    named = bodies_by_selector(bodies)
+    base = recorded if recorded is not None and not bodies else Scene(bodies=bodies)
+    groups = _groups(whole.tables("group") or [], base)
+    known = replace(base, groups=(*base.groups, *groups))
+    named = bodies_by_selector(known)
     pairs, ignore = whole.tables("pair"), whole.tables("ignore")
     effects = whole.tables("effect")
     scene = Scene(
         name=name,
         bodies=bodies,
+        groups=groups,
         pairs=None if pairs is None else _selected(pairs, named),
         ignore=_selected(ignore or [], named),
         effects=None if effects is None else tuple(_effect(table, named) for table in effects),
@@ -72,10 +81,66 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
     return scene, faults
 
 
-def bodies_by_selector(bodies: tuple[SceneBody, ...]) -> Selected:
+def declares_bodies(text: str) -> bool:
+    """Whether a scene's text declares bodies; one that declares none adds to the scene of a recording."""
+    return "body" in parse_toml(text, "scene", SceneError, [])
+
+
+def recorded_bodies(scene: Scene, names: Sequence[str]) -> Scene:
+    """A recording's scene with all tracks among its bodies, those that it does not declare too."""
+    declared = {body.id for body in scene.bodies}
+    return replace(scene, bodies=(*scene.bodies, *(SceneBody(name) for name in names if name not in declared)))
+
+
+def added_scene(recorded: Scene, more: Scene) -> Scene:
+    """A recording's scene and what a scene without bodies adds: its groups and ignored pairs, and what it declares
+    of name, pairs, effects, colliders and space in place of the recording's.
+    """
+    return replace(
+        recorded,
+        name=more.name or recorded.name,
+        groups=(*recorded.groups, *more.groups),
+        pairs=recorded.pairs if more.pairs is None else more.pairs,
+        ignore=tuple(dict.fromkeys([*recorded.ignore, *more.ignore])),
+        effects=recorded.effects if more.effects is None else more.effects,
+        colliders=more.colliders,
+        space_radius=recorded.space_radius if more.space_radius == SPACE_RADIUS else more.space_radius,
+        text="",
+    )
+
+
+def _groups(tables: list[TomlTable], base: Scene) -> tuple[SceneGroup, ...]:
+    """The groups of a scene; ``base`` has the bodies that can be members, and groups that are there already."""
+    names = [body.id for body in base.bodies]
+    taken = dict.fromkeys(names, "a body") | {group.name: "a group" for group in base.groups}
+    member_of, groups = base.group_of, list[SceneGroup]()
+    for table in tables:
+        name = table.text("name", None)
+        table.place = f"{table.place} ({name!r})"
+        if name in taken:
+            table.refuse(f"{taken[name]} has that name; give another")
+        members: dict[str, None] = {}
+        for selector in table.texts("members"):
+            selected = selected_bodies(base, names, selector)
+            if not selected:
+                table.refuse(f"no body is {selector!r}{nearest(selector, names)}")
+            members |= dict.fromkeys(selected)
+        doubly = [member for member in members if member in member_of]
+        if doubly:
+            table.refuse(f"{doubly[0]!r} is a member of {member_of[doubly[0]]!r}; a body has one group")
+        if len(members) < 2:
+            table.refuse("a group needs members, two bodies at least")
+        table.done()
+        taken[name] = "a group"
+        member_of = {**dict.fromkeys(members, name), **member_of}
+        groups.append(SceneGroup(name, tuple(members)))
+    return tuple(groups)
+
+
+def bodies_by_selector(scene: Scene) -> Selected:
     """The bodies of each selector."""
-    selected: dict[str, list[str]] = {}
-    for body in bodies:
+    selected: dict[str, list[str]] = {group.name: [*group.members] for group in scene.groups}
+    for body in scene.bodies:
         if not body.id.startswith(TAG):
             selected[body.id] = [body.id]
         for tag in dict.fromkeys(body.tags):
@@ -248,6 +313,7 @@ def scene_to_toml(scene: Scene) -> str:
     lines += ["[scene]", *head] if head else []
     lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
     tables = [("body", body_keys(body)) for body in scene.bodies]
+    tables += [("group", {"name": group.name, "members": group.members}) for group in scene.groups]
     tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
     tables += [("ignore", {"between": pair}) for pair in scene.ignore]
     tables += [("effect", {"kind": effect.kind, **effect.settings}) for effect in scene.effects or ()]

@@ -15,7 +15,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
-from replay.auditing.outcome import Comparison, Outcome
+from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.document.run_result import RunResult
 from replay.show.palette import OUTCOMES, SERIES, VERDICTS, WITHIN_TOLERANCE, Rgba
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
@@ -71,7 +71,9 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
         columns = ranked_pairs(comparison, assembly.held)
     lanes = {}
     for rank, column in enumerate(columns[:MOST_PAIRS], 1):
-        name = f"{rank}_{assembly.pair_name(column)}{', held' if assembly.held[column] else ''}"
+        # What was compared has a lane for a whole group, what was not one for each member.
+        pair = "-".join(assembly.bodies_of(column)) if comparison is None else assembly.pair_name(column)
+        name = f"{rank}_{pair}{', held' if assembly.held[column] else ''}"
         lanes[entity(LANES, label, lane_name(name))] = column
     return lanes
 
@@ -81,7 +83,7 @@ def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int
 
     A pair that was never in contact, for either detector, has none.
     """
-    counts = comparison.by_pair
+    counts = counts_by_pair(comparison.by_contact, len(Outcome))
     missed, false_contacts, both = -counts[:, SHOWN].T
     rest = counts[:, UNRANKED].sum(axis=1)
     order = np.lexsort((-rest, both, false_contacts, missed, grasped))
@@ -93,7 +95,7 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
     comparison = result.comparisons.get(label)
     states, styles = result.detections[label].verdict, VERDICTS
     if comparison is not None:
-        states, styles = comparison.outcome, OUTCOMES
+        states, styles = comparison.by_contact, OUTCOMES
     labels = np.array([styles[code][0] if code in styles else "" for code in range(256)], dtype=object)
     for path, column in pair_lanes(result, label).items():
         log_lane(writer, path, spans_of(writer, labels[states[:, column]]), styles.values())

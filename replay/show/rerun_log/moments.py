@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any, Final, get_type_hints
 import numpy as np
 import rerun as rr
 
+from cdcore.protocol import counts_as_contact
 from replay.auditing.fault import Fault, longest_curve_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
@@ -50,7 +51,8 @@ def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
     timed: list[tuple[Time, bool, float, Fault | Episode]] = [
         (fault.moment, fault.kind.is_miss, fault.metres, fault) for fault in faults
     ]
-    for contact in _contacts(result, {fault.pair for fault in faults}):
+    columns = result.assembly.contact_columns
+    for contact in _contacts(result, {int(columns[fault.pair]) for fault in faults}):
         timed.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
     moments: dict[Time, Fault | Episode] = {}
     frame, later = -1, 0
@@ -73,7 +75,15 @@ def _contacts(result: RunResult, faulty: set[int]) -> Iterator[Episode]:
     for label in (result.oracle, *result.comparisons):
         for contact in sorted(result.episodes[label], key=lambda contact: contact.first - contact.last):
             longest.setdefault(contact.pair, contact)
-    yield from (contact for pair, contact in longest.items() if pair not in faulty)
+    yield from (_of_member(result, contact) for pair, contact in longest.items() if pair not in faulty)
+
+
+def _of_member(result: RunResult, contact: Episode) -> Episode:
+    """A contact of a group as that of the member that touches in its middle."""
+    reference = result.detections[result.oracle]
+    members = result.assembly.columns_of_contact(contact.pair)
+    touching = counts_as_contact(reference.verdict[(contact.first + contact.last) // 2, members])
+    return replace(contact, pair=members[int(touching.argmax())])
 
 
 def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:

@@ -1,5 +1,6 @@
 """`replay scene`, and `--scene` on every verb that reads a session."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,19 @@ def test_given_scene_replaces_all_of_the_recorded_scene(files):
     assert "scene_file" not in read_session(files / "kept.mcap").facts
     kept = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
     assert kept.detections["exact"].digest == other.detections["exact"].digest
+
+
+def test_small_scene_names_a_group_for_pairs(files, capsys):
+    small = files / "small.toml"
+    small.write_text('[[group]]\nname = "hand"\nmembers = ["b", "c"]')
+    command = ["run", str(files / "s.mcap"), "--scene", str(small), "--pairs", "ha*:a", "--format", "json", "-q"]
+    assert main([*command, "--detectors", "hybrid,exact"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [pair["name"] for pair in document["pairs"]] == ["a-b", "a-c", "a-hand"]
+    assert document["audit"]["hybrid"]["contacts"] == 1  # b in frame 2, c in frame 3
+    assert document["session"]["scene"] == "own"  # and what it declares stays
+    assert main([*command[:5], "hand"]) == 2
+    assert "write two names with a colon between" in capsys.readouterr().err
 
 
 def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from replay.errors import AssemblyError
 from replay.prepare.pair_choice import chosen_pairs, held_pairs
-from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody, SceneGroup
 
 NAMES = ("hand", "glass", "lid", "bench", "shelf")
 MOVES = {"hand": True, "glass": True, "lid": False, "bench": False}
@@ -39,3 +40,33 @@ def test_grasped_pairs_are_parent_child_and_hand_group():
     names = ("hand", "rod", "cup", "lid", "ghand", "undeclared")
     pairs = {(0, 1): True, (0, 2): False, (1, 3): False, (2, 3): True, (2, 5): False, (0, 4): False, (3, 4): True}
     assert held_pairs(scene, names, np.array([*pairs])).tolist() == [*pairs.values()]
+
+
+UNITED = Scene(
+    bodies=(SceneBody("thumb", tags=("finger",)), SceneBody("index", tags=("finger",)), SceneBody("glass")),
+    groups=(SceneGroup("hand", ("thumb", "index")),),
+)
+LINKS = ("thumb", "index", "glass", "table")
+
+
+@pytest.mark.parametrize(
+    ("requested", "expected"),
+    [
+        (None, {"thumb-glass", "index-glass", "thumb-table", "index-table", "glass-table"}),
+        ([("hand", "glass")], {"thumb-glass", "index-glass"}),
+        ([("glass", "ha*")], {"thumb-glass", "index-glass"}),
+        ([("t*", "glass")], {"thumb-glass", "glass-table"}),
+        ([("tag:finger", "table")], {"thumb-table", "index-table"}),
+        ([("hand", "*")], {"thumb-glass", "index-glass", "thumb-table", "index-table"}),
+        ([("thumb", "index")], {"thumb-index"}),
+    ],
+)
+def test_groups_and_patterns_stand_for_pairs_of_members(requested, expected):
+    moves = dict.fromkeys(LINKS, True)
+    actual = chosen_pairs(UNITED, LINKS, moves, requested).tolist()
+    assert {f"{LINKS[i]}-{LINKS[j]}" for i, j in actual} == expected
+
+
+def test_unknown_end_of_a_pair_is_named_with_all_groups():
+    with pytest.raises(AssemblyError, match=r"pair hand-glas names 'glas'.*there are: hand, thumb, index"):
+        chosen_pairs(UNITED, LINKS, {}, [("hand", "glas")])

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -6,9 +8,9 @@ from hypothesis import strategies as st
 from sessions.errors import SceneError
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
-from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect, SceneGroup
 from sessions.model.session import Session
-from sessions.scene_files.scene_meshes import scene_meshes, with_meshes
+from sessions.scene_files.scene_meshes import scene_meshes, with_meshes, with_scene
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 
 BENCH = """
@@ -146,3 +148,69 @@ def test_a_body_that_has_its_mesh_needs_no_word_on_it_and_the_text_of_other_scen
     still = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
     known = with_meshes(still, {"a": TRIANGLE}, []).scene
     assert (known.bodies[0].shape, known.text) == ("", "") and with_meshes(still, {}, []).scene is scene
+
+
+LINKS = """
+[[body]]
+id = "thumb"
+[[body]]
+id = "index"
+[[body]]
+id = "glass"
+"""
+
+
+def test_group_takes_its_members_by_name_and_pattern():
+    scene = parse_scene(
+        LINKS + '[[group]]\nname = "hand"\nmembers = ["thumb", "in*"]\n[[pair]]\nbetween = ["hand", "glass"]'
+    )
+    assert scene.groups == (SceneGroup("hand", ("thumb", "index")),)
+    assert scene.pairs == (("thumb", "glass"), ("index", "glass"))
+    assert replace(parse_scene(scene_to_toml(scene)), text="") == replace(scene, text="")
+
+
+@pytest.mark.parametrize(
+    ("tables", "fault"),
+    [
+        ('[[group]]\nname = "glass"\nmembers = ["thumb", "index"]', "a body has that name"),
+        ('[[group]]\nname = "hand"\nmembers = ["thumb", "indx"]', "no body is 'indx'.*index"),
+        ('[[group]]\nname = "hand"\nmembers = ["thumb"]', "two bodies at least"),
+        (
+            '[[group]]\nname = "hand"\nmembers = ["*"]\n[[group]]\nname = "b"\nmembers = ["t*", "g*"]',
+            "member of 'hand'",
+        ),
+    ],
+)
+def test_faulty_group_is_refused_with_its_reason(tables, fault):
+    with pytest.raises(SceneError, match=fault):
+        parse_scene(LINKS + tables)
+
+
+OWN = """
+[scene]
+name = "own"
+[[body]]
+id = "glass"
+mass = 0.2
+[[body]]
+id = "lid"
+[[effect]]
+kind = "contact"
+between = ["glass", "lid"]
+"""
+
+
+def test_scene_without_bodies_adds_to_the_recorded(tmp_path):
+    names = ("thumb", "index", "glass")
+    still = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
+    own = parse_scene(OWN)
+    session = Session.from_arrays([0, 1], dict.fromkeys(names, still), {}, own)
+    small = tmp_path / "small.toml"
+    small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "index"]\n[[pair]]\nbetween = ["hand", "glass"]')
+    scene = with_scene(session, small).scene
+    assert scene.body("glass").extra == {"mass": 0.2} and scene.name == "own" and scene.effects == own.effects
+    assert scene.groups == (SceneGroup("hand", ("thumb", "index")),) and len(scene.pairs) == 2
+    assert replace(parse_scene(scene_to_toml(scene)), text="") == scene
+    small.write_text('[[group]]\nname = "hand"\nmembers = ["thumb", "palm"]')
+    with pytest.raises(SceneError, match="no body is 'palm'"):
+        with_scene(session, small)

@@ -1,0 +1,88 @@
+"""Bodies of a group count as one thing: a hand of several links beside a glass."""
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+import replay
+from replay.auditing.outcome import Outcome, joined_outcome
+from replay.show.run_tables import pair_table
+from sessions.scene_files.scene_toml import parse_scene
+
+PLACES = {
+    "thumb": [9, 9, 0.9, 0.9, 9, 9, 9, 9],
+    "index": [8, 8, 8, 0.8, 0.8, 8, 0.9, 8],
+    "palm": [7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5],
+    "glass": [0, 0, 0, 0, 0, 0, 0, 0.001],
+}
+"""Thumb touches the glass in frames 2 and 3, index in 3, 4 and 6: two contacts of the hand, whose links meet."""
+
+SCENE = """
+[[body]]
+id = "thumb"
+[[body]]
+id = "index"
+[[body]]
+id = "palm"
+[[body]]
+id = "glass"
+[[group]]
+name = "hand"
+members = ["thumb", "i*", "palm"]
+"""
+
+
+@pytest.fixture(scope="module")
+def result():
+    session = cubes(PLACES, scene=parse_scene(SCENE))
+    return replay.run(session, detectors="paper,exact", oracle="exact")
+
+
+def test_members_are_not_paired_and_touch_as_one(result):
+    assembly = result.assembly
+    names = {"-".join(assembly.bodies_of(pair)) for pair in range(len(assembly.pairs))}
+    assert names == {"thumb-glass", "index-glass", "palm-glass"}
+    contacts = [(contact.first, contact.last) for contact in result.episodes["exact"]]
+    assert contacts == [(2, 4), (6, 6)]
+    assert result.document.audit["paper"].contacts == 2
+    assert [*result.episodes["paper"]] == [*result.episodes["exact"]]
+
+
+def test_tables_name_the_group_and_open_to_members(result):
+    table = pair_table(result, "paper")
+    assert table.column("pair") == ["hand-glass", "  thumb-glass", "  index-glass"]
+    assert table.column("contacts") == [2, None, None]
+    assert table.column("frames found") == [5, 2, 3]
+    assert {(row["body_a"], row["body_b"]) for row in result.tables["episodes"].plain()} == {("hand", "glass")}
+
+
+def test_fault_of_a_group_names_it_and_measures_a_member(result):
+    session = cubes(PLACES, scene=parse_scene(SCENE))
+    slow = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
+    misses = slow.misses["late"]
+    assert all(miss.bodies == ("hand", "glass") and "hand and glass" in miss.why for miss in misses) and misses
+    for miss in misses:
+        outcome = slow.comparisons["late"].outcome[miss.first : miss.last + 1, miss.pair]
+        assert (outcome == Outcome.MISSED).any()
+    counts = slow.document.audit["late"]
+    assert counts.contacts == 2 and counts.contacts_missed + counts.late_or_cut_short <= 2
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        ("NN", Outcome.NEITHER),
+        ("BM", Outcome.BOTH),
+        ("MI", Outcome.BOTH),
+        ("MN", Outcome.MISSED),
+        ("ML", Outcome.MISSED),
+        ("IN", Outcome.INVENTED),
+        ("IL", Outcome.LEFT_OUT),
+        ("HI", Outcome.HELD),
+        ("WN", Outcome.WITHIN_TOLERANCE),
+    ],
+)
+def test_outcome_of_a_group_joins_those_of_members(members, expected):
+    letters = {outcome.name[0]: outcome for outcome in Outcome if outcome is not Outcome.BETWEEN_FRAMES}
+    row = np.array([[letters[letter] for letter in members]], dtype=np.uint8)
+    assert joined_outcome(row) == [expected]
