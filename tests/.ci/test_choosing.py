@@ -1,7 +1,7 @@
 """The guide's table of detectors is the one its detectors write."""
 
 import pytest
-from support.scripts import script
+from support.processes import script
 
 from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 from replay.guide.pages import page

@@ -4,7 +4,7 @@ import random
 import shutil
 
 import pytest
-from support.scripts import script
+from support.processes import script
 
 damaged_caches = script("damaged_caches")
 

@@ -1,7 +1,7 @@
 """Faults are drawn by seed and planted alone, and the tests that should notice one are asked first."""
 
 import pytest
-from support import scripts
+from support import processes
 
 SOURCE = "def twice(a, b):\n    return a + b if a <= b and b else len('a < b') - 2\n"
 TEST = "from cdcore.small import twice\n\n\ndef test_it():\n    assert twice(1, 2) == 3 and twice(2, 1) == 3\n"
@@ -9,7 +9,7 @@ TEST = "from cdcore.small import twice\n\n\ndef test_it():\n    assert twice(1, 
 
 @pytest.fixture(scope="module")
 def script():
-    return scripts.script("random_faults")
+    return processes.script("random_faults")
 
 
 @pytest.fixture

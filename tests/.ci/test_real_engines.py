@@ -1,9 +1,8 @@
 """An engine answers as its re-creation does, but near where contact begins; the page's tables are the command's."""
 
 import pytest
-from support.rows import ENGINE_MODULE
-from support.scripts import script
-from support.shared_data import DATA, needs_data
+from support.optional import DATA, ENGINE_MODULE, needs_data
+from support.processes import script
 
 from replay.guide.pages import page
 from replay.prepare.assemble import assemble

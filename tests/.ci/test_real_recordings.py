@@ -6,8 +6,8 @@ import shlex
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.scripts import script
-from support.shared_data import needs_data
+from support.optional import needs_data
+from support.processes import script
 
 from replay.guide.pages import page
 

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from support.scripts import script
+from support.processes import script
 
 command = script("sentences")
 

@@ -1,7 +1,7 @@
 """The counter of verbs and options counts what help shows, below groups too, and no more."""
 
 import click
-from support.scripts import script
+from support.processes import script
 
 SIZES = vars(script("sizes"))
 

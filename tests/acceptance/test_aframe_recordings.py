@@ -4,7 +4,7 @@ import json
 
 import pyarrow.parquet as pq
 import pytest
-from support.shared_data import DATA, needs_data
+from support.optional import DATA, needs_data
 
 from replay.cli.main import main
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shared_data import DATA, needs_data
+from support.optional import DATA, needs_data
 
 from sessions import Session, Severity, examine, import_session, write_session
 

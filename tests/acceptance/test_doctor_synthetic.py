@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from support.analytic_cases import ANALYTIC, make_analytic
 from support.planted_faults import BODIES, FAULTS, clean, teleport
+from support.small_worlds import ANALYTIC, make_analytic
 
 from sessions import Session, Severity, Track, examine
 from sessions.geometry.rotations import IDENTITY

@@ -17,9 +17,8 @@ from statistics import median
 import numpy as np
 import psutil
 import pytest
-from support.peak_memory import environment
+from support.processes import environment, spawned_by
 from support.small_worlds import cubes
-from support.spawned import spawned_by
 
 import replay
 from replay.running import batch

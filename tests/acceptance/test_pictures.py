@@ -9,8 +9,8 @@ from shutil import which
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
-from support.headless import pixels, viewer_or_skip
-from support.scripts import script
+from support.processes import script
+from support.viewers import pixels, viewer_or_skip
 
 from replay.auditing.fault import longest_curve_first
 from replay.engine import compute

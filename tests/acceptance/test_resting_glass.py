@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from support.peak_memory import environment
+from support.processes import environment
 
 RUN = """
 import json, sys, time
@@ -45,7 +45,7 @@ detector.detect(motion.take(np.arange(16)), faces=True)
 start = time.process_time()
 detection = detector.detect(motion, faces=True)
 seconds = time.process_time() - start
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 print(json.dumps({
     "seconds": seconds, "peak": peak_bytes(), "faces": [len(body.mesh.faces) for body in bodies],
     "contact": bool((detection.verdict == Verdict.CONTACT).all()), "pairs": int(detection.face_counts.min()),

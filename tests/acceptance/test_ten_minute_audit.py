@@ -10,8 +10,8 @@ import sys
 
 import numpy as np
 import pytest
-from support.peak_memory import environment
-from support.ten_minutes import FACES, ten_minutes
+from support.bench_loads import FACES, ten_minutes
+from support.processes import environment
 
 from sessions import write_session
 
@@ -20,7 +20,7 @@ SECONDS, GIBIBYTES, MEGABYTES = 60.0, 2.0, 60.0
 
 MEASURED = """
 import json, sys, time
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 from replay import audit
 from replay.document.coding import plain_of
 # the first seconds compile what is not compiled on this machine yet

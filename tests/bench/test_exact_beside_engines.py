@@ -7,9 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support.bench_candidate import OwnExact
-from support.bench_engines import ENGINES, YARDSTICK, seconds
-from support.bench_loads import make_workload
+from support.bench_loads import ENGINES, YARDSTICK, OwnExact, make_workload, seconds
 
 pytestmark = pytest.mark.bench
 

@@ -12,7 +12,7 @@ from time import perf_counter, process_time
 
 import numpy as np
 import pytest
-from support.shared_data import BENCH, needs_bench
+from support.optional import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live
 from replay.constants import BUDGET_MS

@@ -11,7 +11,7 @@ import sys
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.peak_memory import environment
+from support.processes import environment
 
 import replay
 from replay.show.results.data_set import DATA_SET, write_batch_tables

@@ -9,8 +9,8 @@ from pathlib import Path
 from time import perf_counter
 
 import pytest
-from support.peak_memory import environment
-from support.ties import fans_at_their_hubs, sliding_grids
+from support.processes import environment
+from support.shapes import fans_at_their_hubs, sliding_grids
 
 from cdcore import create_detector, detect_live
 
@@ -23,8 +23,8 @@ PEAK_AT_MOST = 300e6
 
 PEAK = """
 import sys
-from support.peak_memory import peak_bytes
-from support.ties import {scene}
+from support.processes import peak_bytes
+from support.shapes import {scene}
 from cdcore import create_detector
 bodies, motion, meets = {scene}({size}, {frames})
 found = create_detector("exact", bodies).detect(motion)

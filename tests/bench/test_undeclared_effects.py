@@ -4,7 +4,7 @@ from time import process_time
 
 import numpy as np
 import pytest
-from support.effect_proofs import NEAR, small_session
+from support.liquid_worlds import NEAR, small_session
 
 from replay.effects import EFFECTS
 from replay.engine import compute

@@ -7,8 +7,8 @@ from time import process_time
 
 import numpy as np
 import pytest
-from support.peak_memory import environment
-from support.ten_minutes import ten_minutes
+from support.bench_loads import ten_minutes
+from support.processes import environment
 
 from replay import audit
 from sessions import write_session
@@ -21,10 +21,10 @@ import json, sys, time
 from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 from replay import audit
 from replay.running.runner import WRITING
-from support.bench_engines import FclLoop
+from support.bench_loads import FclLoop
 from support.bench_loads import make_workload
 
 def seconds(call):

@@ -5,10 +5,8 @@ import sys
 
 import numpy as np
 import pytest
-from support.bench_candidate import run
-from support.bench_engines import ENGINES, YARDSTICK, FclLoop
-from support.bench_loads import make_workload
-from support.shared_data import BENCH, needs_bench
+from support.bench_loads import ENGINES, YARDSTICK, FclLoop, make_workload, run
+from support.optional import BENCH, needs_bench
 
 
 @needs_bench

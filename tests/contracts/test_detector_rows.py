@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from support.rows import ENGINE_MODULE, ROWS
+from support.optional import ENGINE_MODULE, ROWS
 from support.shapes import lab
 
 from cdcore import create_detector

@@ -4,9 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.rows import ROWS
+from support.optional import DATA, ROWS, needs_data
 from support.shapes import box_mesh, lab, random_rotations, unturned
-from support.shared_data import DATA, needs_data
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError

@@ -7,7 +7,7 @@ import json
 
 import pytest
 from support.digests import FILE, QUICK, REAL, SLOW, VARIANTS, asked_in, digests, variant_name
-from support.shared_data import needs_data
+from support.optional import needs_data
 
 KNOWN = json.loads(FILE.read_text())
 PARTS = ("verdicts", "faces", "counters")

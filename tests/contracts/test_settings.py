@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from support.rows import ROWS
+from support.optional import ROWS
 from support.shapes import ball_mesh, box_mesh, unturned
 
 from cdcore import Body, FrameDetector, create_detector

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles.separating_axes import meets_by_axes
-from support.stress_files import read_cases
+from support.optional import read_cases
 
 from cdcore import Verdict
 from cdcore.narrow.triangles.integers import pair_intersects_integers

@@ -14,10 +14,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from markupsafe import escape
-from support import class_folders
-from support.headless import page_after_its_scripts
+from support import study_samples
 from support.small_worlds import cube
-from support.study_samples import a_class, codebook, metrics, questionnaire
+from support.study_samples import a_class, codebook, made_class, metrics, questionnaire
+from support.viewers import page_after_its_scripts
 
 from replay.cli.main import main
 from replay.engine import compute
@@ -90,8 +90,8 @@ def class_of(word):
 def page_of_class(word, study):
     with TemporaryDirectory() as place, pytest.MonkeyPatch.context() as patch:
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
-            patch.setattr(class_folders, name, [(word, word)] if name == "PAIRS" else [word, word])
-        runs = read_class(class_folders.made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0))
+            patch.setattr(study_samples, name, [(word, word)] if name == "PAIRS" else [word, word])
+        runs = read_class(made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0))
         return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, f"A class of {word}")
 
 

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from support.peak_memory import environment
+from support.processes import environment
 from support.small_worlds import cubes
 
 from sessions import read_session, write_session

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, motion_of
+from support.random_worlds import KINDS, motion_of
 from support.shapes import lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector

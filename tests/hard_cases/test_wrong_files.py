@@ -7,7 +7,7 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.peak_memory import environment
+from support.processes import environment
 from support.wrong_files import BOMBS, WRONG, chunk, contradictions, good_files, message, plus, verbs, wrong_bytes
 
 
@@ -47,7 +47,7 @@ def test_unpacked_size_is_bounded_by_the_size_of_the_file(good, tmp_path):
 PROGRAM = """
 import json, sys, time
 from pathlib import Path
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 from replay.session_info import session_info
 from sessions import examine, read_session, recover
 from sessions.errors import SessionError

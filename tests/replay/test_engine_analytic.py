@@ -1,8 +1,8 @@
 """Detections and misses agree with formulas: sessions whose every contact is known in closed form."""
 
 import pytest
-from support.analytic_cases import ANALYTIC, make_analytic
-from support.looks import predicted
+from support.second_opinions import predicted
+from support.small_worlds import ANALYTIC, make_analytic
 
 from cdcore.protocol import counts_as_contact
 from replay.detection.detector_spec import TRUSTED as ORACLE

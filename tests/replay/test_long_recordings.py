@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from support.rows import ROWS
+from support.optional import ROWS
 from support.small_worlds import swinging_cubes
 
 from replay.cli.main import main

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from support.peak_memory import environment
+from support.processes import environment
 from support.small_worlds import cubes
 
 from sessions import write_session

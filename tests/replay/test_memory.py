@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.peak_memory import environment
+from support.processes import environment
 
 from replay.prepare.holding_poses import MOST_POSES
 from sessions import Frames, Session, Status, write_session
@@ -20,7 +20,7 @@ MEASURED = """
 import json, sys
 import replay
 from replay.document.coding import plain_of
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 result = replay.run(sys.argv[1], detectors="slow=discrete[rate_hz=22.5]", out=sys.argv[2], picture=sys.argv[3] == "yes")
 print(json.dumps({"peak": peak_bytes(), "summary": plain_of(result.document)}))
 """

@@ -7,8 +7,8 @@ import shutil
 import sys
 
 import pytest
-from support.folder_mutants import mutant
-from support.peak_memory import peak_bytes
+from support.mutants import mutant
+from support.processes import peak_bytes
 from support.small_worlds import cubes
 
 import replay

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from support.mcap_samples import random_frames, session_of, tetrahedron
-from support.peak_memory import environment
+from support.processes import environment
+from support.session_files import random_frames, session_of, tetrahedron
 
 from sessions import Event, Interval, Session, read_session, recover, write_session
 from sessions.model.frames import Status

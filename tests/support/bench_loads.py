@@ -1,22 +1,31 @@
-"""A made-up session for timing: the same arguments always give the same meshes and poses, and bodies touch in it.
+"""Sessions for timing, and the loops over other engines that are timed beside `exact`.
 
-A tray, a cup, a ring and a bottle stand; a rod stirs in the cup and knocks at its wall, a tube is put into the ring and
-leans on it, then pours over the cup's rim, a hand touches bottle, cup and tray. Things are near each other for much of
-the time and touch in some 10 % of the frames, which makes such a session hard. Places, profiles and motions are rows of
-`bench_loads.toml`. Meshes have nearly as many faces as asked for, none of them degenerate; corners are rounded to
-single precision, so that engines of either precision see the same geometry.
+The same arguments always give the same meshes and poses, and bodies touch in it. A tray, a cup, a ring and a bottle
+stand; a rod stirs in the cup and knocks at its wall, a tube is put into the ring and leans on it, then pours over the
+cup's rim, a hand touches bottle, cup and tray. Bodies are close for much of the time and touch in some 10 % of the
+frames, which makes such a session hard. Positions, profiles and motions are rows of `tests/bench/loads.toml`. Meshes
+have nearly the requested number of faces, none of them degenerate; corners are rounded to single precision, so that
+engines of either precision see the same geometry.
 """
 
+import gc
 import tomllib
 from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter, process_time
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from replay.constants import HEADSET_HZ
+from sessions import Scene, Session, Track
+from sessions.synthetic.bench import Instruments, Placed
+from sessions.synthetic.scenes import make_scene_session
 
-TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+TABLE = tomllib.loads((Path(__file__).parents[1] / "bench" / "loads.toml").read_text("utf-8"))
 PLACES, PROFILES, KEYS = TABLE["places"], TABLE["profiles"], TABLE["keys"]
 PERIOD = 30.0
 STATION = ("cup", "rod", "ring", "tube", "bottle", "hand")
@@ -133,3 +142,221 @@ def grid(points):
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
     return points.reshape(-1, 3).astype(np.float32).astype(np.float64), faces
+
+
+class OwnExact:
+    """The detector ``exact`` by default settings: poses checked in every call, trees kept, answers never.
+
+    Containment is decided, which no peer does; it is no contact of surfaces and so not part of the answer.
+    """
+
+    def __init__(self, load):
+        self.load = load
+        bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(load.names, load.meshes, strict=True)]
+        self._detector = create_detector("exact", bodies, pairs=load.pairs)
+
+    def staged(self, what):
+        """Seconds of every stage, the check of the poses first, and the ``Detection``."""
+        begin = perf_counter()
+        motion = Motion.from_matrices(np.arange(len(self.load.poses)) / self.load.rate_hz, self.load.poses)
+        checked = perf_counter() - begin
+        found = self._detector.detect(motion, faces=what == "faces")
+        return {"check": checked} | {name: float(np.sum(spent)) for name, spent in found.seconds.items()}, found
+
+    def ask(self, what):
+        """Of every pair in every frame (T, P): for "faces" how many pairs of faces meet, for "bool" 0 or 1."""
+        found = self.staged(what)[1]
+        return found.face_counts if what == "faces" else (found.verdict == Verdict.CONTACT).view(np.int8)
+
+
+class Candidate:
+    """Answers ``(workload, what)`` as `OwnExact` does; trees are kept between calls for the same meshes."""
+
+    engine = None
+
+    def __call__(self, workload, what):
+        if self.engine is None or self.engine.load.meshes is not workload.meshes:
+            self.engine = OwnExact(workload)
+        self.engine.load = workload
+        return self.engine.ask(what)
+
+
+run = Candidate()
+"""For ``peers.py --candidate support.bench_loads:run``, with ``tests`` on the path."""
+
+
+EVERY_CONTACT = 4_000_000
+
+
+class FacePairs:
+    """Stands in for ``fcl.CollisionResult``: keeps the faces of each contact, not the contact with its arrays."""
+
+    def __init__(self):
+        self.is_collision, self.cost_sources, self.contacts, self.faces = False, [], self, []
+
+    def append(self, contact):
+        self.faces.append((contact.b1, contact.b2))
+
+
+class FclLoop:
+    """python-fcl: the yardstick of time and of answers."""
+
+    def __init__(self, load):
+        self._load, self._fcl = load, import_module("fcl")
+        self._things = [self._fcl.CollisionObject(self._tree(*mesh)) for mesh in load.meshes]
+        for body, pose in enumerate(load.poses[0]):
+            self._place(body, pose)
+
+    def ask(self, what):
+        """Every pair in every frame."""
+        faces, asked, collide = what == "faces", self._load.pairs.tolist(), self._fcl.collide
+        request = self._fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT if faces else 1, enable_contact=False)
+
+        def fill(row):
+            for k, (i, j) in enumerate(asked):
+                found = FacePairs()
+                if collide(self._things[i], self._things[j], request, found):
+                    row[k] = len(set(found.faces)) if faces else 1
+
+        return frame_by_frame(self._load, self._place, fill)
+
+    def _place(self, body, pose):
+        self._things[body].setRotation(pose[:3, :3])
+        self._things[body].setTranslation(pose[:3, 3])
+
+    def _tree(self, vertices, faces):
+        tree = self._fcl.BVHModel()
+        tree.beginModel(num_tris_=len(faces), num_vertices_=len(vertices))
+        tree.addSubModel(vertices, faces.tolist())
+        tree.endModel()
+        return tree
+
+
+class CoalLoop:
+    """coal: trees of oriented boxes, as python-fcl has them."""
+
+    def __init__(self, load):
+        self._load = load
+        self._coal = import_module("coal")
+        self._trees = [self._tree(*mesh) for mesh in load.meshes]
+        self._placed = [self._pose(pose) for pose in load.poses[0]]
+
+    def ask(self, what):
+        """Every pair in every frame; with faces contacts are switched on, which coal needs to name them."""
+        request, result, collide = self._coal.CollisionRequest(), self._coal.CollisionResult(), self._coal.collide
+        request.num_max_contacts = EVERY_CONTACT if what == "faces" else 1
+        request.enable_contact = what == "faces"
+        trees, placed, asked = self._trees, self._placed, self._load.pairs.tolist()
+
+        def place(body, pose):
+            placed[body] = self._pose(pose)
+
+        def fill(row):
+            for k, (i, j) in enumerate(asked):
+                result.clear()
+                if collide(trees[i], placed[i], trees[j], placed[j], request, result):
+                    row[k] = len({(contact.b1, contact.b2) for contact in result.getContacts()})
+
+        return frame_by_frame(self._load, place, fill)
+
+    def _tree(self, vertices, faces):
+        tree = self._coal.BVHModelOBBRSS()
+        tree.beginModel(len(faces), len(vertices))
+        tree.addVertices(vertices)
+        tree.addTriangles(faces.astype(np.int64))
+        tree.endModel()
+        return tree
+
+    def _pose(self, pose):
+        return self._coal.Transform3s(pose[:3, :3], pose[:3, 3])
+
+
+class TrimeshLoop:
+    """The collision manager of trimesh, python-fcl below it; a convex mesh becomes a solid, whose faces it cannot name.
+
+    Bodies are placed by ``set_transform``: ``add_object`` rounds to single precision.
+    """
+
+    def __init__(self, load):
+        self._load = load
+        self._manager = import_module("trimesh.collision").CollisionManager()
+        mesh_of = import_module("trimesh").Trimesh
+        for name, (vertices, faces), pose in zip(load.names, load.meshes, load.poses[0], strict=True):
+            self._manager.add_object(name, mesh_of(vertices, faces, process=False))
+            self._manager.set_transform(name, pose)
+        self._column = {frozenset((load.names[i], load.names[j])): k for k, (i, j) in enumerate(load.pairs.tolist())}
+
+    def ask(self, what):
+        """All bodies in every frame: the manager has its own broad phase."""
+        manager, names, column = self._manager, self._load.names, self._column
+
+        def place(body, pose):
+            manager.set_transform(names[body], pose)
+
+        def fill(row):
+            if what == "faces":
+                contacts = manager.in_collision_internal(return_data=True)[1]
+                found = {(*sorted(c.names), *(c.index(name) for name in sorted(c.names))) for c in contacts}
+            else:
+                found = set(manager.in_collision_internal(return_names=True)[1])
+            for a, b, *_ in found:
+                if frozenset((a, b)) in column:
+                    row[column[frozenset((a, b))]] += 1
+
+        return frame_by_frame(self._load, place, fill)
+
+
+def frame_by_frame(load, place, fill):
+    """The plain loop: in every frame place what moves, then fill the answers of all pairs (P,)."""
+    counts = np.zeros((len(load.poses), len(load.pairs)), dtype=np.int64)
+    moving = np.flatnonzero((load.poses != load.poses[:1]).any(axis=(0, 2, 3))).tolist()
+    for row, poses in zip(counts, load.poses, strict=True):
+        for body in moving:
+            place(body, poses[body])
+        fill(row)
+    return counts
+
+
+YARDSTICK = "python-fcl"
+ENGINES = {YARDSTICK: FclLoop, "trimesh": TrimeshLoop, "exact": OwnExact}
+if find_spec("coal"):
+    ENGINES["coal"] = CoalLoop
+
+
+def seconds(call):
+    """Processor time of a call without the cyclic garbage collector: all engines have one thread."""
+    gc.collect()
+    gc.disable()
+    try:
+        begin = process_time()
+        call()
+        return process_time() - begin
+    finally:
+        gc.enable()
+
+
+MINUTES, FACES = 10, 5000
+
+
+def ten_minutes():
+    """The minute of bumps ten times over, two more glasses beside it, everything paired that moves."""
+    minute, _ = make_scene_session("bench-bumps", faces=FACES)
+    spare = {
+        "spare-beaker": Placed("beaker_250", (0.35, 0.9001, 0.15)),
+        "spare-flask": Placed("erlenmeyer_flask", (0.02, 0.9001, -0.20)),
+    }
+    layout = Instruments(spare, FACES)
+    tracks = {name: repeated(track) for name, track in minute.tracks.items()}
+    stamps = tracks["headset"].times_ns
+    for name, item in spare.items():
+        poses = (np.tile(row, (len(stamps), 1)) for row in (item.position, item.quaternion))
+        tracks[name] = Track(stamps, *poses)
+    scene = Scene("ten-minutes", (*minute.scene.bodies, *layout.bodies()))
+    return Session.from_tracks(tracks, meshes={**minute.meshes, **layout.meshes}, scene=scene)
+
+
+def repeated(track):
+    times = track.times_ns
+    span = times[-1] - times[0] + int(np.median(np.diff(times)))
+    poses = (np.concatenate([part] * MINUTES) for part in (track.positions, track.quaternions_xyzw, track.valid))
+    return Track(np.concatenate([times + k * span for k in range(MINUTES)]), *poses)

@@ -1,11 +1,14 @@
-"""What every detector says of many worlds, as short digests: verdicts, faces and counters, no times.
+"""Digests of all detectors in many worlds, and their answers without a compiler.
 
 ``python tests/support/digests.py`` writes ``tests/contracts/digests.json`` anew, for a change that is meant; give names
-of groups or detectors to write only these.
+of groups or detectors to write only these. ``NUMBA_DISABLE_JIT=1 python tests/support/digests.py --interpreted 0 9``
+prints the digests of random worlds 0 to 9 by detector, from kernels that run as plain Python.
 """
 
 import hashlib
 import json
+import os
+import subprocess
 import sys
 from functools import cache
 from itertools import islice
@@ -16,8 +19,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from support.optional import DATA
 from support.random_worlds import SHAPES, World, random_world
-from support.shared_data import DATA
+from support.shapes import lab
 
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
@@ -134,5 +138,38 @@ def write(names):
     FILE.write_text(json.dumps(kept, indent=0) + "\n")
 
 
+FRAMES = 4
+
+
+def laboratory():
+    """A world of ordinary solids, which every detector may be asked about."""
+    bodies, motion = lab(FRAMES)
+    return World(bodies, motion, None)
+
+
+def answers(first, last):
+    """Digests of verdicts and faces, and counters, by detector: of a laboratory and of random worlds."""
+    found = {}
+    for name, settings in VARIANTS:
+        worlds = [laboratory()]
+        if name in SCALE_FREE:
+            worlds += [random_world(seed, shape) for seed in range(first, last) for shape in SHAPES]
+        found[variant_name(name, settings)] = [parts_of(world, name, settings) for world in worlds]
+    return found
+
+
+def interpreted_answers(first, last):
+    """The same from a process whose kernels are interpreted."""
+    done = subprocess.run(
+        [sys.executable, __file__, "--interpreted", str(first), str(last)], capture_output=True, text=True, check=False,
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
 if __name__ == "__main__":
-    write(sys.argv[1:])
+    if sys.argv[1:2] == ["--interpreted"]:
+        print(json.dumps(answers(*map(int, sys.argv[2:]))))
+    else:
+        write(sys.argv[1:])

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from support.damage import damaged_below_checksums
+from support.mutants import damaged_below_checksums
 
 from sessions import read_session, write_session
 from sessions.errors import ImportFileError, SessionError

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from support.damage import MESSAGE, with_messages
+from support.mutants import MESSAGE, with_messages
 from support.small_worlds import cube
 
 from sessions import Frames, MeshData, Session, Status, write_session

@@ -1,25 +1,169 @@
-"""Runs in all states, their pages, and what a reader sees of a page."""
+"""Runs in all states: documents by hand, tradeoff rows, received folders, and their pages."""
 
+import json
 import re
 from dataclasses import replace
 from functools import cache
 from html import unescape
 
 import numpy as np
-from msgspec import structs
-from support.lettered_worlds import run
+from msgspec import convert, structs
 from support.planted_faults import FAULTS, clean
-from support.price_rows import ABOUT, price_row
+from support.planted_sessions import run
 from support.small_worlds import cube, cubes, jumping
 
 from replay.advice.pareto import advice_of, front_of
-from replay.document.detector import LongestStage, SampleTimes
+from replay.auditing.wilson import proportion
+from replay.document import audit as records
+from replay.document.detector import DetectorRecord, DetectorTimes, LongestStage, SampleTimes
 from replay.document.ranking import ranking
+from replay.document.run_document import RunDocument
 from replay.document.run_result import Tradeoff
 from replay.engine import compute
 from sessions import MeshData
 from sessions.model.event import LiveContact
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+
+NONE = proportion(0, 0)
+COUNTS = records.CountRange(smallest=0, largest=0, mean=0.0)
+
+
+def zeros(record, **counts):
+    """A record of counts, all 0 but those given."""
+    return record(**(dict.fromkeys(record.__struct_fields__, 0) | counts))
+
+
+MATCHING = records.ContactMatching(
+    **dict.fromkeys(records.ContactMatching.__struct_fields__, 0)
+    | {"missed_proportion": NONE, "false_proportion": NONE}
+    | {"onset_error": None, "duration_error": None, "end_error": None}
+)
+
+
+def offset_ranges(missed=0, late=0):
+    """The same counts at every sampling offset."""
+    same = [records.CountRange(smallest=count, largest=count, mean=float(count)) for count in (missed, late)]
+    return records.OffsetRanges(contacts_missed=same[0], late_or_cut_short=same[1])
+
+
+def audit_of(**fields):
+    """The audit of a detector with some values; ranges over the sampling offsets are those of its counts."""
+    empty = dict.fromkeys(records.DetectorAudit.__struct_fields__, 0)
+    empty |= {
+        "pair_frames": zeros(records.PairFrames), "time_missed": NONE, "false_contact": NONE, "undecided": NONE,
+        "undecided_reasons": {}, "reference_undecided_reasons": {}, "between_frames": records.NOT_EXAMINED,
+        "while_grasped": zeros(records.GraspedCounts), "misses_by_kind": {}, "false_causes": {},
+        "means_over_offsets": None, "noise_proof": None, "matching": MATCHING,
+        "causes": records.CauseCounts(misses={}, pair_frames={}, examined=0, missed=0),
+        "counts_over_offsets": offset_ranges(fields.get("contacts_missed", 0), fields.get("late_or_cut_short", 0)),
+    }  # fmt: skip
+    return records.DetectorAudit(**empty | fields)
+
+
+def times_of(mean=4e-4, p99=None):
+    """Seconds of a detector; without ``p99`` it was not timed frame by frame."""
+    samples = SampleTimes(median=p99, p95=p99, p99=p99, max=p99, samples=1, over_budget=0.0, stages={}) if p99 else None
+    return DetectorTimes(
+        prepare=0.0, warm_up=0.0, detect=100 * mean, per_frame_mean=mean, stages={}, longest_stage=None,
+        sample_times=samples,
+    )  # fmt: skip
+
+
+def detector_of(name, spec=None, **fields):
+    """A detector of a run that was asked live."""
+    usual = {
+        "settings": {}, "covers": "instants", "online": True, "live": True, "approximate": False, "contacts": 0,
+        "faces_queried": False, "verdicts": {}, "seconds": times_of(), "work": {}, "digest": None, "faces_digest": None,
+    }  # fmt: skip
+    return DetectorRecord(name=name, spec=spec or name, **usual | fields)
+
+
+EMPTY = convert(
+    {
+        "schema": "vrlab-replay/run/2", "caveat": "", "intervals": "", "window": {"start": None, "end": None},
+        "session": {
+            "id": "0" * 16, "recording": None, "digest": None, "scene": "", "frames": 1, "duration": 0.0,
+            "median_step": 0.0, "dropped_frames": {"repeated": 0, "backwards": 0}, "first_stamp_ns": 0, "left_out": [],
+            "notes": [], "facts": {}, "facts_withheld": 0, "assumptions": [], "bodies": {},
+        },
+        "settings": {
+            "detectors": [], "oracle": "none", "step_rate": 50.0, "pairs": None, "start": None, "end": None,
+            "policy": {}, "noise": [], "noise_copies": 16, "seed": 0, "tau": 0.0, "offline": False,
+        },
+        "seed": 0, "tau": 0.0, "pairs": [], "oracle": "", "detectors": {}, "audit": {}, "noise": None, "policy": {},
+        "findings": [], "flagged": [], "flagged_verdicts": {}, "versions": {}, "machine": {}, "effects": {},
+        "plan": {
+            "effects": {}, "pairs": None, "bodies": {}, "topics": {}, "detectors": {}, "detection": True, "not_run": [],
+        },
+        "answers": [],
+    },
+    RunDocument,
+)  # fmt: skip
+
+
+def document_with(**fields):
+    """A document with some values."""
+    return structs.replace(EMPTY, **fields)
+
+
+CHECK = {"passes": 7, "ratio": 1.0, "low": 0.98, "high": 1.02, "tie": True, "widened": 1.0}
+ABOUT = {
+    "session": "s", "contacts": 18, "frames": 6, "seconds": 60.0, "bodies": 2, "pairs": 1, "oracle": "exact",
+    "processor_share": 1.0, "machine": {"system": "Linux", "processor": "x", "cores": 2}, "reference": "exact",
+    "live_frames": 6, "clock": CHECK, "time_limit": 20.0,
+}  # fmt: skip
+
+
+def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **more):
+    """A setting that takes ``ms`` a frame and gets so many of 18 contacts wrong; a count may be a range (low, high)."""
+    counts = {}
+    for name, count in {"missed": missed, "late": late, "false_contacts": false}.items():
+        low, high = count if isinstance(count, tuple) else (count, count)
+        counts |= {name: (low + high) / 2, f"{name}_smallest": low, f"{name}_largest": high}
+    # Any order of losses will do for a front: here a contact missed, late or false costs the same.
+    loss = sum(counts[name] for name in ("missed", "late", "false_contacts")) / 18
+    return {
+        "label": label, "settings": label, "detector": label, "line": "", "value": "", "rate_hz": None,
+        "complete": False, "oracle": False, "contacts": 18, "contacts_undecided": 0,
+        "contact_frames_undecided": 0, "offsets": 1, "not_reported": 0.0,
+        "false": counts["false_contacts"] / 50, "loss": loss, **counts,
+        "mean_ms": ms, "mean_low": None if spread is None else (1 - spread) * ms,
+        "mean_high": None if spread is None else (1 + spread) * ms,
+        "p99_ms": 2 * ms if p99 is None else p99, "p99_low": None, "p99_high": None,
+        "passes": 1 if spread is None else 7,
+        "frames": 6, "work": {"looks": 3}, "digest": "d", "prepare_seconds": 0.0, "front": False, **more,
+    }  # fmt: skip
+
+
+def surely_quicker(a, b):
+    apart = None not in (a["mean_high"], b["mean_low"]) and a["mean_high"] < b["mean_low"]
+    unknown = None in (a["mean_low"], b["mean_low"])
+    return apart or (unknown and a["mean_ms"] < b["mean_ms"])
+
+
+def front(rows):
+    """Labels, most accurate first: the next is the first by accuracy that is surely quicker than the one before."""
+    left = [row for row in rows if not row["contact_frames_undecided"]]
+    labels, last = [], None
+    for least in sorted({row["loss"] for row in left}):
+        alike = [row for row in left if row["loss"] == least]
+        quickest = sorted(alike, key=lambda row: row["mean_ms"])[0]
+        tied = [row for row in alike if row is quickest or not surely_quicker(quickest, row)]
+        best = sorted(tied, key=lambda row: not row["complete"])[0]
+        if last is None or surely_quicker(best, last):
+            labels.append(best["label"])
+            last = best
+    return labels[::-1]
+
+
+def tamper(folder, part, **changes):
+    """Write other values into a part of the summary of a run; a table that is there keeps its other keys."""
+    file = folder / "summary.json"
+    summary = json.loads(file.read_text())
+    held = summary[part]
+    summary[part] |= {key: held[key] | new if isinstance(held.get(key), dict) else new for key, new in changes.items()}
+    file.write_text(json.dumps(summary))
+
 
 PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
 """At 100 Hz; samples at 50 Hz fall on even frames: they miss a-b and a-c whole, find a-c late, and hold it too long."""

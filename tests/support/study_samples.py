@@ -1,10 +1,14 @@
-"""A small class whose answers and behaviour follow a known model: what every test of the study starts from."""
+"""A small class with a known model, and a class as run folders that nobody ran."""
 
 import csv
+import json
 
 import numpy as np
+import pyarrow.parquet as pq
 from pandas import DataFrame
 
+from replay.show.results.data_set import DATA_SET
+from replay.show.results.parquet import SCHEMA, table_of
 from replay.studies.class_study.codebook import Codebook, Item
 
 CODEBOOK = """
@@ -78,3 +82,72 @@ def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
     table["contact_frames"] = table["recall"] * 0.0 + 100.0
     table["grasps"] = np.arange(len(table)) % 7.0
     return table
+
+
+PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
+TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive", "desktop")
+CAUSES = ("between two looks", "thinner than a step")
+DETECTORS = {"slow": 0.3, "coarse": 0.1}
+"""Label -> share of the contacts that it never finds."""
+UNREAD = dict.fromkeys(("first", "last", "deepest", "stamp_ns"), 0) | {"frames": 1, "message": "", "time": 0.0}
+UNREAD |= {"start": 0.0, "end": 0.0}
+"""What every row of a run states and no page of a class prints."""
+
+
+def made_class(folder, sessions=40, students=20, *, seed=0, contacts=8, detectors=DETECTORS, nobody=0, rare=3):
+    """Write run folders ``run000``, ...: the last ``nobody`` state no student; ``rare`` students alone do a task."""
+    random = np.random.default_rng(seed)
+    for k in range(sessions):
+        who = "" if k >= sessions - nobody else f"S{k % students:03d}"
+        session = Session(random, who, f"{k:016x}", detectors, rare=bool(rare) and k % students < rare)
+        session.draw(int(random.poisson(contacts)), TYPES[k % students % 2])
+        session.write(folder / f"run{k:03d}")
+    return folder
+
+
+class Session:
+    def __init__(self, random, student, digest, detectors, *, rare):
+        self.random, self.keys, self.detectors = random, {"session": digest, "student": student}, detectors
+        self.tasks = (*TASKS, "clean") if rare else TASKS
+        self.rows = {name: [] for name in DATA_SET}
+
+    def draw(self, contacts, vr_type):
+        lost = dict.fromkeys(self.detectors, 0)
+        for number in range(1, contacts + 1):
+            a, b = PAIRS[int(self.random.integers(len(PAIRS)))]
+            start, length = float(self.random.uniform(0, 30)), float(self.random.exponential(0.2))
+            missed = [label for label, share in self.detectors.items() if self.random.random() < share]
+            task, stage = self.one_of(self.tasks), self.one_of(STAGES)
+            place = {"body_a": a, "body_b": b, "held": bool(self.random.random() < 0.1), "task": task, "stage": stage}
+            place |= {"start": start, "end": start + length}
+            self.add("episodes", detector="exact", number=number, missed_by=",".join(missed), status="", **place)
+            for label in missed:
+                lost[label] += 1
+                cut = {"kind": "never found", "cause": self.one_of(CAUSES), "cut_length": float(self.random.random())}
+                self.add("misses", detector=label, number=lost[label], episode=number, **cut, **place)
+        for label in self.detectors:
+            for number in range(1, int(self.random.poisson(1.0)) + 1):
+                gap = {"kind": "nothing there", "cause": "its collider", "gap": 0.01, "held": False}
+                self.add("false_contacts", detector=label, number=number, body_a="hand-left", body_b="stand", **gap)
+        minutes = float(self.random.uniform(0.4, 0.6))
+        shared = {"valid_minutes": minutes, "flagged_share": float(self.random.random() * 0.02), "scene": "lab"}
+        shared |= {"oracle": "exact", "vr_type": vr_type}
+        for label in ("exact", *self.detectors):
+            seen = contacts - lost.get(label, 0)
+            frames = {"contact_frames": 9 * contacts, "recall": seen / contacts if contacts else None}
+            self.add("metrics", detector=label, contacts_per_min=seen / minutes, settings="s", **shared, **frames)
+
+    def one_of(self, values):
+        return values[int(self.random.integers(len(values)))]
+
+    def add(self, table, **row):
+        self.rows[table].append(UNREAD | self.keys | row)
+
+    def write(self, folder):
+        folder.mkdir(parents=True)
+        for name, (file, kinds, _) in DATA_SET.items():
+            own = {column: kind for column, kind in kinds.items() if column != "run"}
+            whole = [{column: row.get(column) for column in own} for row in self.rows[name]]
+            pq.write_table(table_of(whole, own).replace_schema_metadata({"schema": SCHEMA}), folder / file)
+        summary = {"made": self.keys["session"]}
+        (folder / "summary.json").write_text(json.dumps(summary), "utf-8")

@@ -13,7 +13,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Metadata
 from mcap.writer import CompressionType
-from support.damage import (
+from support.mutants import (
     MESSAGE,
     body_and_index,
     closed,
@@ -25,8 +25,8 @@ from support.damage import (
     with_records,
     without_index,
 )
-from support.mcap_samples import protobuf_messages, write_foreign
 from support.planted_faults import BODIES, POSE_CHANNEL, START_NS, STEP_NS, clean
+from support.session_files import protobuf_messages, write_foreign
 
 from cdcore.errors import CollisionCoreError
 from replay.engine import compute

@@ -1,7 +1,7 @@
 """A detector reports contact up to its reach and no farther, asked at distances that are known."""
 
 import pytest
-from support.hull_gaps import hulls_at
+from support.shapes import hulls_at
 
 from cdcore import Verdict, create_detector
 from cdcore.detectors import detector_row

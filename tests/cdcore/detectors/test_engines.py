@@ -6,9 +6,8 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from support.hull_gaps import hulls_at
-from support.rows import ENGINE_MODULE
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, unturned
+from support.optional import ENGINE_MODULE
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, hulls_at, lab, rod_mesh, still, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError

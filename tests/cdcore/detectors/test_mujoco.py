@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from support.hull_gaps import hulls_at
-from support.shapes import box_mesh, lab, random_rotations, still
+from support.shapes import box_mesh, hulls_at, lab, random_rotations, still
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError

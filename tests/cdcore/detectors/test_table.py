@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from support.rows import ENGINE_MODULE, ROWS
+from support.optional import ENGINE_MODULE, ROWS
 from support.shapes import box_mesh, lab
 
 import cdcore.detectors as table

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.ties import fans_at_their_hubs, sliding_grids
+from support.shapes import fans_at_their_hubs, sliding_grids
 
 from cdcore import Verdict, create_detector, join
 from cdcore.protocol import detect_live

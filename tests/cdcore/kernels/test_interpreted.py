@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from support.interpreted import answers, interpreted_answers
+from support.digests import answers, interpreted_answers
 
 
 def assert_same(first, last):

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate, motion_of, placed
-from support.random_worlds import bodies_of
+from support.random_worlds import KINDS, bodies_of, grid_plate, motion_of, placed
 from support.shapes import ball_mesh, box_mesh, merged
 
 from cdcore import Body

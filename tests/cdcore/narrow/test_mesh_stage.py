@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.motions import placed, soup
-from support.random_worlds import bodies_of
+from support.random_worlds import bodies_of, face_soup, placed
 from support.shapes import ball_mesh, box_mesh, random_rotations, rod_mesh
 
 from cdcore import Body, Motion, intersecting_faces
@@ -83,7 +82,7 @@ def test_each_column_comes_once_with_all_its_rows_in_order(columns):
 
 def test_it_equals_the_exhaustive_test():
     rng = np.random.default_rng(1)
-    a, b = soup(rng, 60), soup(rng, 50)
+    a, b = face_soup(rng, 60), face_soup(rng, 50)
     meshes = [body.mesh for body in bodies_of([a, b])]
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.3
@@ -102,7 +101,7 @@ def test_a_pose_that_is_none_is_refused_by_its_body():
 
 def test_it_finds_exactly_the_pairs_the_predicate_says_meet(monkeypatch):
     rng = np.random.default_rng(0)
-    first, second = soup(rng, 23, 1.0), soup(rng, 31, 1.0)
+    first, second = face_soup(rng, 23, 1.0), face_soup(rng, 31, 1.0)
     every = np.array([[a, b] for a in first for b in second])
     want = np.argwhere(triangles_intersect(every).reshape(23, 31))
     assert len(want) > 10

@@ -3,8 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 import trimesh
-from support.foxglove_json import write_transforms
-from support.planted_scenes import (
+from support.planted_sessions import (
     FRAMES,
     PLATE,
     TO_SOURCE,
@@ -16,6 +15,7 @@ from support.planted_scenes import (
     write_mesh,
     write_scene,
 )
+from support.session_files import write_transforms
 
 import replay
 from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words

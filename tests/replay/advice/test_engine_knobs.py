@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from support.price_rows import price_row
+from support.report_states import price_row
 from support.small_worlds import cube
 
 import replay.guide

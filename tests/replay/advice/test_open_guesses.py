@@ -1,4 +1,4 @@
-from support.planted_scenes import write_scene
+from support.planted_sessions import write_scene
 
 from replay.advice.open_guesses import guess_lines, open_rows, undecided_sentence, untried_lines
 from sessions import Session

@@ -1,7 +1,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.price_rows import front, price_row
+from support.report_states import front, price_row
 
 from replay.advice.pareto import advice_of, contenders_of, front_of, sorted_rows
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from support.planted_scenes import TO_SOURCE, write_scene
+from support.planted_sessions import TO_SOURCE, write_scene
 
 from replay.advice.assumptions import examine_assumptions
 from replay.advice.open_guesses import open_rows

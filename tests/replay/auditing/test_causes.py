@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.analytic_cases import make_analytic
-from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, verdict_column
+from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, make_analytic, verdict_column
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation

@@ -2,8 +2,8 @@ import sys
 import time
 
 import pytest
+from support.processes import Watched
 from support.small_worlds import cubes
-from support.watched import Watched
 
 from replay import run
 from replay.cli.console import People, TerminalProgress, counting, pace

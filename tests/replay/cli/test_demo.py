@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from support.looks import predicted
+from support.second_opinions import predicted
 
 from replay.cli.main import main
 from replay.document.ranking import ranking

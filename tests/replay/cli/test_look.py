@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
-from support.planted_scenes import true_contact, write_scene
+from support.planted_sessions import true_contact, write_scene
 
 import replay
 from replay.cli import look

@@ -1,8 +1,7 @@
 import json
 
 import pytest
-from support.class_folders import made_class
-from support.study_samples import CODEBOOK, a_class, write_answers
+from support.study_samples import CODEBOOK, a_class, made_class, write_answers
 
 from replay.cli.main import main
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 from msgspec import structs
 from rich.console import Console
-from support.documents import EMPTY, document_with
+from support.report_states import EMPTY, document_with
 from support.small_worlds import cubes
 
 from replay.cli import console as console_module

@@ -3,7 +3,7 @@ from decimal import Decimal
 
 import pyarrow.parquet as pq
 import pytest
-from support.price_rows import ABOUT, price_row
+from support.report_states import ABOUT, price_row
 from support.small_worlds import cubes
 
 from replay.advice import sweep as trading

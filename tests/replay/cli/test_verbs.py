@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.damage import chunks, flipped
-from support.mcap_samples import protobuf_messages, write_foreign
+from support.mutants import chunks, flipped
 from support.planted_faults import FAULTS, clean
 from support.report_states import with_steady_times
+from support.session_files import protobuf_messages, write_foreign
 from support.small_worlds import cube, cubes, framed
 
 import replay

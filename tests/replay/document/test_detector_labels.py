@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from msgspec import convert
-from support.documents import EMPTY, detector_of, document_with
+from support.report_states import EMPTY, detector_of, document_with
 from support.shapes import beaker_mesh
 from support.small_worlds import STEP_NS, cubes, framed
 

@@ -1,5 +1,5 @@
 import pytest
-from support.documents import audit_of, times_of, zeros
+from support.report_states import audit_of, times_of, zeros
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.auditing.wilson import proportion

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from msgspec import structs
-from support.documents import audit_of, detector_of, document_with, times_of, zeros
+from support.report_states import audit_of, detector_of, document_with, times_of, zeros
 from support.small_worlds import TWO_BUMPS, cubes, jumping
 
 from replay.document.audit import GraspedCounts

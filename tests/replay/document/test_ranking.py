@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 from msgspec import structs
-from support.documents import COUNTS, audit_of, detector_of, document_with, times_of, zeros
+from support.report_states import COUNTS, audit_of, detector_of, document_with, times_of, zeros
 
 from replay.auditing.look_phases import PHASES
 from replay.auditing.wilson import proportion

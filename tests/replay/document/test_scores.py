@@ -1,6 +1,6 @@
 import pytest
 from msgspec import structs
-from support.documents import MATCHING, audit_of, zeros
+from support.report_states import MATCHING, audit_of, zeros
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches

@@ -5,8 +5,8 @@ import random
 from itertools import combinations
 
 import pytest
-from support import effect_proofs as proofs
-from support.effect_proofs import NEAR, run_small, scene_of, small_session
+from support import liquid_worlds as proofs
+from support.liquid_worlds import NEAR, run_small, scene_of, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
@@ -46,7 +46,7 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
 
 def test_the_files_of_undeclared_effects_are_never_imported():
     code = (
-        "from support.effect_proofs import scene_of\nfrom replay.effects import EFFECTS\n"
+        "from support.liquid_worlds import scene_of\nfrom replay.effects import EFFECTS\n"
         "from replay.effects.effect_plan import plan\n"
         "def there(): return {m for m in sys.modules if m.startswith('replay.effects.')}\n"
         "files = {kind: entry.partition(':')[0] for kind, entry in EFFECTS.items()}\n"
@@ -62,7 +62,7 @@ def test_the_files_of_undeclared_effects_are_never_imported():
 
 @pytest.mark.slow
 def test_a_run_without_contacts_loads_no_compiler_or_engine():
-    loaded = proofs.modules_after("from support.effect_proofs import NEAR, run_small\nrun_small(NEAR)")
+    loaded = proofs.modules_after("from support.liquid_worlds import NEAR, run_small\nrun_small(NEAR)")
     assert "replay.effects.hazard_proximity" in loaded
     assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
     assert not {name for name in loaded if "kernels" in name}

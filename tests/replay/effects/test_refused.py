@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.effect_proofs import scene
+from support.liquid_worlds import scene
 
 from replay.effects import CATALOGUE, RETIRED_KINDS
 from replay.effects.effect_plan import plan

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
-from support.phreeqc_answers import answer
+from support.second_opinions import answer
 
 from replay.effects.effect_summary import titration_curves
 

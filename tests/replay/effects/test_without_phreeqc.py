@@ -1,7 +1,7 @@
 """Imports of PHREEQC, and the sentence of a scene where the extra is not installed."""
 
 import pytest
-from support import effect_proofs as proofs
+from support import liquid_worlds as proofs
 
 from replay.effects.chemistry import database
 from replay.effects.effect_plan import plan

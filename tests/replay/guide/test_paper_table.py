@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
-from support.paper_matrices import apply_row, row_rotation, row_scale, row_translation
+from support.second_opinions import apply_row, row_rotation, row_scale, row_translation
 from support.small_worlds import cubes
 
 import replay

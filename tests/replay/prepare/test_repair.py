@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.mcap_samples import assert_same_frames
 from support.planted_faults import FAULTS, clean
+from support.session_files import assert_same_frames
 from support.small_worlds import cube
 
 from replay.engine import compute

@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 import psutil
 import pytest
-from support.spawned import spawned_by
+from support.processes import spawned_by
 
 from replay.errors import WorkerError
 from replay.running import workers

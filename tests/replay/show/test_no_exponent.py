@@ -5,7 +5,7 @@ from io import StringIO
 
 import pytest
 from rich.console import Console
-from support.price_rows import ABOUT, price_row
+from support.report_states import ABOUT, price_row
 from support.small_worlds import cubes
 
 from replay.advice.pareto import advice_of

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 import rerun as rr
 from rich.console import Console
-from support.lettered_worlds import STATES, became, missed, run, stretches
-from support.sentences import recording_text
+from support.planted_sessions import STATES, became, missed, run, stretches
+from support.viewers import recording_text
 
 import replay
 from replay.cli.run_markdown import run_markdown

@@ -11,7 +11,7 @@ import pytest
 from msgspec import structs
 from rich.console import Console
 from support.report_states import STATES, steady
-from support.sentences import recording_text
+from support.viewers import recording_text
 
 import replay
 from replay import words

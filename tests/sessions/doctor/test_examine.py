@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.mcap_samples import write_foreign
 from support.planted_faults import BODIES, FAULTS, clean, unknown_frame
+from support.session_files import write_foreign
 from support.small_worlds import cube
 
 from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, Status, examine, write_session

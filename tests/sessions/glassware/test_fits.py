@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.surface_rays import distances_along_rays, points_on_faces
+from support.second_opinions import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.devices import FOLDER, GRIPS

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import trimesh
-from support.surface_rays import distances_along_rays, points_on_faces
+from support.second_opinions import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument as make_instrument
 

@@ -3,8 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from support.foxglove_json import write_transforms
-from support.xdf_files import samples, stream_header, xdf_file
+from support.session_files import samples, stream_header, write_transforms, xdf_file
 
 from sessions.importers import import_session
 from sessions.importers.assumptions import length_unit, pose_assumptions

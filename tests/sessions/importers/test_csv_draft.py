@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.true_poses import has_poses
+from support.second_opinions import has_poses
 
 from replay.cli.main import main
 from sessions import read_session

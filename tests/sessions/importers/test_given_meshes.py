@@ -3,7 +3,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 from support.import_mutants import refused
-from support.planted_scenes import EXPORTERS, TO_SOURCE, changed
+from support.planted_sessions import EXPORTERS, TO_SOURCE, changed
 
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject, assumptions_of

@@ -1,7 +1,7 @@
 import tomllib
 
 import pytest
-from support.planted_scenes import write_scene
+from support.planted_sessions import write_scene
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session

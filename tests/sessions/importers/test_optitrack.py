@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.import_mutants import books
-from support.true_poses import has_poses
+from support.second_opinions import has_poses
 
 from sessions.importers import import_session
 

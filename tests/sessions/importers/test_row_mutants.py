@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
 from support.import_mutants import MUTANTS
-from support.xdf_files import samples, stream_header, xdf_file
+from support.session_files import samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError
 from sessions.importers import IMPORTERS, import_session

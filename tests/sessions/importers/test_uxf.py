@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.import_mutants import books, refused
-from support.true_poses import UNITY, has_poses
+from support.second_opinions import UNITY, has_poses
 
 from sessions.importers import import_session
 

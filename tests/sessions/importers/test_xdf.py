@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.import_mutants import books, refused
-from support.true_poses import UNITY, has_poses
-from support.xdf_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
+from support.second_opinions import UNITY, has_poses
+from support.session_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session, xdf

@@ -1,5 +1,5 @@
 import pytest
-from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
+from support.session_files import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions.errors import SessionFileError
 from sessions.mcap import catalogue as module

@@ -3,7 +3,7 @@ import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.writer import Writer
-from support.mcap_samples import (
+from support.session_files import (
     assert_same_frames,
     random_frames,
     session_of,

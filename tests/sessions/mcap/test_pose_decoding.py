@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Channel
-from support.mcap_samples import (
+from support.session_files import (
     any_frames,
     assert_same_frames,
     packed,

@@ -5,8 +5,10 @@ import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType
-from support.damage import with_records
-from support.mcap_samples import (
+from support.mutants import with_records
+from support.processes import environment
+from support.second_opinions import read_frames_plainly
+from support.session_files import (
     assert_same_frames,
     protobuf_messages,
     random_frames,
@@ -14,8 +16,6 @@ from support.mcap_samples import (
     tetrahedron,
     write_foreign,
 )  # fmt: skip
-from support.peak_memory import environment
-from support.reference_reader import read_frames_plainly
 
 from sessions import ScalarTrack, examine, read_session, write_session
 from sessions.errors import SessionFileError, TornFileError
@@ -135,7 +135,7 @@ def test_a_torn_file_is_refused_with_what_to_do(file):
 
 LONG = """
 import sys
-from support.peak_memory import peak_bytes
+from support.processes import peak_bytes
 from sessions import read_session
 count = sum(len(block) for block in read_session(sys.argv[1]).blocks(1024))
 print(count, peak_bytes() // 1024)

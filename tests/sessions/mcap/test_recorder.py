@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 import pytest
-from support.mcap_samples import assert_same_frames, random_frames, tetrahedron
-from support.reference_reader import read_frames_plainly
+from support.second_opinions import read_frames_plainly
+from support.session_files import assert_same_frames, random_frames, tetrahedron
 
 from sessions import Event, Interval, LiveContact, Recorder, read_session, recover
 from sessions.errors import SessionError, SessionFileError, TornFileError

@@ -8,7 +8,7 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk
-from support.mcap_samples import packed
+from support.session_files import packed
 
 from sessions.errors import SessionFileError
 from sessions.mcap.catalogue import Catalogue, Region

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from support.import_mutants import round_trips
-from support.mcap_samples import (
+from support.second_opinions import read_frames_plainly
+from support.session_files import (
     any_frames,
     assert_same_frames,
     protobuf_messages,
@@ -13,7 +14,6 @@ from support.mcap_samples import (
     tetrahedron,
     write_foreign,
 )
-from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
 from sessions.mcap.metadata import FORMAT, MESH_HASH, session_record

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from support.mcap_samples import assert_same_frames, random_frames, session_of
+from support.session_files import assert_same_frames, random_frames, session_of
 
 from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene, SceneBody, candidate_pairs

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mcap.opcode import Opcode
-from support.damage import chunks, flipped, records
-from support.mcap_samples import assert_same_frames, protobuf_messages, random_frames, write_foreign
+from support.mutants import chunks, flipped, records
 from support.planted_faults import BODIES, FAULTS, clean
+from support.session_files import assert_same_frames, protobuf_messages, random_frames, write_foreign
 
 from sessions import Event, read_session, write_session
 from sessions.doctor.examine import examine

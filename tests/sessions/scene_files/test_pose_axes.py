@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from support.foxglove_json import write_transforms
+from support.session_files import write_transforms
 
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject

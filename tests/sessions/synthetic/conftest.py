@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from support.analytic_cases import make_analytic
+from support.small_worlds import make_analytic
 
 from cdcore import create_detector
 from replay.prepare.assemble import assemble

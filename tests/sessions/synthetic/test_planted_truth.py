@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from support.analytic_cases import ANALYTIC
+from support.small_worlds import ANALYTIC
 
 from cdcore import Verdict
 from sessions.synthetic.scenes import SCENES

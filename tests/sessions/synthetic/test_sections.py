@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.prisms import prism
+from support.small_worlds import prism
 
 from sessions.geometry.rings import even_angles, revolved, sewn
 from sessions.geometry.rotations import quaternion_about

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate
+from support.random_worlds import KINDS, grid_plate
+from support.second_opinions import faces_below
 from support.shapes import random_rotations
-from support.slow_trees import faces_below
 
 from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_trees
 

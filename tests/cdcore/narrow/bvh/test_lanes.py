@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from oracles.brute_force import meeting_faces
-from support.eight_frames import EightFrames
-from support.slow_trees import faces_below
+from support.search_scenes import EightFrames
+from support.second_opinions import faces_below
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of

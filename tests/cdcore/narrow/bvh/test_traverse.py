@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from support.eight_frames import EightFrames, row_of_pair
+from support.search_scenes import EightFrames, row_of_pair
 from support.shapes import random_rotations
 
 from cdcore.kernels.compiling import kernel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from oracles.continuous_sturm import first_meeting
 from scipy.spatial.transform import Rotation
-from support.motions import KINDS
+from support.random_worlds import KINDS
 from support.shapes import ball_mesh, box_mesh
 
 from cdcore.narrow.bvh.box_tree import build_box_trees

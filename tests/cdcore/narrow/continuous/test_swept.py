@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, turned_by
+from support.random_worlds import KINDS, turned_by
 from support.shapes import ball_mesh, moved
 
 from cdcore.bounding.bounding_sphere import sphere_best

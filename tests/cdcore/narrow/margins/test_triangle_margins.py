@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.motions import grid_plate
-from support.random_worlds import bodies_of
+from support.random_worlds import bodies_of, grid_plate
 from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, grid_plate
-from support.random_worlds import bodies_of
+from support.random_worlds import KINDS, bodies_of, grid_plate
+from support.second_opinions import SlowSearch
 from support.shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
-from support.slow_trees import SlowSearch
 
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
 from cdcore.narrow.published_trees.tree_descent import PairPoses

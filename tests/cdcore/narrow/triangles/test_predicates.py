@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.predicate_work import filtered, left_open
+from support.second_opinions import filtered, left_open
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel

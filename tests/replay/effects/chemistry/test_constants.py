@@ -7,16 +7,17 @@ from pathlib import Path
 
 import phreeqc
 import pytest
-from support.constant_sources import FILES, GAS_CONSTANT, enthalpies, entries, kilojoule, log_k, quotient
+from support.processes import script
 
 from replay.effects.chemistry import enthalpy
 from replay.effects.chemistry.formulas import atoms, charge_of, molar_mass
 from replay.effects.chemistry.salts import SOLUBILITY
 
+SOURCES = script("constant_sources")
 TOML = Path(enthalpy.__file__).with_name("constants.toml").read_text("utf-8")
 REACTIONS = tomllib.loads(Path(__file__).with_name("free_energies.toml").read_text("utf-8"))["reactions"]
-FORMATION = enthalpies()
-EQUATIONS = list(entries())
+FORMATION = SOURCES.enthalpies()
+EQUATIONS = list(SOURCES.entries())
 WRONG_SIGN = ("minteq.v4",)
 """Its enthalpies of the ammines of silver; constants.phr says so."""
 
@@ -37,11 +38,11 @@ def comments(section):
     ("equation", "value", "heat", "source", "reaction"), EQUATIONS, ids=[row[0] for row in EQUATIONS]
 )
 def test_an_equilibrium_constant_is_that_of_its_source(equation, value, heat, source, reaction):
-    assert source in (*FILES, "unverified") and reaction
-    if source not in FILES:
+    assert source in (*SOURCES.FILES, "unverified") and reaction
+    if source not in SOURCES.FILES:
         return
-    assert log_k(source, reaction) == pytest.approx(value, abs=0.06)
-    reference = kilojoule(source, reaction)
+    assert SOURCES.log_k(source, reaction) == pytest.approx(value, abs=0.06)
+    reference = SOURCES.kilojoule(source, reaction)
     ammonium = 52.0 * reaction.count("NH4+ =") * int((re.search(r"(\d) NH4", reaction) or [0, 1])[1])
     # A source that gives no enthalpy of its own leaves 0, or that of NH4+ alone.
     if heat is not None and source not in WRONG_SIGN and abs(reference - ammonium) > 1.0 and abs(reference) > 1.0:
@@ -62,7 +63,7 @@ def test_most_equilibrium_constants_have_a_source_at_hand():
 )
 def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
     value = next(row[1] for row in EQUATIONS if row[0] == equation)
-    assert value == pytest.approx(log_k("llnl", reaction), abs=0.7)
+    assert value == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
 
 
 @pytest.mark.parametrize("column", enthalpy.ENTHALPY)
@@ -91,10 +92,10 @@ def test_a_free_energy_agrees_with_a_data_base(row):
     kilojoule_mol = sum(
         float(many) * enthalpy.FREE_ENERGY[name] for many, name in (term.split(" ") for term in value.split(" + "))
     )
-    ten = 1e-3 * GAS_CONSTANT * 298.15 * math.log(10.0)
+    ten = 1e-3 * SOURCES.GAS_CONSTANT * 298.15 * math.log(10.0)
     electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
     pe = max(-9.0, min(18.0, (kilojoule_mol / ten - 7.0 * protons) / electrons)) if electrons else 4.0
-    assert -ten * quotient(source, elements.split(), terms, pe=pe) == pytest.approx(kilojoule_mol, abs=5.0)
+    assert -ten * SOURCES.quotient(source, elements.split(), terms, pe=pe) == pytest.approx(kilojoule_mol, abs=5.0)
 
 
 def test_free_energies_called_checked_are_in_a_reaction():

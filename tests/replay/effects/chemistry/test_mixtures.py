@@ -7,7 +7,6 @@ import numpy as np
 import phreeqc
 import pytest
 from support.liquid_worlds import glass
-from support.phreeqc_answers import DATA
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import ion_of, molar_mass
@@ -112,7 +111,7 @@ def phreeqc_in_steps(steps):
     What left after a step is no longer there in the next.
     """
     library = phreeqc.Phreeqc()
-    library.LoadDatabase(str(DATA))
+    library.LoadDatabase(str(Path(phreeqc.__file__).parent / "databases" / "minteq.v4.dat"))
     output = "SELECTED_OUTPUT\n -reset false\n -high_precision true\n -equilibrium_phases Witherite CO2(g)\n"
     solution = "SOLUTION 1\n units mol/kgw\n water 0.1\n pH 7 charge\n Na 0.1\n C(4) 0.05\n Ba 0.05\n Cl 0.1\n"
     assert not library.RunString(output + solution + "EQUILIBRIUM_PHASES 1\n Witherite 0 0\nSAVE solution 1\nEND\n")

@@ -1,7 +1,7 @@
 """The page in a browser: its first screen, phones, dark and light, accessibility."""
 
 import pytest
-from support.browser import opened, serious_faults
+from support.viewers import opened, serious_faults
 
 from replay.engine import compute
 from replay.show.report.page import report_html

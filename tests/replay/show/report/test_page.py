@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.documents import EMPTY, detector_of, document_with
-from support.report_states import STATES, read_page, steady
+from support.report_states import EMPTY, STATES, detector_of, document_with, read_page, steady
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay import run

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import rerun as rr
 import rerun.blueprint as rrb
-from support.sentences import recording_text
+from support.viewers import recording_text
 
 from replay.errors import RunFolderError
 from replay.show.rerun_log.moments import read_bookmarks

@@ -1,5 +1,4 @@
-from support.price_rows import price_row
-from support.report_states import traded
+from support.report_states import price_row, traded
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.engine import compute

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from msgspec import structs
 from rerun.chunk import RrdReader
-from support.sentences import recording_text
 from support.small_worlds import cubes
+from support.viewers import recording_text
 
 from replay.engine import compute
 from replay.show.rerun_log import recording as module

@@ -8,7 +8,7 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
-from support.peak_memory import environment
+from support.processes import environment
 from support.small_worlds import cubes
 
 from replay.show.rerun_log import recording_file as module

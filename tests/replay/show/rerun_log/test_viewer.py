@@ -8,7 +8,7 @@ from unittest.mock import Mock
 
 import psutil
 import pytest
-from support.headless import pixels, viewer_or_skip
+from support.viewers import pixels, viewer_or_skip
 
 from replay.show.rerun_log import viewer as module
 from replay.show.rerun_log.moments import Bookmark, read_bookmarks

@@ -6,7 +6,7 @@ import shutil
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.class_folders import made_class
+from support.study_samples import made_class
 
 from replay import read
 from replay.show.results.data_set import DATA_SET, write_batch_tables

@@ -14,9 +14,8 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from msgspec import structs
 from rerun.chunk import RrdReader
-from support.browser import opened, serious_faults
-from support.headless import pixels
 from support.small_worlds import STEP_NS, STILL, cube
+from support.viewers import opened, pixels, serious_faults
 
 import replay
 from replay.document.file_hash import file_hash

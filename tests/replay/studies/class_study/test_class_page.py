@@ -5,8 +5,8 @@ from urllib.parse import unquote
 
 import duckdb
 import pytest
-from support.browser import opened, serious_faults
-from support.class_folders import made_class
+from support.study_samples import made_class
+from support.viewers import opened, serious_faults
 
 from replay import read
 from replay.studies.class_study.class_runs import read_class

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pyarrow as pa
 import pytest
-from support.class_folders import made_class
+from support.study_samples import made_class
 
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, class_counts, places, sessions_table

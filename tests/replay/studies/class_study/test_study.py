@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pandas import concat
-from support.class_folders import made_class
-from support.study_samples import a_class, codebook, metrics, questionnaire
+from support.study_samples import a_class, codebook, made_class, metrics, questionnaire
 
 from replay.errors import OutputError, StudyError
 from replay.studies.class_study.analysis import Sensitivity, analyse

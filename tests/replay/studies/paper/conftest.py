@@ -1,7 +1,7 @@
 """One small experiment, run once for all files here."""
 
 import pytest
-from support.watched import Watched
+from support.processes import Watched
 
 from replay.studies.paper.experiment import Size, run_paper
 

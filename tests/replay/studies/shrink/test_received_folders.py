@@ -4,7 +4,7 @@ import json
 import sys
 
 import pytest
-from support.received import tamper
+from support.report_states import tamper
 from support.small_worlds import cubes
 
 from replay import run

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.received import tamper
+from support.report_states import tamper
 from support.shapes import box_mesh
 from support.small_worlds import cubes
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.predicate_work import left_open
+from support.second_opinions import left_open
 
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress.families import FAMILIES

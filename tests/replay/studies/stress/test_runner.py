@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from support.stress_files import read_cases
-from support.watched import Watched
+from support.optional import read_cases
+from support.processes import Watched
 
 from cdcore import Verdict
 from cdcore.errors import InvalidSettingError, UnknownDetectorError

@@ -1,6 +1,6 @@
 """Cost of the effects of every made-up experiment, as rows of a table of the guide.
 
-    python tests/support/effect_costs.py
+    python .ci/effect_costs.py
 
 prints the table of *What an effect costs* in `replay/guide/scenes-and-effects.md` again.
 """

@@ -1,6 +1,6 @@
 """Constants of the chemistry as other data bases of the library phreeqc have them, by activities at equilibrium.
 
-    python tests/support/constant_sources.py
+    python .ci/constant_sources.py
 
 prints log_k and enthalpy of every reaction that `constants.phr` names as a source, beside the value that stands there.
 """
@@ -13,7 +13,7 @@ import phreeqc
 
 from replay.effects.chemistry.formulas import atoms
 
-CONSTANTS = Path(__file__).parents[2] / "replay/effects/chemistry/constants.phr"
+CONSTANTS = Path(__file__).parents[1] / "replay/effects/chemistry/constants.phr"
 FOLDER = Path(phreeqc.__file__).parent / "databases"
 FILES = {
     "llnl": "llnl.dat", "sit": "sit.dat", "thermoddem": "PHREEQC_ThermoddemV1.10_15Dec2020.dat",

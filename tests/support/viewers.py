@@ -1,6 +1,7 @@
-"""Chromium without a window, a graphics card or a network, by its DevTools protocol over a pipe."""
+"""Chromium and viewers without a window, and every text of a recording."""
 
 import base64
+import io
 import json
 import os
 import select
@@ -10,8 +11,12 @@ import sys
 import tarfile
 from contextlib import contextmanager
 
+import numpy as np
 import psutil
 import pytest
+from rerun.chunk import RrdReader
+
+from replay.show.rerun_log.viewer import NO_ADAPTER, ViewerError
 
 FLAGS = (
     "--headless=new", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking",
@@ -135,3 +140,62 @@ def opened(url, folder, size=(1280, 800), scheme="light"):
         process.wait()
         os.close(to)
         os.close(back)
+
+
+def viewer_or_skip(opens, *given, **more):
+    """What ``opens`` gives, a viewer."""
+    try:
+        return opens(*given, **more)
+    except ViewerError as error:
+        if NO_ADAPTER in str(error):
+            pytest.skip(f"no picture can be drawn: {NO_ADAPTER} (Debian: mesa-vulkan-drivers libvulkan1)")
+        raise
+
+
+def pixels(png):
+    """A picture of a file's bytes, (rows, columns, 3) int16."""
+    from PIL import Image
+
+    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=np.int16)
+
+
+def photographed(page, folder, size):
+    """Pixels of a page, HTML text, in a window of that size, and what the browser said."""
+    said = _opened(page, folder, f"--screenshot={folder / 'page.png'}", f"--window-size={size}").stderr
+    return pixels((folder / "page.png").read_bytes()), said
+
+
+def page_after_its_scripts(page, folder):
+    """The page as a browser has it two seconds later, as HTML."""
+    return _opened(page, folder, "--dump-dom", "--virtual-time-budget=2000").stdout
+
+
+def _opened(page, folder, *more):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
+    (folder / "page.html").write_text(page, encoding="utf-8")
+    words = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
+        f"--user-data-dir={folder / 'profile'}", *more, (folder / "page.html").as_uri(),
+    ]  # fmt: skip
+    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+
+
+def recording_text(path):
+    """Every text of a recording, of its layout too."""
+    reader = RrdReader(path)
+    found = []
+    for store in (*reader.blueprints(), *reader.recordings()):
+        for chunk in reader.stream(store=store).to_chunks():
+            batch = chunk.to_record_batch()
+            for column in batch.columns:
+                if "string" in str(column.type):
+                    found += _texts(column.to_pylist())
+    return "\n".join(found)
+
+
+def _texts(values):
+    for value in values or ():
+        yield from [value] if isinstance(value, str) else _texts(value)

@@ -1,4 +1,8 @@
-"""Sessions and MCAP files for the tests of the session file."""
+"""Session files and files of other programs, written message by message and chunk by chunk."""
+
+import json
+import struct
+from pathlib import Path
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -109,3 +113,71 @@ def packed(record):
     builder = RecordBuilder()
     Message(channel, log_ns, data, publish_ns, sequence).write(builder)
     return builder.end()
+
+
+def write_transforms(path, rows):
+    """``rows``: (name, stamp in ns, position, quaternion xyzw), all in the frame ``world``."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
+        channel = writer.register_channel("/tf", "json", schema)
+        for name, stamp, position, quaternion in rows:
+            message = {
+                "timestamp": {"sec": stamp // 10**9, "nsec": stamp % 10**9},
+                "parent_frame_id": "world",
+                "child_frame_id": name,
+                "translation": dict(zip("xyz", map(float, position), strict=True)),
+                "rotation": dict(zip("xyzw", map(float, quaternion), strict=True)),
+            }
+            writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()
+    return path
+
+
+def chunk(tag, content):
+    return b"\x04" + struct.pack("<I", len(content) + 2) + struct.pack("<H", tag) + content
+
+
+def stream_header(number, name, kind, channels, form="double64"):
+    """A stream's description; ``channels``: the elements of each."""
+    desc = "".join(
+        "<channel>" + "".join(f"<{key}>{value}</{key}>" for key, value in one.items()) + "</channel>"
+        for one in channels
+    )
+    xml = (
+        f'<?xml version="1.0"?><info><name>{name}</name><type>{kind}</type><channel_count>{max(1, len(channels))}'
+        f"</channel_count><nominal_srate>0</nominal_srate><channel_format>{form}</channel_format>"
+        f"<desc><channels>{desc}</channels></desc></info>"
+    )
+    return chunk(2, struct.pack("<I", number) + xml.encode())
+
+
+def samples(number, stamps, rows):
+    """Samples of a stream: texts, or rows of float64."""
+    content = struct.pack("<I", number) + b"\x04" + struct.pack("<I", len(stamps))
+    for stamp, row in zip(stamps, rows, strict=True):
+        content += b"\x08" + struct.pack("<d", stamp)
+        if isinstance(row, str):
+            content += b"\x01" + bytes([len(row)]) + row.encode()
+        else:
+            content += struct.pack(f"<{len(row)}d", *row)
+    return chunk(3, content)
+
+
+def offsets(number, pairs):
+    return b"".join(chunk(4, struct.pack("<Idd", number, at, value)) for at, value in pairs)
+
+
+def xdf_file(folder: Path, *parts: bytes) -> Path:
+    path = folder / "take.xdf"
+    path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(parts))
+    return path
+
+
+TRANSFORM_OUTLET = [
+    *({"label": one, "unit": "unit quaternion", "type": "quaternion component"} for one in "xyzw"),
+    *({"label": one, "unit": "degree", "type": "axis angle"} for one in "xyz"),
+    *({"label": one, "unit": "meter", "type": "position in world space"} for one in "xyz"),
+]
+"""Channels of LSL4Unity's transform outlet."""

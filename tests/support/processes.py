@@ -1,0 +1,72 @@
+"""Memory, workers and progress of a process, and the scripts of `.ci` as modules.
+
+Linux hands ``ru_maxrss`` of whoever started a program down to it, so a small program under a large test runner looks
+large; ``VmHWM`` begins anew. Programs that tests start find this file with ``PYTHONPATH``.
+"""
+
+import os
+import sys
+from contextlib import contextmanager, suppress
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parents[1]
+
+
+def environment() -> dict[str, str]:
+    """Variables of a program that is to find this file and the project."""
+    paths = [str(HERE.parent), str(HERE), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
+
+
+def peak_bytes() -> int:
+    """Most bytes this process held at once."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) * 1024
+    if sys.platform == "win32":
+        import psutil
+
+        return int(psutil.Process().memory_info().peak_wset)
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def spawned_by(process=None):
+    """Those that are alive below a process, by default this one."""
+    import psutil
+
+    found = []
+    for child in (process or psutil.Process()).children(recursive=True):
+        with suppress(psutil.Error):  # it ended meanwhile
+            if "spawn_main" in " ".join(child.cmdline()):
+                found.append(child)
+    return found
+
+
+class Watched:
+    """Keeps what each stage of a run was said to be, and how much of it was reported done."""
+
+    def __init__(self):
+        self.stages = {}
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        done = []
+        yield done.append
+        self.stages[name] = (total, sum(done))
+
+
+FOLDER = Path(__file__).resolve().parents[2] / ".ci"
+
+
+def script(name):
+    """The module of this name, which finds its neighbours."""
+    if str(FOLDER) not in sys.path:
+        sys.path.append(str(FOLDER))
+    spec = spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
