@@ -1,0 +1,45 @@
+"""Detectors give the face pairs that integers give; the integer test is right on triangles of every degeneracy.
+
+The command ``python tests/oracles/integer_worlds.py --count 20000`` asks all worlds, in ten minutes of processor time.
+"""
+
+import numpy as np
+import pytest
+from oracles.integer_worlds import COMPLETE, differences, meet, meet_exactly, world_of
+from oracles.separating_axes import meets_by_axes
+
+QUICK_SEEDS = range(24)
+SLOW_SEEDS = range(24, 324)
+LATTICE_PAIRS = 300
+
+
+def lattice_pairs(seed, size):
+    """Triangle pairs (n, 2, 3, 3) on a lattice of so many points a side: many touch, some are segments and points."""
+    rng = np.random.default_rng(seed)
+    return rng.integers(0, size, (LATTICE_PAIRS, 2, 3, 3)).astype(float)
+
+
+@pytest.mark.parametrize("size", [2, 3, 6])
+@pytest.mark.parametrize("scale", [1.0, 1 / 3, 2.0**-400])
+def test_reference_agrees_with_scalar_separating_axes(size, scale):
+    pairs = lattice_pairs(seed=size, size=size) * scale
+    expected = [bool(meets_by_axes(pair)) for pair in pairs]
+    assert 20 < sum(expected) < LATTICE_PAIRS - 5
+    assert meet_exactly(pairs).tolist() == expected
+    assert meet(pairs)[0].tolist() == expected
+
+
+def test_small_and_large_whole_numbers_give_one_answer():
+    pairs = lattice_pairs(seed=1, size=3)
+    assert meet_exactly(pairs).tolist() == meet_exactly(pairs * 3.0**30).tolist()
+
+
+def test_exact_gives_the_faces_of_integers():
+    for seed in QUICK_SEEDS:
+        assert differences(world_of(seed), ["exact"], live=["exact"])[0] == [], seed
+
+
+@pytest.mark.slow
+def test_complete_detectors_give_the_faces_of_integers():
+    for seed in SLOW_SEEDS:
+        assert differences(world_of(seed), COMPLETE, live=["exact"])[0] == [], seed
