@@ -17,7 +17,14 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_head import NUMBER, WORDS, CsvHead
-from sessions.importers.csv_long_table import column_of_bodies, is_large, order_of, rows_lost
+from sessions.importers.csv_long_table import (
+    column_of_bodies,
+    is_interleaved,
+    is_large,
+    order_of,
+    repeats_within,
+    rows_lost,
+)
 from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable
 from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
@@ -185,9 +192,16 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     posed = {name: body for name, body in bodies.items() if body.position and body.rotation[1]}
     names = [name for name in _named(head, NAMES) if not head.numbers(name)]
     lost = ""
-    if "" in posed and clock.column:
-        names, lost = _names_of_bodies(table, clock, names, bodies)
-    if lost:
+    if ("" in posed or len(posed) == 1) and clock.column:
+        numbered = [name for name in _named(head, NAMES) if head.numbers(name)]
+        if "" not in posed:
+            # The columns of a pose have a name of their own: that of a body, unless rows are of several.
+            names, numbered = [], [*names, *numbered]
+        names, lost = _names_of_bodies(table, clock, names, numbered, bodies)
+    if lost and names:
+        gaps.unknown.append(f"which rows are left out, for {lost}")
+        yield from ("", f"# {lost[0].upper()}{lost[1:]}.")
+    elif lost:
         gaps.unknown.append(f"which column tells bodies apart, for as one body {lost}")
         yield from (
             "",
@@ -196,7 +210,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
         )
     valid = _named(head, VALID) if len(posed) == 1 else []
     for name, body in posed.items():
-        is_long = bool(names) and not name
+        is_long = bool(names) and (not name or len(posed) == 1)
         title = (
             ["[body]", f"name = {json.dumps(names[0])}"]
             if is_long
@@ -204,7 +218,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
         )
         lines = [*title, f"position = {json.dumps(body.position)}", *_rotation(head, body, gaps)]
         lines += [f"valid = {json.dumps(column)}" for column in valid[:1]]
-        yield from ("", *([f"# {line}" for line in lines] if lost and not name else lines))
+        yield from ("", *([f"# {line}" for line in lines] if lost and (not name or len(posed) == 1) else lines))
     if not posed:
         gaps.unknown.append("which columns are a pose")
         yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
@@ -308,9 +322,12 @@ def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
 
 
 def _names_of_bodies(
-    table: CsvTable, clock: _Clock, names: list[str], bodies: Mapping[str, _Body]
+    table: CsvTable, clock: _Clock, names: list[str], numbered: list[str], bodies: Mapping[str, _Body]
 ) -> tuple[list[str], str]:
-    """The columns that name bodies, by all rows, and what is lost where none does."""
+    """The columns that name bodies, by all rows, and what is lost where none does, or in spite of it.
+
+    ``names``: columns of text that are called so; ``numbered``: others that may be it.
+    """
     try:
         if clock.unit == TEXT:
             stamps = table.stamps(clock.column, TEXT, form=clock.format)
@@ -320,13 +337,15 @@ def _names_of_bodies(
         return names, ""
     groups = table.rows_by_text(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
     lost = rows_lost(stamps, groups)
-    if is_large(lost, len(table)):
-        used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
-        column = column_of_bodies(table, stamps, used)
-        if column:
-            return [column], ""
-        return names, f"{lost:,} of {len(table):,} rows are dropped: they repeat a stamp or go back"
-    return names, ""
+    used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
+    if not is_large(lost, len(table)):
+        # Rows whose stamps all differ are those of one body, unless a column of names takes turns.
+        taking_turns = (column for column in numbered if is_interleaved(table, column))
+        return names or [column for column in taking_turns if column == column_of_bodies(table, stamps, used)], ""
+    column = names[0] if names else column_of_bodies(table, stamps, used)
+    if column:
+        return [column], repeats_within(table, stamps, column, used)
+    return [], f"{lost:,} of {len(table):,} rows are dropped: they repeat a stamp or go back"
 
 
 def text_format(cell: str) -> str | None:

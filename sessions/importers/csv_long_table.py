@@ -13,6 +13,8 @@ MOST_VALUES: Final = 100
 """Different values of a column that may be names of bodies."""
 LEAST_ROWS: Final = 3
 """Rows of each body in the mean; a column of other numbers has more values."""
+WORTH_A_COLUMN: Final = 2 / 3
+"""Fraction of the lost rows that a column leaves at most, if it tells bodies apart and stamps repeat within them."""
 
 
 def rows_lost(stamps: Stamps, groups: Iterable[Rows]) -> int:
@@ -28,16 +30,51 @@ def is_large(lost: int, rows: int) -> bool:
 def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> str:
     """The column of few values within each of which stamps increase; "" where there is none.
 
-    Columns of text come before columns of numbers. ``used`` are columns that hold something else.
+    Columns of text come before columns of numbers. Where stamps repeat within every column's values, it is the column
+    that loses the fewest rows, if these are at most two thirds of those lost without a column. ``used`` are columns
+    that hold something else.
     """
-    candidates = [column for column in table.columns if column not in used]
-    candidates.sort(key=table.holds_numbers)
-    for column in candidates:
-        if not 2 <= table.count_different(column) <= min(MOST_VALUES, len(table) // LEAST_ROWS):
-            continue
-        if not is_large(rows_lost(stamps, table.rows_by_text(column).values()), len(table)):
+    fewest, best = WORTH_A_COLUMN * rows_lost(stamps, [np.ones(len(table), dtype=np.bool_)]), ""
+    for column in _candidates(table, used):
+        lost = rows_lost(stamps, table.rows_by_text(column).values())
+        if not is_large(lost, len(table)):
             return column
-    return ""
+        if lost <= fewest:
+            fewest, best = lost, column
+    return best
+
+
+def _candidates(table: CsvTable, used: Collection[str]) -> list[str]:
+    """Columns of few values, those of text first."""
+    most = min(MOST_VALUES, len(table) // LEAST_ROWS)
+    free = [column for column in table.columns if column not in used and 2 <= table.count_different(column) <= most]
+    return sorted(free, key=table.holds_numbers)
+
+
+def is_interleaved(table: CsvTable, column: str) -> bool:
+    """Whether rows of different values of a column take turns, as those of bodies do and those of trials do not."""
+    codes = np.zeros(len(table), dtype=np.int64)
+    for code, rows in enumerate(table.rows_by_text(column).values()):
+        codes[rows] = code
+    return bool(np.count_nonzero(np.diff(codes)) > len(codes) // 2)
+
+
+def repeats_within(table: CsvTable, stamps: Stamps, names: str, used: Collection[str]) -> str:
+    """A sentence on rows that repeat a stamp of the same body, and its cure; "" where hardly any does.
+
+    ``names``: the column of bodies.
+    """
+    bodies = table.rows_by_text(names)
+    lost = rows_lost(stamps, bodies.values())
+    if not is_large(lost, len(table)):
+        return ""
+    cure = "keep one row of each body and stamp in the file"
+    for column in _candidates(table, {*used, names}):
+        values = table.rows_by_text(column).values()
+        if not is_large(rows_lost(stamps, [rows & own for rows in bodies.values() for own in values]), len(table)):
+            cure = f"keep the rows of one value of column {column!r} in the file"
+            break
+    return f"{lost:,} of {len(table):,} rows would be dropped: they repeat a stamp of the same body, or go back; {cure}"
 
 
 def order_of(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Stamps:

@@ -1,0 +1,91 @@
+"""Long tables, a row per body and time: which column tells bodies apart, and what of them would be lost."""
+
+import re
+
+import numpy as np
+import pytest
+
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.model.frames import Status
+
+UIDS = (225397651484143, 194930206998778, 79582884925181, 270231216246839, 117658302265452, 223371871635142)
+WORDS = ("mug", "bowl", "plate", "spoon", "can", "pot")
+NAMED = "t_wo_x[m],t_wo_y[m],t_wo_z[m],q_wo_w,q_wo_x,q_wo_y,q_wo_z"
+BARE = "x,y,z,qw,qx,qy,qz"
+STEP = 33_333_333
+MOMENTS = 40
+
+
+def long_table(path, *, ids=UIDS, pose=NAMED, cameras=(0,), repeated=0, stagger=0, by_body=False):
+    """Writes a table of six objects; each of ``cameras`` stamps so many ns later, ``repeated`` rows stand twice."""
+    rows = [
+        (name, 10**12 + moment * STEP + camera + place * stagger, f"cam{number}", moment, place, camera)
+        for moment in range(MOMENTS)
+        for place, name in enumerate(ids)
+        for number, camera in enumerate(cameras)
+    ]
+    rows += [(name, stamp, camera, 0.5, place, 1) for name, stamp, camera, _, place, _ in rows[:repeated]]
+    rows.sort(key=lambda row: (row[4], row[1]) if by_body else row[1])
+    lines = [f"{name},{stamp},{camera},{x},{y},{z},1,0,0,0" for name, stamp, camera, x, y, z in rows]
+    path.write_text(f"object_uid,timestamp[ns],camera,{pose}\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def drafted(path):
+    with pytest.raises(UnknownColumnsError) as caught:
+        import_session("csv", path)
+    return caught.value
+
+
+def imported(path, draft):
+    mapping = path.with_suffix(".columns.toml")
+    mapping.write_text(draft)
+    return import_session("csv", path, mapping=mapping, convention="canonical")
+
+
+@pytest.mark.parametrize("pose", [NAMED, BARE])
+@pytest.mark.parametrize("ids", [UIDS, WORDS])
+@pytest.mark.parametrize(
+    "more", [{}, {"cameras": (0, 93_847)}, {"stagger": 1000}, {"by_body": True}, {"repeated": 2}], ids=str
+)
+def test_six_objects_are_six_bodies_from_the_first_draft(tmp_path, ids, pose, more):
+    path = long_table(tmp_path / "six.csv", ids=ids, pose=pose, **more)
+    error = drafted(path)
+    assert 'name = "object_uid"' in error.draft and not any("rows" in gap for gap in error.unknown)
+    session = imported(path, error.draft)
+    assert {*session.names} == {str(name) for name in ids}
+    times = len(more.get("cameras", (0,))) * MOMENTS
+    assert ((session.frames.status == Status.VALID).sum(axis=0) == times).all()
+
+
+@pytest.mark.parametrize(
+    ("more", "cure"),
+    [
+        ({"repeated": 60}, "60 of 300 rows would be dropped: .* keep one row of each body and stamp"),
+        ({"cameras": (0, 0)}, "240 of 480 rows would be dropped: .* keep the rows of one value of column 'camera'"),
+    ],
+)
+def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
+    path = long_table(tmp_path / "six.csv", **more)
+    error = drafted(path)
+    assert any(re.search(cure, gap) for gap in error.unknown)
+    assert '# name = "object_uid"' in error.draft
+    with pytest.raises(ImportFileError, match="bod"):
+        imported(path, error.draft)
+
+
+def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):
+    path = tmp_path / "wide.csv"
+    rows = (f"HMD{moment // 20},{moment * STEP},{moment},0,0,1,0,0,0" for moment in range(MOMENTS))
+    path.write_text("device,time_ns,head_x,head_y,head_z,head_qw,head_qx,head_qy,head_qz\n" + "\n".join(rows) + "\n")
+    assert '[bodies."head"]' in drafted(path).draft
+
+
+def test_two_cameras_make_the_rate_of_their_moments(tmp_path):
+    from sessions.doctor.timing import typical_step
+
+    path = long_table(tmp_path / "six.csv", cameras=(0, 93_847))
+    session = imported(path, drafted(path).draft)
+    assert np.isclose(typical_step(session.stamps()), STEP)
