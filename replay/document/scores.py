@@ -381,8 +381,5 @@ def _sum(values: Sequence[Any]) -> Any:
     return sum(values)
 
 
-MOST_CARDS: Final = 1000
-"""Misses of a detector with a card of their own, some 700 kB of page, and as many that no frame shows."""
-
 LISTED: Final = 200
 """Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""

@@ -1,6 +1,7 @@
 """Accuracy against cost: the loss of each detector over its mean time of a frame, one plot for page and picture."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from replay import words
 from replay.document.ranking import Rank
@@ -24,7 +25,7 @@ def run_dots(result: Summarised) -> list[Dot]:
     dots = []
     for number, rank in enumerate(result.ranking):
         if rank.mean is not None and not rank.undecided:
-            dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0)))
+            dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0), rank.label))
     return [_with_loss(dot) for dot in dots]
 
 
@@ -43,7 +44,7 @@ def tradeoff_dots(done: Tradeoff) -> list[Dot]:
 
 
 def _with_loss(dot: Dot) -> Dot:
-    return Dot(f"{dot.name}: {words.loss_number(dot.y)}", dot.x, dot.y, dot.kind)
+    return replace(dot, name=f"{dot.name}: {words.loss_number(dot.y)}")
 
 
 def accuracy_plot(dots: Sequence[Dot], size: Size, remark: str = "") -> Plot:

@@ -3,9 +3,11 @@
 Rerun has no plot of one quantity over another. Lengths are in units of which a letter is ``LETTER`` wide.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import permutations
 from math import ceil, floor, log1p, log10
+from operator import itemgetter
 from typing import Final
 
 from replay.words import number as number_text
@@ -16,6 +18,15 @@ Box = tuple[float, float, float, float]
 
 SIZE: Final[Size] = (432.0, 180.0)
 LETTER: Final = 7.2
+MOST_PERMUTED: Final = 5
+"""Names that are placed in every order, the best of which counts."""
+
+BESIDE: Final = 5
+"""Candidates beside a dot; a name farther away has a line to it."""
+
+LEFT_OUT: Final = 1000
+"""Cost of a name without room."""
+
 HIGH: Final = 15.0
 """Height of a line of words."""
 
@@ -31,6 +42,17 @@ class Dot:
     x: float
     y: float
     kind: str = ""  # class of its colour
+    detector: str = ""  # its label, where it stands for one of a run
+
+
+@dataclass(frozen=True)
+class PlacedDot:
+    """A dot with its centre in pixels."""
+
+    kind: str
+    at: Point
+    name: str
+    detector: str
 
 
 @dataclass(frozen=True)
@@ -50,7 +72,7 @@ class Plot:
     said: str
     size: Size
     lines: list[tuple[str, list[Point]]] = field(default_factory=list)  # kind, and corners
-    dots: list[tuple[str, Point]] = field(default_factory=list)  # kind, and middle
+    dots: list[PlacedDot] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
 
 
@@ -80,17 +102,18 @@ class Axis:
 
 
 def scatter(dots: Sequence[Dot], alternative: str, x_title: str, up: Axis, size: Size = SIZE) -> Plot:
-    """Named dots; each name stands where it covers no other, or is left out."""
+    """Named dots; each name stands where it covers no other, farther away with a line to its dot, or is left out."""
     across = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
     plot = _axes(Plot(alternative, size), across, up)
-    plot.dots.extend((dot.kind, _place(plot, across.share(dot.x), up.share(dot.y))) for dot in dots)
-    taken = [(x - 6, y - 6, x + 6, y + 6) for _, (x, y) in plot.dots]
-    for number, dot in enumerate(dots):
-        x, y = plot.dots[number][1]
-        free = _free(taken, x, y, LETTER * len(dot.name), size)
-        if free is not None:
-            taken.append(free)
-            plot.words.append(Words(dot.name, (free[0], free[3] - 3), dot=number))
+    plot.dots.extend(
+        PlacedDot(dot.kind, _place(plot, across.share(dot.x), up.share(dot.y)), dot.name, dot.detector) for dot in dots
+    )
+    for number, box, leads in _names(plot, [dot.name for dot in dots]):
+        x, y = plot.dots[number].at
+        side = "end" if box[2] < x else "start"
+        plot.words.append(Words(dots[number].name, (box[2 if side == "end" else 0], box[3] - 3), side, dot=number))
+        if leads:
+            plot.lines.append(("leader", [(x, y), _nearest_corner(box, (x, y))]))
     return plot
 
 
@@ -132,21 +155,57 @@ def _axes(plot: Plot, across: Axis, up: Axis) -> Plot:
     return plot
 
 
-def _free(taken: Sequence[Box], x: float, y: float, wide: float, size: Size) -> Box | None:
-    """The first box beside a dot that covers no other and lies in the plot."""
-    candidates = (
-        (x + 10, y - 8),
-        (x - 10 - wide, y - 8),
-        (x - wide / 2, y - 24),
-        (x + 6, y - 22),
-        (x - wide - 4, y - 22),
-    )
-    for left, top in candidates:
-        box = (left, top, left + wide, top + HIGH)
-        inside = left >= _frame(size)[0] and box[2] <= size[0] and top >= 0
-        if inside and not any(a < box[2] and left < c and b < box[3] and top < d for a, b, c, d in taken):
-            return box
-    return None
+def _names(plot: Plot, names: Sequence[str]) -> list[tuple[int, Box, bool]]:
+    """Number, box and need of a line of every name that finds room; few names are tried in every order."""
+    dots = [(x - 6, y - 6, x + 6, y + 6) for x, y in (dot.at for dot in plot.dots)]
+    taken = [*dots, *(_box_of(text) for text in plot.words)]
+    numbers = range(len(names))
+    orders = permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]
+    return min((_placed_names(plot, names, order, taken) for order in orders), key=itemgetter(0))[1]
+
+
+def _placed_names(
+    plot: Plot, names: Sequence[str], order: Sequence[int], taken: Sequence[Box]
+) -> tuple[int, list[tuple[int, Box, bool]]]:
+    """Cost of an order, which grows with names far from their dots or left out, and the names in it."""
+    boxes, cost, placed = [*taken], 0, []
+    for number in order:
+        x, y = plot.dots[number].at
+        candidates = list(_candidates(x, y, LETTER * len(names[number])))
+        free = next((rank for rank, box in enumerate(candidates) if _is_free(box, boxes, plot.size)), None)
+        if free is None:
+            cost += LEFT_OUT
+            continue
+        boxes.append(candidates[free])
+        cost += free if free < BESIDE else BESIDE * free
+        placed.append((number, candidates[free], free >= BESIDE))
+    return cost, placed
+
+
+def _candidates(x: float, y: float, wide: float) -> Iterator[Box]:
+    """Boxes for the name of a dot, the best first: beside it, then farther away."""
+    corners = [(x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22)]
+    for rise in (-40, 14, -58, 30, -76, -94):
+        corners += [(x + shift * wide, y + rise) for shift in (-0.5, -1.0, 0.0)]
+    for left, top in corners:
+        yield left, top, left + wide, top + HIGH
+
+
+def _is_free(box: Box, taken: Sequence[Box], size: Size) -> bool:
+    left, top, right, bottom = box
+    inside = left >= _frame(size)[0] and right <= size[0] and top >= 0 and bottom <= size[1]
+    return inside and not any(a < right and left < c and b < bottom and top < d for a, b, c, d in taken)
+
+
+def _box_of(text: Words) -> Box:
+    wide, (x, y) = LETTER * len(text.text), text.at
+    left = x - {"start": 0.0, "middle": wide / 2, "end": wide}[text.side]
+    return left, y - HIGH + 3, left + wide, y + 3
+
+
+def _nearest_corner(box: Box, point: Point) -> Point:
+    """The point of a box's upper or lower edge that is nearest to a point above or below."""
+    return min(max(point[0], box[0]), box[2]), box[1] if box[1] > point[1] else box[3]
 
 
 def ticks_of(largest: float, most: int, smallest: float = 0.0) -> list[float]:

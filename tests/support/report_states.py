@@ -312,9 +312,9 @@ def reported(state):
 
 def read_page(page):
     """What a reader sees, a line a block, without charts, and what links lead to."""
-    page = re.sub(r"<(style|svg|title)\b.*?</\1>", "", page, flags=re.DOTALL)
+    page = re.sub(r"<(style|script|svg|title)\b.*?</\1>", "", page, flags=re.DOTALL)
     page = " ".join(page.split())  # line ends of a template are no words
-    page = re.sub(r'<[^>]*\b(?:id="((?:miss|false)=[^"]*)"|class="(worst [^"]*)")[^>]*>', r"\g<0>[\1\2] ", page)
+    page = re.sub(r'<[^>]*\b(?:id="((?:miss|false)-[^"]*)"|class="(worst [^"]*)")[^>]*>', r"\g<0>[\1\2] ", page)
     page = re.sub(r"</(?:th|td|dt|span|a|b)>", r"\g<0> ", page)
     page = re.sub(r"<(?:p|article|h[123]|tr|dd|dt|li|summary|caption|header|figcaption|small)\b", r"\n\g<0>", page)
     text = unescape(re.sub("<[^>]*>", "", page))

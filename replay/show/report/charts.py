@@ -18,8 +18,11 @@ KIND_WORDS: Final = {
     "late": "late or cut short", "false": "false",
 }  # fmt: skip
 
+MOST_BOXES: Final = 4000
+"""Intervals of a kind in a lane; where there are more, neighbours are painted as one."""
+
 NEIGHBOURS: Final = 2000
-"""Stretches nearer to each other than this part of a lane are painted as one."""
+"""Intervals nearer to each other than this part of such a lane are painted as one."""
 
 
 def path_of(corners: Sequence[Point]) -> str:
@@ -51,7 +54,8 @@ def lane(spans: Mapping[str, Iterable[Span]], window: Span, label: str, mark: fl
     whole = max(end - start, 1e-6)
     paths = []
     for kind in KINDS:
-        intervals = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
+        every = list(spans.get(kind, ()))
+        intervals = list(_joined(every, window, whole / NEIGHBOURS if len(every) > MOST_BOXES else 0.0))
         if intervals:
             boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)
             ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < whole / 300)

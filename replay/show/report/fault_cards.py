@@ -3,8 +3,10 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isnan
 from typing import Final
 
+from replay import words
 from replay.auditing.fault import Cause, Fault
 from replay.document.detector_labels import sentence_of
 from replay.show.report.charts import KIND_WORDS, Lane, lane
@@ -22,6 +24,9 @@ LEAST_AROUND: Final = 0.1
 LONG: Final = 10.0
 """Seconds; moments of a shorter session need milliseconds."""
 
+MOST_LISTED: Final = 2000
+"""Faults of a pair, or of all pairs without a card, that are listed; the tables hold all."""
+
 MOST_PAIRS: Final = 6
 """Cards of a detector; further pairs are folded."""
 
@@ -34,6 +39,8 @@ class Card:
     ----------
     key : kind of a lane, which has a colour: ``missed``, ``late`` or ``false``.
     title : what and which number: ``Miss 2``.
+    size : length of the intersection curve or of the gap, ``""`` where it was not measured.
+    contact : number of the missed contact of the reference; 0: the fault is a false contact.
     bodies : ``a and b``.
     span : ``19.344 to 22.056 s``.
     picture, colours : picture as HTML, and its colours in words.
@@ -45,8 +52,12 @@ class Card:
     bodies: str
     span: str
     start: float
+    end: float
     frames: int
     kind: str
+    cause: str
+    size: str
+    contact: int
     why: str
     address: str
     command: str
@@ -92,8 +103,12 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         bodies=" and ".join(fault.bodies),
         span=f"{fault.start:.3f} to {fault.end:.3f} s",
         start=fault.start,
+        end=fault.end,
         frames=fault.frames,
         kind=fault.kind.value,
+        cause=fault.cause.value,
+        size=_size(fault),
+        contact=fault.contact,
         why=f"{fault.why or fault.cause}{noise}",
         address=moment_address(fault.kind.category.value, fault.number, "" if leads else fault.detector),
         command=f"replay view {view.folder} --{fault.kind.category} {fault.number}{by}",
@@ -101,6 +116,13 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         colours=colours,
         lanes=_lanes(view, fault) if whole and not first else (),
     )
+
+
+def _size(fault: Fault) -> str:
+    """Return the length of the curve of a miss or of the gap of a false contact, in millimetres."""
+    if isnan(fault.metres):
+        return ""
+    return f"{words.length(fault.metres)} {'curve of intersection' if fault.kind.is_miss else 'apart'}"
 
 
 def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:

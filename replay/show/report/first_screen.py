@@ -1,5 +1,6 @@
 """The first screen of a report: what is wrong, why, what mends it and what that costs, a picture, and all detectors."""
 
+import json
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,11 +8,11 @@ from replay.document.headline import undecided
 from replay.document.ranking import Rank
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
-from replay.show.report.charts import KIND_WORDS, Lane, lane, ruler
+from replay.show.report.charts import KIND_WORDS, Lane, Span, lane, ruler
 from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import happened, ranking_table
 from replay.tables import text_of
-from replay.words import duration, plural
+from replay.words import duration, plural, safe_text
 
 MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""
@@ -33,6 +34,10 @@ def _compared(view: RunView) -> bool:
     return any(audit.undecided.value != 1 for audit in view.document.audit.values())
 
 
+MOST_CONTACTS: Final = 4000
+"""Contacts of a lane that the pointer can name."""
+
+
 @dataclass(frozen=True)
 class RankRow:
     """A row of the ranking: the class of the worst detector, its worst column, and cells as (column, words)."""
@@ -45,9 +50,14 @@ class RankRow:
 
 @dataclass(frozen=True)
 class Timeline:
-    """A lane for each detector: its label, what stands beside it, and the lane."""
+    """A lane for each detector: its label, what stands beside it, and the lane.
+
+    ``window``: first second and length; ``contacts``: those of the reference, or of all detectors, as JSON.
+    """
 
     lanes: list[tuple[str, str, Lane]]
+    window: Span
+    contacts: str
     legend: list[tuple[str, str]]
     ticks: list[tuple[float, str]]
     most: int = MOST_LANES
@@ -116,4 +126,27 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
     legend = [(kind, kind_label) for kind, kind_label in KIND_WORDS.items() if kind in kinds]
     if mark is not None:
         legend.append(("now", "the picture"))
-    return Timeline(lanes, legend, ruler(*window))
+    return Timeline(
+        lanes=lanes,
+        window=(start, max(window[1] - start, 1e-6)),
+        contacts=_contacts_json(view),
+        legend=legend,
+        ticks=ruler(*window),
+    )
+
+
+def _contacts_json(view: RunView) -> str:
+    """Contacts as the script of the page reads them: names of pairs, and (pair, start, end) of each contact."""
+    labels = [view.oracle] if view.oracle else [*view.contacts]
+    pairs: dict[tuple[str, str], int] = {}
+    contacts = {
+        label: [
+            (pairs.setdefault((row["body_a"], row["body_b"]), len(pairs)), round(row["start"], 3), round(row["end"], 3))
+            for row in view.contacts.get(label, ())[:MOST_CONTACTS]
+        ]
+        for label in labels
+    }
+    names = [safe_text(" and ".join(bodies)) for bodies in pairs]
+    return json.dumps(
+        {"pairs": names, "contacts": contacts, "reference": view.oracle}, separators=(",", ":"), ensure_ascii=False
+    )

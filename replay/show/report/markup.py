@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
-"""What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
+"""What a browser may load for a page: its own styles and pictures; no font, no other address, no foreign script."""
 
 FIGURE_IN_WORDS: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?))")
 """The figure that a sentence is about."""
@@ -57,8 +57,8 @@ def parts_of(sentence: str) -> tuple[str, str, str]:
 
 
 def moment_address(kind: str, number: int, by: str = "") -> str:
-    """Address on the page of a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
-    return f"{kind}={number}" + (f"&by={by}" if by else "")
+    """Address on the page of a moment of this ``kind``, ``miss`` or ``false``: ``#miss-4``, ``#false-2-hull50``."""
+    return f"{kind}-{number}" + (f"-{by}" if by else "")
 
 
 def address_of(text: str) -> str:

@@ -10,12 +10,12 @@ from replay.constants import CAVEAT
 from replay.document.cost import TIMES_ARE, busy_text, cost
 from replay.document.headline import beside, undecided
 from replay.document.run_result import RunResult
-from replay.document.scores import MOST_CARDS
 from replay.effects.effect_summary import titration_curves
 from replay.show.plots import Plot, curve
-from replay.show.report.fault_cards import MOST_PAIRS, cards, fault_counts, first_fault
+from replay.show.report.fault_cards import MOST_LISTED, MOST_PAIRS, cards, fault_counts, first_fault
 from replay.show.report.first_screen import comparison_of, page_facts
 from replay.show.report.markup import filled
+from replay.show.report.page_script import REPORT, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.report.sections import GLOSSARY, effect_parts, folds
 from replay.show.report.still import fault_still
@@ -59,9 +59,9 @@ def page_of(
         "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
         "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
-        "most_pairs": MOST_PAIRS, "most_cards": MOST_CARDS,
+        "most_pairs": MOST_PAIRS, "most_listed": MOST_LISTED,
         "effects": effect_parts(view, curves), "folds": list(folds(view)), "glossary": GLOSSARY,
-        "tradeoff": None, "contacts": (),
+        "tradeoff": None, "contacts": (), "script": page_script(REPORT),
     }  # fmt: skip
     return filled(template, **values | more)
 

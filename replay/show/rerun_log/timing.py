@@ -136,7 +136,7 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
 
     lines = [placed(corners) for _, corners in plot.lines]
     writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))
-    dots = placed([point for _, point in plot.dots])
+    dots = placed([dot.at for dot in plot.dots])
     writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
     half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
     anchors = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])

@@ -19,6 +19,7 @@ from replay.document.machine import versions
 from replay.errors import OutputError
 from replay.show.report.markup import filled
 from replay.show.report.page import page_of
+from replay.show.report.page_script import TABLES, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
 from replay.tables import Marked, table
@@ -115,7 +116,7 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
         who = run.document.session.facts.get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
     runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
-    return filled("show/share/list.html", runs=runs)
+    return filled("show/share/list.html", runs=runs, script=page_script(TABLES))
 
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:

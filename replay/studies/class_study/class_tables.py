@@ -311,5 +311,5 @@ def _depth(miss: Row) -> tuple[bool, float, int]:
 
 def _look(miss: Row, page: str, by: str) -> Marked:
     text = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
-    at = moment_address("miss", miss["number"], quote(by))
+    at = moment_address("miss", miss["number"], by)
     return Marked(text, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")

@@ -1,12 +1,11 @@
 """``study.html``: what a study found, in plain words that claim association and never cause."""
 
-import hashlib
-from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.show.report.markup import file_text, filled
+from replay.show.report.markup import filled
+from replay.show.report.page_script import TABLES, page_script
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
@@ -37,7 +36,6 @@ def study_html(
     ``where`` is run -> name and address of its page.
     """
     tables = ClassTables(runs, seed)
-    script = file_text("studies/class_study/page.js")
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     first = tables.headlines()
     values: dict[str, Any] = {
@@ -47,7 +45,7 @@ def study_html(
             "How detectors differ": tables.detectors(), "Pairs missed most": tables.pairs(),
             "Task, stage, VR type": tables.doing(), "Causes": tables.causes(),
         },
-        "script": script, "digest": b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        "script": page_script(TABLES),
     }  # fmt: skip
     if study is not None:
         sentences = headlines(study)

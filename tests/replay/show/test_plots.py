@@ -14,10 +14,15 @@ def test_names_stand_beside_their_dots_without_overlap(seed):
     random = np.random.default_rng(seed)
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
     plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
-    names = [(sentence.at, LETTER * len(sentence.text)) for sentence in plot.words if sentence.dot >= 0]
-    assert names
-    for ((x, y), wide), ((other, below), broad) in combinations(names, 2):
-        assert x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
+    boxes = []
+    for text in plot.words:
+        wide = LETTER * len(text.text)
+        boxes.append(
+            (text.at[0] - {"start": 0, "middle": wide / 2, "end": wide}[text.side], wide, text.at[1], text.dot)
+        )
+    assert sum(dot >= 0 for *_, dot in boxes) == len(dots)
+    for (x, wide, y, dot), (other, broad, below, _) in combinations(boxes, 2):
+        assert dot < 0 or x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
 
 
 def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():

@@ -119,5 +119,5 @@ def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
     monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: places)
     commands = moment_commands(tmp_path, ["hull", "mesh"])
     del commands["layout"]
-    assert commands == {"miss=2": cursor_at(5), "false=1&by=mesh": cursor_at(6), "": cursor_at(7)}
+    assert commands == {"miss-2": cursor_at(5), "false-1-mesh": cursor_at(6), "": cursor_at(7)}
     assert moment_commands(tmp_path, []).keys() == {"", "layout"}, "a run that asked no detector"

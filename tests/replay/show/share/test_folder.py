@@ -108,9 +108,9 @@ def test_every_moment_has_a_message_with_its_time(run, shared):
     )
     for item in places:
         if item.label == "slow":
-            assert times[f"{item.kind}={item.number}"].moment.time == item.session_ns
+            assert times[f"{item.kind}-{item.number}"].moment.time == item.session_ns
     others = [item for item in places if item.label == "late"]
-    assert others and all(times[f"{item.kind}={item.number}&by=late"].moment.time == item.session_ns for item in others)
+    assert others and all(times[f"{item.kind}-{item.number}-late"].moment.time == item.session_ns for item in others)
     assert times[""].moment.time == next(item.session_ns for item in places if item.leads)
     assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
     for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
@@ -122,7 +122,7 @@ def test_every_miss_of_the_run_links_to_its_moment(run, shared):
     links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
     rows = read_run_folder(run).rows("misses")
     requested = {
-        f"miss={item['number']}" + ("" if item["detector"] == "slow" else f"&by={item['detector']}") for item in rows
+        f"miss-{item['number']}" + ("" if item["detector"] == "slow" else f"-{item['detector']}") for item in rows
     }
     assert requested and requested <= links and requested <= sent.keys()
 
@@ -161,7 +161,7 @@ def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeyp
     assert why == "this rerun-sdk ships no viewer for a browser"
     assert sorted(item.name for item in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
     page = (tmp_path / "sent" / "index.html").read_text()
-    assert "<script" not in page and "slow" in page
+    assert page.count("<script") == 1 and "slow" in page
 
 
 REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
@@ -203,7 +203,7 @@ def test_summary_strings_are_text_in_the_page(run, tmp_path):
     (forged / "summary.json").write_text(json.dumps(reported))
     write_shared_folder([read_run_folder(forged)], tmp_path / "sent")
     page = (tmp_path / "sent" / "index.html").read_text()
-    assert "<script" not in page and page.count("</title>") == page.count("</head>") == 1
+    assert page.count("<script") == 1 and page.count("</title>") == page.count("</head>") == 1
 
 
 def test_runs_have_a_common_viewer_and_a_list(run, tmp_path, monkeypatch):

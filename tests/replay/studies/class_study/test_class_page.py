@@ -141,7 +141,7 @@ def test_the_sessions_with_most_misses_lead_to_their_worst_miss(made, db):
     assert len(result) == 5 and {*list(worst)[:3]} <= result.keys()
     for run, address in result.items():
         number, detector = worst[run]
-        assert address == f"miss={number}" + ("" if detector == "slow" else f"&by={detector}")
+        assert address == f"miss-{number}" + ("" if detector == "slow" else f"-{detector}")
 
 
 @pytest.mark.slow

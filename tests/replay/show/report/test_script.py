@@ -1,0 +1,311 @@
+"""The script of the report in a browser: zoom, pointer, click, choices, keys, copies, files and addresses."""
+
+import base64
+from dataclasses import replace
+
+import pytest
+from support.report_states import MANY, steady
+from support.small_worlds import cubes
+from support.viewers import opened, serious_faults
+
+from replay.engine import compute
+from replay.show.report.page import page_of, report_html, view_of
+
+pytestmark = pytest.mark.slow
+
+HOSTILE = '=cmd|"/c calc"!A1 <script>throw 1</script><img src=x onerror=alert(1)> &amp; \u202e'
+CAPTURE = """window.saved = []; const make = URL.createObjectURL;
+URL.createObjectURL = (blob) => { saved.push(blob); return make(blob); };
+HTMLAnchorElement.prototype.click = function () { saved.names = [...saved.names ?? [], this.download]; }; 0"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("pages")
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    """Nine pairs, each missed or late, of two detectors."""
+    detectors = "slow=discrete[rate_hz=12],late=discrete[rate_hz=7]"
+    file = folder / "report.html"
+    file.write_text(report_html(compute(cubes({"a": [0.0] * 40, **MANY}), detectors=detectors)), encoding="utf-8")
+    with opened(file.as_uri(), folder) as page:
+        page.ask(CAPTURE)
+        yield page
+        assert page.errors() == []
+
+
+@pytest.fixture(autouse=True)
+def begin(page):
+    page.ask("document.querySelector('dialog').close(); location.hash = ''; scrollTo(0, 0); 0")
+    press(page, "Escape")
+    press(page, "0")
+
+
+def press(page, key):
+    for kind in ("keyDown", "keyUp"):
+        page.call("Input.dispatchKeyEvent", type=kind, key=key, **({"text": key} if len(key) == 1 else {}))
+    page.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))")
+
+
+def point_at(page, x, y, *, click=False):
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+    for kind in ("mousePressed", "mouseReleased") if click else ():
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    page.ask("new Promise((done) => requestAnimationFrame(() => done(0)))")
+
+
+def second_on_lane(page, detector, fault):
+    """Pixel of the middle of a fault on the lane of its detector."""
+    return page.ask(f"""(() => {{
+      const lane = document.querySelector('.lane[data-detector="{detector}"]'), box = lane.getBoundingClientRect();
+      const [x, , width] = lane.getAttribute('viewBox').split(' ').map(Number);
+      const [first] = lane.closest('.time').dataset.window.split(' ').map(Number);
+      const [start, end] = document.getElementById('{fault}').dataset.span.split(' ').map(Number);
+      return [box.left + ((start + end) / 2 - first - x) / width * box.width, box.top + box.height / 2];
+    }})()""")
+
+
+def faults_on(page, detector):
+    return page.ask(f"[...document.querySelectorAll('[data-detector=\"{detector}\"] .fault')].map((node) => node.id)")
+
+
+def worst(page):
+    return page.ask("document.querySelector('.faults').dataset.detector")
+
+
+def current(page):
+    return page.ask("document.querySelector('.current')?.id ?? ''")
+
+
+def boxes(page):
+    return page.ask("[...document.querySelectorAll('.time .lane')].map((lane) => lane.getAttribute('viewBox'))")
+
+
+def test_lanes_zoom_and_pan_together_and_ruler_follows(page):
+    whole, ticks = boxes(page), page.ask("document.querySelector('.ticks').textContent")
+    press(page, "+")
+    closer = boxes(page)
+    assert len(set(closer)) == 1 and closer != whole
+    assert page.ask("document.querySelector('.ticks').textContent") != ticks
+    x, y = page.ask("""(() => {
+      const box = document.querySelector('.lane').getBoundingClientRect();
+      return [box.left + box.width / 2, box.top + 5];
+    })()""")
+    page.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 80, y=y, button="left", buttons=1)
+    page.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 80, y=y, button="left", clickCount=1)
+    page.ask("new Promise((done) => requestAnimationFrame(() => done(0)))")
+    moved = boxes(page)
+    assert len(set(moved)) == 1 and float(moved[0].split()[0]) < float(closer[0].split()[0])
+    assert current(page) == ""
+    press(page, "0")
+    assert [float(text.split()[2]) for text in boxes(page)] == [float(text.split()[2]) for text in whole]
+    assert page.ask("document.querySelector('.ticks').textContent") == ticks
+
+
+def test_pointer_reads_fault_detector_cause_and_size(page):
+    detector = worst(page)
+    fault = faults_on(page, detector)[0]
+    point_at(page, *second_on_lane(page, detector, fault))
+    text = page.ask("document.querySelector('.tip').innerText")
+    facts = page.ask(f"({{...document.getElementById('{fault}').dataset}})")
+    assert f"of {detector}: a and b0" in text and f"cause: {facts['cause']}" in text
+    assert facts["size"] in text and facts["kind"] in text
+    reference = page.ask("document.querySelector('.lane').dataset.detector")
+    point_at(page, *second_on_lane(page, reference, fault))
+    assert "Contact " in page.ask("document.querySelector('.tip').innerText")
+
+
+def test_click_on_lane_opens_card_and_moves_cursor(page):
+    detector = worst(page)
+    fault = faults_on(page, detector)[-1]
+    point_at(page, *second_on_lane(page, detector, fault), click=True)
+    page.wait_for("document.querySelector('.current')", 5)
+    opened_fault = current(page)
+    assert page.ask("location.hash") == f"#{opened_fault}"
+    assert page.ask("document.querySelector('.current').checkVisibility()")
+    assert page.ask("[...document.querySelectorAll('.time .cursor')].every((path) => path.getAttribute('d'))")
+
+
+def test_click_on_dot_opens_first_fault_of_its_detector(page):
+    label = next(name for name in ("slow", "late") if name != worst(page))
+    x, y = page.ask(f"""(() => {{
+      const box = document.querySelector('circle[data-detector={label}]').getBoundingClientRect();
+      return [box.left + box.width / 2, box.top + box.height / 2];
+    }})()""")
+    point_at(page, x, y, click=True)
+    page.wait_for("document.querySelector('.current')", 5)
+    assert current(page) == faults_on(page, label)[0]
+    assert page.ask("document.querySelector('.current').checkVisibility()")
+
+
+CHOOSE = """((name, value) => {
+  const label = [...document.querySelectorAll('#choose label')].find((label) => label.textContent.startsWith(name));
+  const field = label.querySelector('select, input');
+  field.value = value;
+  field.dispatchEvent(new Event(field.type === 'search' ? 'input' : 'change'));
+  return [...document.querySelectorAll('.fault')].filter((node) => node.checkVisibility()).map((node) => node.id);
+})"""
+
+
+def test_choices_of_pair_detector_and_words_leave_out_others(page):
+    every = page.ask("document.querySelectorAll('.fault').length")
+    visible = page.ask(f"{CHOOSE}('pair', 'a and b03')")
+    pairs = page.ask("""[...document.querySelectorAll('.fault')].filter((node) => node.checkVisibility())
+      .map((node) => node.dataset.pair ?? node.closest('[data-pair]').dataset.pair)""")
+    assert 0 < len(visible) < every and set(pairs) == {"a and b03"}
+    assert (
+        page.ask("document.querySelector('#choose [role=status]').textContent") == f"{len(visible)} of {every} faults"
+    )
+    press(page, "Escape")
+    label = next(name for name in ("slow", "late") if name != worst(page))
+    visible = page.ask(f"{CHOOSE}('detector', '{label}')")
+    assert visible == [name for name in faults_on(page, label) if name in visible] and visible
+    assert page.ask("document.querySelector('#choose [role=status]').textContent").startswith(
+        f"{len(faults_on(page, label))} of"
+    )
+    press(page, "Escape")
+    assert set(page.ask(f"{CHOOSE}('words', 'B07')")) < set(page.ask(f"{CHOOSE}('words', '')"))
+
+
+def test_keys_lead_through_faults_in_time_and_open_help(page):
+    detector = worst(page)
+    spans = page.ask(f"""[...document.querySelectorAll('[data-detector="{detector}"] .fault')]
+      .map((node) => [parseFloat(node.dataset.span), node.id]).sort((a, b) => a[0] - b[0]).map(([, id]) => id)""")
+    visited = []
+    for _ in spans:
+        press(page, "j")
+        visited.append(current(page))
+        assert page.ask("document.querySelector('.current').checkVisibility()")
+    assert visited == spans
+    press(page, "k")
+    assert current(page) == spans[-2]
+    press(page, "/")
+    assert page.ask("document.activeElement.type") == "search"
+    press(page, "j")
+    assert current(page) == spans[-2] and page.ask("document.activeElement.value") == "j"
+    press(page, "Escape")
+    press(page, "?")
+    assert page.ask("document.querySelector('dialog').open")
+    press(page, "Escape")
+    assert not page.ask("document.querySelector('dialog').open")
+
+
+def test_every_fault_has_an_address_that_opens_it(page, folder):
+    for fault in (faults_on(page, "slow")[-1], faults_on(page, "late")[-1]):
+        with opened(f"{(folder / 'report.html').as_uri()}#{fault}", folder / fault) as other:
+            assert other.ask("document.querySelector('.current').id") == fault
+            top = other.ask("document.querySelector('.current').getBoundingClientRect().top")
+            assert 0 <= top < 800 and other.ask("document.querySelector('.current').checkVisibility()")
+
+
+def test_every_command_has_a_button_that_copies_it(page):
+    pairs = page.ask("[...document.querySelectorAll('code')].map((code) => code.nextElementSibling?.className)")
+    assert pairs and set(pairs) == {"copy"}
+    page.ask("window.copied = []; navigator.clipboard.writeText = async (text) => { copied.push(text); }; 0")
+    page.ask("document.querySelector('.copy').click(); 0")
+    assert page.ask("copied") == [page.ask("document.querySelector('code').textContent")]
+    page.wait_for("document.querySelector('.live').textContent === 'Copied'", 5)
+
+
+def test_ranking_sorts_by_heading_and_keeps_reference_last(page):
+    cells = "[...document.querySelectorAll('.rank tbody tr')].map((row) => row.cells[0].querySelector('b').textContent)"
+    before = page.ask(cells)
+    page.ask("document.querySelectorAll('.rank th button')[4].click(); 0")
+    assert sorted(page.ask(cells)) == sorted(before) and page.ask(cells)[-1] == "exact"
+    assert page.ask("document.querySelectorAll('.rank th')[4].ariaSort") == "descending"
+    values = page.ask("[...document.querySelectorAll('.rank td[data-l=\"mean ms\"]')].map((cell) => +cell.textContent)")
+    assert values[:-1] == sorted(values[:-1], reverse=True)
+
+
+def test_charts_are_saved_as_pictures_and_faults_as_csv(page):
+    page.ask("saved.length = 0; saved.names = []; 0")
+    for bar in (".th2", "h2:has(+ .sc)"):
+        page.ask(f"[...document.querySelectorAll('{bar} .tools button')].slice(-2).forEach((one) => one.click()); 0")
+    page.ask("[...document.querySelectorAll('#choose .tools button')][1].click(); 0")
+    page.wait_for("saved.length === 5", 20)
+    contents = page.ask("""Promise.all(saved.map((blob) => new Promise((done) => { const reader = new FileReader();
+      reader.onload = () => done([blob.type, reader.result.split(',')[1]]); reader.readAsDataURL(blob); })))""")
+    kinds = sorted(kind for kind, _ in contents)
+    assert kinds == ["image/png", "image/png", "image/svg+xml", "image/svg+xml", "text/csv"]
+    texts = {kind: base64.b64decode(data) for kind, data in contents}
+    assert texts["image/png"].startswith(b"\x89PNG") and len(texts["image/png"]) > 4000
+    assert texts["image/svg+xml"].startswith(b"<svg") and b"class=" not in texts["image/svg+xml"]
+    lines = texts["text/csv"].decode("utf-8-sig").splitlines()
+    assert len(lines) == 1 + page.ask("document.querySelectorAll('.fault').length")
+
+
+def test_hostile_names_stay_text_everywhere(folder):
+    session = cubes({HOSTILE: [0.0] * 12, "b": [3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3, 3, 3, 3]})
+    file = folder / "hostile.html"
+    file.write_text(report_html(compute(session, detectors="slow=discrete[rate_hz=12]")), encoding="utf-8")
+    with opened(file.as_uri(), folder / "hostile") as page:
+        page.ask(CAPTURE)
+        fault = faults_on(page, "slow")[0]
+        point_at(page, *second_on_lane(page, "slow", fault))
+        assert "<script>throw 1" in page.ask("document.querySelector('.tip').innerText")
+        page.ask("[...document.querySelectorAll('#choose .tools button')][1].click(); 0")
+        page.ask("[...document.querySelectorAll('.choose .tools button')].at(-1).click(); 0")
+        texts = page.ask("Promise.all(saved.map((blob) => blob.text()))")
+        cells = [cell for text in texts for line in text.splitlines() for cell in line.strip("\ufeff").split('","')]
+        assert cells and not [cell for cell in cells if cell.strip('" ').startswith(("=", "+", "@"))]
+        assert page.ask("document.querySelectorAll('script').length") == 1
+        assert page.ask("document.querySelectorAll('img').length") == 0 and page.errors() == []
+
+
+def many_faults(count):
+    """A page of a run whose detectors have so many faults, in two pairs."""
+    result = steady("several")
+    view = view_of(result)
+    faults = {
+        label: [
+            replace(own[k % len(own)], number=k + 1, start=0.02 * k, end=0.02 * k + 0.011) for k in range(count // 2)
+        ]
+        for label, own in view.faults.items()
+    }
+    return page_of(replace(view, faults=faults), [])
+
+
+def test_page_of_two_thousand_faults_is_small_and_quick(folder):
+    text = many_faults(2000)
+    assert len(text.encode()) <= 1_000_000 and text.count('class="fault"') + text.count('class="card fault"') == 2000
+    file = folder / "many.html"
+    file.write_text(text, encoding="utf-8")
+    with opened(file.as_uri(), folder / "many") as page:
+        # Other programs delay single keys: each key counts by its quickest of four.
+        times = page.ask("""(async () => {
+          const times = {};
+          for (let turn = 0; turn < 4; turn++) for (const key of ["j", "j", "k", "+", "-", "0", "?", "?", "Escape"]) {
+            const start = performance.now();
+            dispatchEvent(new KeyboardEvent("keydown", { key }));
+            document.body.offsetHeight;
+            if ("jk".includes(key) && !document.querySelector(".current")) throw Error(key);
+            times[key] = Math.min(times[key] ?? Infinity, performance.now() - start);
+            await new Promise((done) => requestAnimationFrame(done));
+          }
+          return times;
+        })()""")
+        print({key: round(value) for key, value in times.items()})
+        assert max(times.values()) < 100 and page.errors() == []
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (400, "light"), (400, "dark")])
+def test_tools_pass_accessibility_checks_and_fit(page, folder, width, scheme):
+    with opened((folder / "report.html").as_uri(), folder / f"{width}{scheme}", (width, 800), scheme) as other:
+        other.ask("for (const part of document.querySelectorAll('details')) part.open = true")
+        press(other, "j")
+        assert other.ask("document.documentElement.scrollWidth <= innerWidth")
+        assert serious_faults(other, folder) == [] and other.errors() == []
+
+
+def test_page_without_script_shows_and_prints_everything(page, folder):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    file = folder / "still.html"
+    file.write_text(text[: text.index("<script>")], encoding="utf-8")
+    faults = sorted(page.ask("[...document.querySelectorAll('.fault')].map((node) => node.id)"))
+    with opened(file.as_uri(), folder / "still") as other:
+        assert other.ask("[...document.querySelectorAll('.fault')].map((node) => node.id).sort()") == faults
+        other.call("Emulation.setEmulatedMedia", media="print")
+        assert other.ask("[...document.querySelectorAll('.fault')].filter((n) => !n.checkVisibility()).length") == 0
