@@ -36,6 +36,7 @@ def sound():
     return verdicts(touching()).detections["hybrid"].verdict
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("kind", "action"), STAND_INS)
 def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, sound):
     draft = touching()

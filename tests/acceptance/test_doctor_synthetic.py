@@ -15,6 +15,7 @@ FACES = {"even": 600, "browser": 5000}
 LOSSES = ("tracking-lost", "identity-while-lost", "frozen")
 
 
+@pytest.mark.sampled(9)
 @pytest.mark.parametrize("name", [FIRST, *OTHERS, *ANALYTIC])
 @pytest.mark.parametrize("jitter", ["even", pytest.param("browser", marks=pytest.mark.slow)])
 def test_without_noise_nothing_is_above_a_note(name, jitter):
@@ -31,6 +32,7 @@ def as_identity(track):
     return Track(track.times_ns, np.where(lost, 0.0, track.positions), np.where(lost, IDENTITY, track.quaternions_xyzw))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("losses", [pytest.param("flagged", marks=pytest.mark.slow), "identity"])
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SCENES)
@@ -55,6 +57,7 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
     assert strange == []
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", FAULTS)
 @pytest.mark.parametrize("body", [0, 1])
 def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
@@ -68,6 +71,7 @@ def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
     assert {one.body for one in findings if one.severity > Severity.NOTE} <= about
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("size", [0.05, 0.1, 3.0])
 def test_teleports_are_found_from_five_centimetres(size):
     """Every one of ten centimetres and more is found."""

@@ -24,6 +24,7 @@ def crossings(speed, aside=0.0):
     return motion, frames, frames // 2 - 1
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("speed", "missed"), [(0.4, 0), (0.6, 100), (1.0, 460), (2.0, 730), (4.0, 865)])
 def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, missed):
     motion, frames, before = crossings(speed)

@@ -6,7 +6,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from support.sampled import SAMPLED
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("cdcore", "sessions", "replay")
@@ -43,13 +42,6 @@ def test_tests_mirror_the_module_they_are_named_after():
         and not (ROOT / Path(*path.parent.parts[1:])).is_dir()
     ]
     assert astray == []
-
-
-def test_every_sampled_test_exists_once():
-    tests = [path for path in tracked() if path.parts[0] == "tests" and path.suffix == ".py"]
-    text = "".join((ROOT / path).read_text(encoding="utf-8") for path in tests)
-    result = re.findall(r"^def (test_\w+)", text, re.MULTILINE)
-    assert [name for name in SAMPLED if result.count(name) != 1] == [], "rename it in support/sampled.toml too"
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else():

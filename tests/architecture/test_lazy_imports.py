@@ -37,6 +37,7 @@ import replay.prepare.holding_poses, replay.document.summary
 WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("code", "never"),
     [

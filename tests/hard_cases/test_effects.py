@@ -42,6 +42,7 @@ def world(places, valid, kind):
     return replace(session, hands={"ann/left": HandTrack(stamps, np.ones(len(places)))})
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("kind", DECLARED)
 def test_effect_at_its_limits_answers_with_finite_numbers(kind, name):

@@ -29,6 +29,7 @@ def count_wrong(family, count, seed):
     return int((ours != integers).sum()), int((ours != axes).sum()), by_construction
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("count", "seed"),
     [(80, FRESH_SEEDS[0]), *(pytest.param(4_000, seed, marks=pytest.mark.slow) for seed in FRESH_SEEDS)],
@@ -65,6 +66,7 @@ def shifted(pairs, rng):
     return np.where(exact[:, None, None, None], moved, pairs)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("relation", [swapped, reordered, turned, scaled, shifted])
 @pytest.mark.parametrize("count", [400, pytest.param(2_000, marks=pytest.mark.slow)])
 @by_name

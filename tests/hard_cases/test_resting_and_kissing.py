@@ -55,6 +55,7 @@ def test_35_float32_quaternions_do_not_stretch_the_body():
     assert np.abs(lengths - 1).max() < 1e-15
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 @pytest.mark.parametrize("odd", scenes(37))
 def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, odd):
@@ -70,6 +71,7 @@ def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, odd):
         assert all(np.array_equal(detection.faces(t, 0), meeting(scene.bodies, scene.motion, t)) for t in range(3))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 def test_38_far_from_the_origin_no_contact_is_lost(name):
     for scene in scenes(38).values():

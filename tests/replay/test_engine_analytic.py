@@ -18,6 +18,7 @@ HOW = [
 ]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("how", HOW)
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_no_frame_contradicts_the_closed_form(name, how):
@@ -38,6 +39,7 @@ def test_no_frame_contradicts_the_closed_form(name, how):
         assert not contact[never, pair].any()
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_contact_intervals_match_the_closed_form_to_one_frame(name):
     session, truth = make_analytic(name, seconds=6.0)
@@ -77,6 +79,7 @@ def _joined(spans):
     return out
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_misses_at_a_low_rate_are_exactly_those_the_closed_form_predicts(name, seed):

@@ -32,6 +32,7 @@ SLOW = [
 ]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", [*QUICK, *SLOW])
 def test_a_detector_answers_alike_on_both_sides_of_an_hour(name, monkeypatch):
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame

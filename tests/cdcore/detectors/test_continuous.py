@@ -116,6 +116,7 @@ def between(motion, components):
     return Motion(np.arange(count), position.reshape(count, bodies, 3), rotation.reshape(count, bodies, 3, 3), valid)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("block", [1, 3, 40])
 def test_streamed_times_and_reasons_equal_the_whole(block):
     bodies, motion = lab(120, seed=2)

@@ -28,6 +28,7 @@ def asked_at(frames, times, rate, block=None):
     return np.array_equal(counts_as_contact(detection.verdict[:, 0]), meets[last])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_at_every_frame_it_says_what_hybrid_says(seed):
     bodies, motion = lab(150, seed)
@@ -132,6 +133,7 @@ def test_sphere_explains_a_missed_corner_by_its_shape():
     assert reported.shapes_meet is False and reported.looked is True
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("shape", ["mesh", "hull", "box", "sphere", "capsule"])
 def test_contact_starts_at_the_sum_of_both_skins(shape):
     cube, wall = Body("cube", box_mesh((0.02, 0.02, 0.02))), Body("wall", box_mesh((0.1, 0.1, 0.1)))

@@ -26,6 +26,7 @@ def searched(variant):
     return create_detector("qaco", bodies, variant=variant, budget=budget).detect(motion, faces=True)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_contact_and_every_face_pair_is_true(variant):
     found, exact = searched(variant), truth()
@@ -35,6 +36,7 @@ def test_every_contact_and_every_face_pair_is_true(variant):
         assert set(map(tuple, found.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_where_spheres_overlap_it_never_says_clear(variant):
     bodies, motion = lab(150)

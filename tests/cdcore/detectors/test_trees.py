@@ -65,6 +65,7 @@ def meshes_alone(bodies, motion, pairs):
     return np.stack([engine.at_poses(engine.touch, i, j, poses[i], poses[j]) for i, j in pairs.tolist()], axis=1)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("settings", [{}, {"containment": False}])
 def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):

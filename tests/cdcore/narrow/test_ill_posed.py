@@ -11,6 +11,7 @@ from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("tau", [1e-9, 0.02, 0.2])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):

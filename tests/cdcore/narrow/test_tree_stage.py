@@ -13,6 +13,7 @@ TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 PAIR = np.array([[0, 1]])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_laboratory_agrees_with_the_exact_detector(name):
     bodies, motion = lab(80)
@@ -32,6 +33,7 @@ def test_trees_are_shared_between_settings_not_detectors():
     assert len({id(tree) for some in trees for tree in some}) == 2 * len(TREES)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
     bodies, motion = lab(60)
@@ -44,6 +46,7 @@ def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
     assert first.work["leaf_tests"] < every.work["leaf_tests"]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
 def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
     bodies, motion = lab(60)

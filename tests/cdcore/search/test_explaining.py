@@ -65,6 +65,7 @@ def test_missing_sample_pairs_are_reported_exactly(name):
         assert (item.found_with_more is None) == (not item.sample_meets)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("settings", "more"),
     [

@@ -13,6 +13,7 @@ VARIANTS = ["memetic", "corrected", "local", "random"]
 HERE = (I3, np.zeros(3))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", [*VARIANTS, "printed"])
 def test_hits_and_their_curves_are_in_the_exact_set(variant):
     torus, ball = torus_mesh(), ball_of(800, 0.5)
@@ -44,6 +45,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
         assert answer == truth
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_same_seed_gives_the_same_look_in_any_thread(variant):
     ball = ball_of(800)
@@ -89,6 +91,7 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     assert (int(search._state["start_a"]), int(search._state["start_b"])) == start
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("local", [0.0, 1.0, 1e3])
 @pytest.mark.parametrize("world", [0.0, 1.0, 1e3, 1e6])
 def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):

@@ -19,6 +19,7 @@ CHOICES = [(name, choice) for name, engine in engines().items() for choice in en
 GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-8")
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
 def test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be_audited(name, choice):
     engine = engines()[name]

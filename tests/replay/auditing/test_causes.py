@@ -101,6 +101,7 @@ def test_the_table_is_diagonal_in_other_sessions_too(planted):
 NINETY_HZ_NS = 11_111_111
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("late_ns", "digits", "missed", "invented"),
     [(0, 9, 0, 0), (300, 9, 0, 0), (-300, 9, 0, 0), (0, 6, 0, 0), (300, 6, 0, 0), (5000, 9, 3, 3), (-5000, 9, 0, 0)],

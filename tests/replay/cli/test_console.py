@@ -54,6 +54,7 @@ def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
     assert "Waiting" in output and ("100 %  0 s" in output) == (long < 1.0)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     watched = Watched()

@@ -58,6 +58,7 @@ def special(tmp_path: Path) -> Callable[[str, str], Path]:
 FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ("device", "FIFO", "socket"))
 @pytest.mark.parametrize(
     "words",

@@ -41,6 +41,7 @@ def broken(session):
     return run.output.named("broken"), run.output.named("impact"), run
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("height", [0.06, 0.1, 0.25])
 @pytest.mark.parametrize("phase", [0.0, 0.003, 0.007])
 def test_the_speed_of_a_fall_follows_from_its_height(height, phase):
@@ -141,6 +142,7 @@ def check_fall(height, rate, restitution, depth, noise, phase):
         assert hard[0] == pytest.approx(speed, rel=0.05), (restitution, depth, phase)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_a_fall_breaks_above_the_threshold_and_never_below(height, rate):

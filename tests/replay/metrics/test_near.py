@@ -46,6 +46,7 @@ def fcl_gap(mesh, turns, places):
     return fcl.distance(*objects, fcl.DistanceRequest(), fcl.DistanceResult())
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("turns", [0.2, 0.002, 0.0])
 def test_close_is_the_distance_by_fcl_at_every_sample(turns):
     rng, count = np.random.default_rng(1), 40

@@ -23,6 +23,7 @@ def plain(monkeypatch):
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
     session = cubes(PLACES)

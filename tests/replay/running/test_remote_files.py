@@ -53,6 +53,7 @@ def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):
 STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytest.mark.slow)]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
@@ -70,6 +71,7 @@ def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
         run_batch(given, f"{store}/runs", settings={**SETTINGS, "seed": 1})
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
     batch = run_batch(
@@ -80,6 +82,7 @@ def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
     assert "gone.mcap cannot be reached" in capsys.readouterr().err and not (tmp_path / "one").exists()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("store", STORES, indirect=True)
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]

@@ -41,6 +41,7 @@ def test_the_stopcock_shuts_the_bore_and_opens_it_at_a_quarter_turn(quarter_turn
     assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("quarter_turns", SHARES)
 def test_the_key_turns_without_touching_the_glass(quarter_turns):
     glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_turns)
@@ -53,6 +54,7 @@ def test_the_key_turns_without_touching_the_glass(quarter_turns):
     assert not any(len(hit) and hit[0] <= whole for hit, whole in zip(hits, length, strict=True))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", [500, 2000, pytest.param(50_000, marks=pytest.mark.slow)])
 def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
     tube = delivery_tube(faces).mesh

@@ -30,6 +30,7 @@ def wall_thicknesses(instrument, seed):
     return np.array([hit[1] - hit[0] for hit in through])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", SIZES)
 @pytest.mark.parametrize("name", VESSELS)
 def test_the_wall_is_one_to_two_millimetres_thick_and_the_same_wherever_a_ray_passes_it(name, faces):
@@ -38,6 +39,7 @@ def test_the_wall_is_one_to_two_millimetres_thick_and_the_same_wherever_a_ray_pa
     assert walls == pytest.approx((walls.min() + walls.max()) / 2, rel=0.10)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", VESSELS)
 def test_the_glass_itself_encloses_the_capacity(name):
     """Not from the cavity's mesh: by rays from the axis to the glass at heights between floor and mark."""

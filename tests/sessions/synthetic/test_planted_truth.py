@@ -30,6 +30,7 @@ def pairs_of(run):
     ]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("name", "noise"),
     [

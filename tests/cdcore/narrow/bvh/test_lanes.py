@@ -22,6 +22,7 @@ def requested(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
     return lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("leaves", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
@@ -61,6 +62,7 @@ def faces_left(scene, pad):
                 yield a_tree.faces[face_a], b_tree.faces[face_b], requested, meet
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_meeting_face_pairs_survive_in_their_lanes(seed):
     scene = EightFrames(seed, size=0.6)
@@ -106,6 +108,7 @@ def certain(placed, boxed, size, pad):
     return certain_lanes(doubles_of(placed), doubles_of(boxed), 0, size, pad, 255)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("pad", [1e-15, 1e-3])
 @pytest.mark.parametrize("number", range(1, len(FAMILIES) + 1))
 def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad):

@@ -57,6 +57,7 @@ def gap_of(row, frame, pad):
     return root_gap(pair, frame, pad)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("apart", [0.0, 3.0, 30.0])
 def test_no_two_corners_are_nearer_than_the_gap(apart):
     scene = EightFrames(1, apart=apart)

@@ -52,6 +52,7 @@ MESHES = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("shape", MESHES)
 def test_certain_answers_are_exact_and_most_are_certain(shape):
     mesh, inside_grid = MESHES[shape], build_inside_grid(MESHES[shape].triangles)

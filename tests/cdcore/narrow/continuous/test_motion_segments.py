@@ -30,6 +30,7 @@ def random_segment(rng, angle=None, size=1.0):
     )
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("degrees", [0.0, 1e-13, 1e-6, 0.3, 90.0, 120.0, 179.0, 179.999, 181.0])
 def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
     rng = np.random.default_rng(3)

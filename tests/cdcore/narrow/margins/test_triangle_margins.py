@@ -75,6 +75,7 @@ def test_near_face_pairs_are_complete(reach):
     assert len(near) < 12 * 15 or reach == 2.0
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", [f for f in FAMILIES if f.number not in (15, 16)], ids=lambda f: f.name)
 def test_the_exact_margin_lies_within_the_bounds(family):
     pairs = family.pairs(300, seed=9)

@@ -52,6 +52,7 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
     )
 
 
+@pytest.mark.sampled(6)
 @each_kind
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
@@ -80,6 +81,7 @@ def faces_below(tree, node):
     return list(range(tree.start[node], tree.stop[node]))
 
 
+@pytest.mark.sampled(3)
 @each_kind
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])

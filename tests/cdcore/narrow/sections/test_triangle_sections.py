@@ -20,6 +20,7 @@ SOUND = [family for family in FAMILIES if family.name != "needles"]
 """Of a needle a double does not know where its plane is."""
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", SOUND, ids=lambda family: family.name)
 def test_section_ends_lie_on_both_triangles(family):
     pairs = family.pairs(200, seed=9)

@@ -54,6 +54,7 @@ def test_each_stage_decides_what_the_one_before_left_open():
     assert left_open(pairs) == (2, 1)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_an_answer_of_the_filter_is_that_of_integers(family):
     pairs = family.pairs(60, seed=31)

@@ -149,6 +149,7 @@ def check(seed, warm):
         assert (np.diff(history.times)[np.diff(history.frames) >= 0] > 0.0).all(), seed
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
 def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed):
     check(seed, warm=True)

@@ -75,6 +75,7 @@ def mixed(row):
     return result
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("row", MIXTURES, ids=lambda row: row["name"])
 def test_a_mixture_comes_out_as_phreeqc_or_the_manual_says(row):
     result = mixed(row)

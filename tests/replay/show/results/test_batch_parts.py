@@ -74,6 +74,7 @@ UNREADABLE = [
 ]  # fmt: skip
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("text", UNREADABLE)
 def test_meaningless_list_of_batch_files_leaves_run_folders(batch, text):
     expected = rows(read(batch))

@@ -22,6 +22,7 @@ def every(made):
     return [make() for make in (made.detectors, made.pairs, made.doing, made.causes)]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
 def test_class_below_five_students_lists_sessions_without_figures(tmp_path, students, nobody, few):
     runs, made = tables_of(tmp_path, 6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)

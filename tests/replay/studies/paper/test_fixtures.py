@@ -30,6 +30,7 @@ def truth_of(one):
     return meeting_faces_exhaustive(*world)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("target", "number"), [*FEW, *(pytest.param(*key, marks=pytest.mark.slow) for key in ALL)])
 def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
     item = fixture(target, number)

@@ -20,6 +20,7 @@ def groups(some):
     return result
 
 
+@pytest.mark.sampled(3)
 @some_poses
 @pytest.mark.parametrize("name", ROWS)
 def test_complete_detector_finds_every_face_and_none_invents(name, some):
@@ -34,6 +35,7 @@ def test_complete_detector_finds_every_face_and_none_invents(name, some):
             assert (result["faces"] == result["true_faces"]).all()
 
 
+@pytest.mark.sampled(2)
 @some_poses
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE])
 def test_larger_budget_never_finds_fewer_faces(name, some):

@@ -15,6 +15,7 @@ def scenes(number, seed=7):
     return list(SCENES[number][1](np.random.default_rng(seed)))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("number", sorted(SCENES.keys() - set(BETWEEN)))
 def test_exact_is_right_on_every_scene_frame_and_face_list(number):
     for scene in scenes(number):

@@ -11,6 +11,7 @@ from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.triangle_pairs import verdicts_of
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
 def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
     monkeypatch.setattr(triangle_pairs, "BATCH", 16)

@@ -8,6 +8,7 @@ def truths(made):
     return [made("bench-bumps", "vive", seed).truth for seed in range(3)]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("rate_hz", [10.0, 22.5, 45.0, 50.0, 60.0, 90.0])
 def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz, truths):
     """Nothing that plants them knows when a detector looks: their middles are spread evenly between its ticks."""

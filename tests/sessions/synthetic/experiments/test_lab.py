@@ -92,6 +92,7 @@ POURS = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "kinds"), POURS.items(), ids=POURS)
 def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
     run = made(name)

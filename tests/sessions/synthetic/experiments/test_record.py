@@ -12,6 +12,7 @@ from sessions.synthetic.experiments.practice import make_practice
 from sessions.synthetic.scenes import SCENES
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("name", "fill", "onset"), [("beaker_50", 40, 48.7), ("beaker_100", 80, 40.2), ("beaker_250", 120, 57.1)]
 )
@@ -54,6 +55,7 @@ def test_the_poses_and_truth_of_a_session_are_those_of_its_version(name, noise, 
     assert [run.session.facts.get("choreography"), digest, *facts, *episodes] == snapshot
 
 
+@pytest.mark.sampled(3)
 def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_go(one):
     assert one.facts("hold")
     for hold in one.facts("hold"):
@@ -70,6 +72,7 @@ def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_g
         np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
 
 
+@pytest.mark.sampled(3)
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
     held = tomllib.loads(one.session.scene.text)
     assert len(held["effect"]) >= 4
