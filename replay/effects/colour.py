@@ -32,6 +32,12 @@ INDICATORS: Final[Mapping[str, Mapping[str, Any]]] = {name: row for name, row in
 NOTHING_LOG: Final = -30.0
 """log10 of mol/L that stands for none at all."""
 
+FAINT: Final = 0.02
+"""Of its full colour an ion's own is not seen: permanganate, full at 1e-4 mol/L, is pink from 2e-6 mol/L on.
+
+Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.91 (0.01 mL of 0.02 mol/L in 100 mL).
+"""
+
 OWN: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
 """Keys of an indicator of the author's own."""
 
@@ -81,9 +87,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         clear = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
             rows = np.maximum(0, np.searchsorted(quantity.times, clear.times, side="right") - 1)
-            findings.liquids[vessel] = replace(
-                clear, rgba=blended(COLOURS[shade.before], COLOURS[shade.after], fraction[rows])
-            )
+            # What has no colour of its own lets that of another ion through.
+            before = clear.rgba if shade.before == "colourless" else COLOURS[shade.before]
+            findings.liquids[vessel] = replace(clear, rgba=blended(before, COLOURS[shade.after], fraction[rows]))
     return findings.output()
 
 
@@ -118,7 +124,8 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
 
 def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
     """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
-    side = np.where(fraction <= 0.0, -1, np.where(fraction >= 1.0, 1, 0))
+    least = FAINT if shade.name in shade.species else 0.0
+    side = np.where(fraction <= least, -1, np.where(fraction >= 1.0, 1, 0))
     ends = np.flatnonzero(side).tolist()
     passed: list[tuple[int, int | None]] = [
         (before, after) for before, after in pairwise(ends) if side[before] != side[after]
@@ -154,7 +161,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
     if bool(name) == bool(formula):
         raise declared.fail("give indicator, by name, or species, an ion that has a colour")
     if formula:
-        shade = shade_of(declared)
+        try:
+            shade = shade_of(declared)
+        except ValueError as error:
+            raise declared.fail(f"species: {error}") from error
         given = [key for key in OWN if declared[key] is not None]
         if given:
             raise declared.fail(

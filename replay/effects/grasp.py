@@ -109,21 +109,24 @@ def riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
     """
     window = limits["window_s"]
     times, valid = relative.times, relative.valid
-    translation, rotation, known = _window_means(relative, window)
+    means, known = _window_means(relative, window)
     stops = np.searchsorted(times, times + window, side="right")
     steady = valid.copy()
+    farthest = limits["spread_m"] ** 2
+    # Rotations of length sqrt(3) that differ by an angle: |A - B|^2 = 6 - 2 trace(A^T B) = 4 - 4 cos.
+    widest = 4.0 - 4.0 * np.cos(limits["spread_rad"])
     for step in range(1, int((stops - np.arange(len(times))).max(initial=0))):
         early, late = slice(None, -step), slice(step, None)
         inside = (times[late] - times[early] <= window) & known[early] & known[late]
-        away = translation[late] - translation[early]
-        trace = np.einsum("tij,tij->t", rotation[early], rotation[late])
-        far = ((away * away).sum(axis=1) > limits["spread_m"] ** 2) | (trace < 1.0 + 2.0 * np.cos(limits["spread_rad"]))
+        change = means[:, late] - means[:, early]
+        change *= change
+        far = (change[:3].sum(axis=0) > farthest) | (change[3:].sum(axis=0) > widest)
         steady[early] &= ~(inside & far)
     return steady
 
 
-def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Mean translation (T, 3) and rotation (T, 3, 3) over the window about each frame, and whether it has a pose.
+def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, BoolArray]:
+    """Mean translation and rotation (12, T) over the window about each frame, and whether it has a pose.
 
     At the ends the window is shortened evenly on both sides, so that a steady motion keeps its mean.
     """
@@ -135,11 +138,11 @@ def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, Float
     sums = np.concatenate([np.zeros((1, 12)), np.cumsum(np.where(valid[:, None], poses, 0.0), axis=0)])
     counts = np.concatenate([[0], np.cumsum(valid)])
     number = counts[stops] - counts[starts]
-    means = (sums[stops] - sums[starts]) / np.maximum(number, 1)[:, None]
+    means = np.ascontiguousarray(((sums[stops] - sums[starts]) / np.maximum(number, 1)[:, None]).T)
     # A mean of nearly equal rotations is a shorter rotation; brought to its length it compares as one.
-    length = np.sqrt((means[:, 3:] ** 2).sum(axis=1, keepdims=True) / 3.0)
-    rotation = (means[:, 3:] / np.where(length > 0.0, length, 1.0)).reshape(-1, 3, 3)
-    return means[:, :3], rotation, number > 0
+    length = np.sqrt((means[3:] ** 2).sum(axis=0) / 3.0)
+    means[3:] /= np.where(length > 0.0, length, 1.0)
+    return means, number > 0
 
 
 SPEC = spec_of("grasp", compute)

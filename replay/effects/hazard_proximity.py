@@ -102,7 +102,9 @@ def surface_points(mesh: MeshData) -> FloatArray:
     for count in np.unique(pieces[pieces > 1]).tolist():
         weights = np.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count
         points_on_edges.append((weights @ faces[pieces == count]).reshape(-1, 3))
-    return np.unique(np.concatenate(points_on_edges).round(9), axis=0)
+    points = np.concatenate(points_on_edges).round(9)
+    # Only faces that share an edge give a point twice; a hand of small faces has none to look for.
+    return points if len(points_on_edges) == 1 else np.unique(points, axis=0)
 
 
 SPEC = spec_of("hazard-proximity", compute)

@@ -97,7 +97,7 @@ FIELDS: Final = {
 """Fields that describe one thing, all or none."""
 
 KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
-    "flame": (("flame",), "turning solid"), "liquids": (("liquid",), ""),
+    "flame": (("flame",), "turning solid"), "liquids": ((), "liquid"),
 }  # fmt: skip
 """Kind of heat -> what it needs, and what it may have besides."""
 

@@ -2,14 +2,17 @@
 
 import numpy as np
 
+from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
+from replay.effects.chemistry.mixture import SOLID
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 from replay.effects.temperatures import boils, note_temperature
+from replay.words import quantity
 
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""
@@ -19,6 +22,9 @@ STRONG_MOL_ML = 5e-3
 
 BOILING = 1e-9
 """Kelvin below the boiling point that are none."""
+
+LEAST_GRAM = 1e-3
+"""Of a solid whose heat nobody measures."""
 
 LEAST_KELVIN = 0.05
 """A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
@@ -31,6 +37,7 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         findings.events.append(event)
         findings.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
+        findings.events += _dissolved_before(name, matter)
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         if not len(changed) and not matter.amount(name, HEAT).any():
             continue
@@ -42,6 +49,22 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         celsius[celsius > boils(declared) - BOILING] = boils(declared)
         note_temperature(declared, findings, name, Series(times, celsius, "degC"))
         findings.events += [*_extremes(name, times, celsius), *_frozen(name, matter, declared["ambient_c"])]
+
+
+def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
+    """Events of solids that stand in a liquid from the start: the heat of their dissolving is not seen."""
+    events = []
+    for solid, initial in matter.recipe.contents[name].solids.items():
+        mass = (initial - float(matter.amount(name, solid + SOLID)[0])) * molar_mass(solid)
+        if mass > LEAST_GRAM:
+            text = (
+                f"{quantity(mass, 'g')} {solid} dissolve in {name} before the recording begins, and the heat of it is "
+                "not counted: pour the liquid onto the solid, or give the equation of its dissolving a rate_per_s"
+            )
+            values = {"formula": solid, "mass_g": mass}
+            time = float(matter.histories[name].times[0])
+            events.append(EffectEvent(time, "dissolved-before", (name,), None, values, text, "warning"))
+    return events
 
 
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:

@@ -30,8 +30,8 @@ WATERY: Final = COLOURS["colourless"]
 """A liquid that no effect gives a colour."""
 
 
-def blended(first: Rgba, second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
-    """(n, 4) from the first colour (share 0) to the second (share 1)."""
+def blended(first: Rgba | NDArray[np.uint8], second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
+    """(n, 4) from the first colour (share 0), which may be one a row, to the second (share 1)."""
     weight = np.clip(fraction, 0.0, 1.0)[:, None]
     mixed = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
     return np.round(mixed).astype(np.uint8)

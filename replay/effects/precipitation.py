@@ -36,11 +36,13 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
-            if not history.added_ml[-1].any() or solid + SOLID in matter.brines(vessel):
+            initial = matter.recipe.contents[vessel].solids.get(solid, 0.0)
+            untouched = not history.added_ml[-1].any() and not np.ptp(amount) and initial == amount[0]
+            if untouched or solid + SOLID in matter.brines(vessel):
                 continue
             findings.ran[history.frames] = True
             findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
-            findings.events += _event(declared, vessel, history.times, amount)
+            findings.events += _event(declared, vessel, history.times, amount, initial)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud = blended(WATERY, COLOURS[declared["colour"]], amount / litres / CLOUDY_MOL_L)
@@ -48,17 +50,22 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> Iterator[EffectEvent]:
-    """Event of its onset with the greatest mass, or of the last that dissolves of what was there at first."""
+def _event(
+    declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, initial: float
+) -> Iterator[EffectEvent]:
+    """Event of its onset with the greatest mass, or of the last that dissolves of what was there at first.
+
+    ``initial``: mol that the scene puts into the vessel; some of it may have dissolved before the first frame.
+    """
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
     grown, fallen = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
     if len(grown):
         name, row = "precipitate", grown[0]
         values = {"mass_g": float(amount.max() * per_mol), "moles": float(amount.max()), "formula": solid}
         text = f"{solid} falls out in {vessel}: {quantity(values['mass_g'], 'g')}, {declared['colour']}"
-    elif len(fallen):
-        name, row = "dissolved", fallen[-1] + 1
-        gone, at_first = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
+    elif len(fallen) or amount[0] < initial:
+        name, row = "dissolved", fallen[-1] + 1 if len(fallen) else 0
+        gone, at_first = (initial - float(amount[-1])) * per_mol, initial * per_mol
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
     else:

@@ -89,6 +89,8 @@ class Vessel:
     ) -> float:
         """A number of at least 0 of ``properties.liquid`` or ``properties.solid``, or of a table ``within`` it."""
         value: Any = (self.contents(kind) if within is None else within).get(key, default)
+        if value is None:
+            raise self.fail(f"has no {kind}.{key}; give a finite number of at least 0")
         if not is_number(value) or value < 0.0:
             raise self.fail(f"has {kind}.{key} = {value!r}; give a finite number of at least 0")
         return float(value)

@@ -24,6 +24,7 @@ ELEMENTS: Final[Mapping[str, str]] = {**_TABLES["metals"], **_TABLES["bases"], *
 METALS: Final = frozenset(_TABLES["metals"])
 BASES: Final = frozenset(_TABLES["bases"])
 PHASE_NAMES: Final[Mapping[str, str]] = _TABLES["solids"]
+FRESH: Final = tuple(_TABLES["fresh"]["formulas"])
 INERT: Final = frozenset(_TABLES["inert"]["formulas"])
 GASES: Final = frozenset(_TABLES["phases"]["gases"])
 SOLIDS: Final = frozenset(_TABLES["phases"]["solids"])

@@ -124,7 +124,8 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
         raise vessel.fail(f"has liquid.solute = {solute!r}; give the formula of what liquid.molar is of")
     if solute in solutes:
         raise vessel.fail(f"holds {solute!r} twice; give one concentration")
-    if solute:
+    # Plain water may be named as its own solute.
+    if solute and not (solute == WATER and "molar" not in liquid):
         solutes[solute] = vessel.amount("liquid", "molar")
     return solutes
 

@@ -101,7 +101,8 @@ def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Eq
 
 def ion_of(formula: str, known: Callable[[str], bool] = lambda _: False) -> str:
     """A formula in the form of the tables: ``Cu2+`` becomes ``Cu^2+``, ``SO42-`` ``SO4^2-``, ``NH4+`` stays."""
-    readings = readings_of(_plain(formula.strip()))
+    # A charge may stand behind a blank: ``PbI4 2-``.
+    readings = readings_of(re.sub(r"\s+\^?(?=\d*[+-]$)", "^", _plain(formula.strip())))
     return next((reading for reading in readings if known(reading)), readings[0])
 
 

@@ -219,7 +219,7 @@ class Ledger:
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
             heat = excess * float(self.capacity(index, self.volume_ml[index]))
             self.amounts[index, self.column[HEAT]] = heat
-            self._react(index, self.state[index : index + 1])
+            self._react(index, self.state[index : index + 1], trials=0)
             self.amounts[index, self.column[HEAT]] = heat
             self.amounts[index, self.column[LATENT]] = 0.0
             self._note(index, 0, time)
@@ -388,10 +388,11 @@ class Ledger:
         amounts[self.column[HEAT]] -= float(sum(extents[row] * self._joule(row) for row in self.slow))
         self.extents[index] += extents
 
-    def _react(self, index: int, rows: FloatArray) -> None:
+    def _react(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
-        A vessel without a liquid does not react.
+        A vessel without a liquid does not react. ``trials``: of the temperature to which its own heat leads; without
+        them it reacts at the temperature that it has.
         """
         volume, every, extents, _ = self._split(rows)
         wet = np.flatnonzero((volume[:, 0] > 0.0) & (every[:, self.water] > 0.0))
@@ -400,7 +401,7 @@ class Ledger:
             amounts, done = self._reacted(every[wet], celsius)
             capacity = np.asarray(self.capacity(index, volume[wet, 0]))
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
-            for _ in range(MOST_TRIALS if self.warmth.followed and len(self.salts) else 0):
+            for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
                 reached = self._bounded(self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts)
                 if np.abs(reached - celsius).max() < NEAR_KELVIN:
                     break
@@ -443,7 +444,9 @@ class Ledger:
         capacity = np.asarray(self.capacity(index, volume))
         whole = amounts[:, heat] + amounts[:, latent]
         bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
-        top = np.where(capacity > 0.0, self.warmth.most * capacity, np.inf)
+        # What keeps no heat, or never boils, has no bound: infinity times nothing would be no number.
+        top = np.full(len(capacity), np.inf)
+        np.multiply(capacity, self.warmth.most, out=top, where=(capacity > 0.0) & np.isfinite(self.warmth.most))
         # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
         amounts[:, heat] = np.clip(whole, np.minimum(bottom, top), top)
         amounts[:, latent] = whole - amounts[:, heat]

@@ -24,7 +24,7 @@ from replay.effects.chemistry.ledger import (
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C, cooled
+from replay.effects.chemistry.warming import WATER_BOILS_C, WATER_J_PER_ML_K, cooled
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
@@ -85,6 +85,12 @@ class Matter:
         excess = self.amount(vessel, HEAT)[rows] / filled
         return cooled(excess, since, capacity=filled, loss=ledger.warmth.loss)
 
+    def celsius(self, vessel: str, times: FloatArray) -> FloatArray:
+        """Temperature (n,) at times, that of PHREEQC's constants where no effect heat follows one."""
+        if not self.ledger.warmth.followed:
+            return np.full(len(times), WITHOUT_HEAT_C)
+        return self.ledger.warmth.room + self.kelvin(vessel, times)
+
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there.
 
@@ -94,9 +100,7 @@ class Matter:
         assert ledger.solver is not None
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
-        celsius = np.full(len(wet), WITHOUT_HEAT_C)
-        if ledger.warmth.followed:
-            celsius = ledger.warmth.room + self.kelvin(vessel, times[wet])
+        celsius = self.celsius(vessel, times[wet])
         totals, water = self.totals(amounts[wet]), amounts[wet, ledger.water]
         return wet, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
 
@@ -112,9 +116,7 @@ class Matter:
         )
         foreign = 0.5 * (charges - own * dissolved) / kilograms
         present = dissolved + amounts[:, ledger.column[salt.column]]
-        celsius = np.full(len(amounts), WITHOUT_HEAT_C)
-        if ledger.warmth.followed:
-            celsius = ledger.warmth.room + self.kelvin(vessel, self.histories[vessel].times)
+        celsius = self.celsius(vessel, self.histories[vessel].times)
         near = present > NEAR_SATURATION * salt.saturation(celsius) * kilograms
         return near & (foreign > MOST_FOREIGN_MOL_KG)
 
@@ -160,12 +162,12 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
     declared = next((table for table in inputs.tables.get("heat", ()) if table["of"] != "flame"), None)
     if declared is None:
         return UNFOLLOWED
-    room = declared["ambient_c"]
+    room, per_ml = declared["ambient_c"], declared["heat_capacity_j_per_ml_k"]
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
     acid = next((formula for formula in TABLES["dilution"] if formula in brought), "")
     heat_j_mol, half_water = TABLES["dilution"].get(acid, (0.0, 1.0))
     return Warmth(
-        per_ml=declared["heat_capacity_j_per_ml_k"],
+        per_ml=WATER_J_PER_ML_K if per_ml is None else per_ml,
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],

@@ -11,6 +11,7 @@ import numpy as np
 
 from replay.effects.chemistry.components import (
     BASES,
+    FRESH,
     GASES,
     INERT,
     METALS,
@@ -159,6 +160,28 @@ class _Phases:
         assert self.database is not None
         species = (entry for entry in self.database.species.values() if dict(entry.makeup) == {component: 1.0})
         return next((entry.log_k for entry in species), 0.0)
+
+
+def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
+    """Solids that may form of what is dissolved, and that no table and no vessel of the scene names."""
+    if recipe.solver is None:
+        return ()
+    mixture = recipe.solver.mixture
+    phases = _Phases(mixture.database, {}, frozenset())
+    named = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
+    named |= {column for process in recipe.processes for column in process.changes}
+    named |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
+    makeups = [_dry(phase.components) for phase in mixture.phases]
+    undeclared = []
+    for formula in FRESH:
+        heavy = set(heavy_components(formula))
+        if formula + SOLID in named or not heavy <= set(mixture.components):
+            continue
+        entry = phases.entry(formula, "s")
+        components = dissolved_components(formula)
+        if entry is not None and _dry(components) not in makeups:
+            undeclared.append(Phase(formula + SOLID, components, entry))
+    return tuple(undeclared)
 
 
 def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:

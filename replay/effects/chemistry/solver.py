@@ -75,12 +75,7 @@ class Solver:
         """
         mixture = self.mixture
         allowed = np.ones(len(mixture.phases), dtype=np.bool_) if phases is None else phases
-        least = np.where(np.arange(totals.shape[1]) == 0, -np.inf, 0.0)
-        clipped = np.clip(celsius, COLDEST_C, HOTTEST_C)
-        table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
-        keys = [row.tobytes() for row in table]
-        self._fill(self._solutions, table, keys, np.zeros_like(allowed))
-        answers = np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
+        table, keys, answers = self._dissolved(totals, water_mol, celsius)
         species, count = len(mixture.species), len(mixture.phases)
         saturation = answers[:, 2 + species + count :]
         forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
@@ -96,6 +91,22 @@ class Solver:
         return Equilibrium(
             answers[:, 2 : 2 + species], answers[:, 2 + species : 2 + species + count], answers[:, 0], answers[:, 1]
         )
+
+    def saturation(self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray) -> FloatArray:
+        """Saturation index (n, p) of each phase in solutions in rows; NaN where PHREEQC has no answer."""
+        _, _, answers = self._dissolved(totals, water_mol, celsius)
+        return answers[:, 2 + len(self.mixture.species) + len(self.mixture.phases) :]
+
+    def _dissolved(
+        self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray
+    ) -> tuple[FloatArray, list[bytes], FloatArray]:
+        """Compositions in rows, their keys in the memory, and their answers as solutions without any phase."""
+        least = np.where(np.arange(totals.shape[1]) == 0, -np.inf, 0.0)
+        clipped = np.clip(celsius, COLDEST_C, HOTTEST_C)
+        table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
+        keys = [row.tobytes() for row in table]
+        self._fill(self._solutions, table, keys, np.zeros(len(self.mixture.phases), dtype=np.bool_))
+        return table, keys, np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
 
     def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
         """Ask for the rows that the memory does not hold."""

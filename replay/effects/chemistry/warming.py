@@ -9,6 +9,9 @@ from cdcore.numerics import FloatArray
 
 WATER_BOILS_C: Final = 100.0
 
+WATER_J_PER_ML_K: Final = 4.18
+"""Heat capacity of liquids where the scene does not tell it. Source: CRC Handbook, water at 20 degC."""
+
 
 def cooled(
     celsius: FloatArray | float,

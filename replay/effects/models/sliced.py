@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -68,7 +69,7 @@ MICROLITRES: Final = 1e6
 
 
 def volume_below(vertices: FloatArray, faces: IntArray, down: FloatArray, depth: FloatArray) -> FloatArray:
-    """Volume (n,) of the part of a closed mesh that lies deeper than ``depth`` (n,) along unit ``down`` (n, 3).
+    """Volume (n,) of the part of a closed mesh that lies deeper than ``depth`` (n,) along unit ``down`` (n or 1, 3).
 
     ``vertices``: (v, 3); ``faces``: (f, 3), outwards; the unit is that of the vertices, cubed.
 
@@ -134,10 +135,18 @@ class SlicedCavity:
 
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) in the body's frame to which so much rises in the upright vessel."""
+        return np.interp(volume_ml, *self._upright)
+
+    @cached_property
+    def _upright(self) -> tuple[FloatArray, FloatArray]:
+        """Millilitres (LEVELS,) below each of as many heights of the upright vessel, and these heights."""
         heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
-        upright = np.tile(np.array([0.0, -1.0, 0.0]), (LEVELS, 1))
-        kept = volume_below(self.vertices, self.faces, upright, -heights) * MICROLITRES
-        return np.interp(volume_ml, kept, heights)
+        upright = np.array([[0.0, -1.0, 0.0]])
+        below = [
+            volume_below(self.vertices, self.faces, upright, -heights[start : start + AT_ONCE])
+            for start in range(0, LEVELS, AT_ONCE)
+        ]
+        return np.concatenate(below) * MICROLITRES, heights
 
     def exit(self, down: FloatArray) -> FloatArray:
         """The lowest point of the rim."""

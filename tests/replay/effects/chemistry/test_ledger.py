@@ -23,6 +23,8 @@ from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.salts import SOLUBILITY, salt_of
 from replay.effects.chemistry.solver import Solver
 
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
 ZINC = Process("Zn + 2 H+", {"Zn(s)": -1.0, "H+": -2.0, "Zn^2+": 1.0, "H2(g)": 1.0}, 0.3, -153.89e3, 2.0)
 MAGNESIUM = Process("Mg + 2 H+", {"Mg(s)": -1.0, "H+": -2.0, "Mg^2+": 1.0, "H2(g)": 1.0}, 0.9, -466.9e3, 2.0)
 SOLIDS = {

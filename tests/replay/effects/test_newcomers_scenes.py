@@ -1,0 +1,136 @@
+"""Scenes as somebody new wrote them from the guide, and what they stumbled over."""
+
+import numpy as np
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
+
+from replay.effects.effect_plan import plan_faults
+from replay.effects.output import COLOURS
+from replay.pipeline.engine import compute
+
+DRIP = [0.0, 0.0, *([90.0] * 60), *([0.0] * 4)]
+HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
+CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
+NITRE = ("precipitation", {"solid": "KNO3", "colour": "white"})
+
+
+def standing(seconds, flask, *more):
+    """Effects of a run in which a flask stands."""
+    count = int(seconds * 10) + 1
+    return compute(world({"flask": still(count)}, (flask,), MIX, *more, step_ns=100_000_000)).effects
+
+
+def nitre(celsius, mass_g=40.0):
+    """A flask with 50 mL of water on potassium nitrate."""
+    return glass("flask", 50.0, properties={"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": celsius})
+
+
+def test_a_salt_crystallises_where_its_solution_merely_cools():
+    effects = standing(4.0, nitre(70.0), NITRE, HEAT)
+    (event,) = effects["precipitation"].events
+    celsius = effects["heat"].series["flask/temperature"].values[-1]
+    left = np.interp(celsius, [20.0, 30.0], [31.6, 45.8]) / 2.0
+    assert event.name == "precipitate"
+    assert effects["precipitation"].series["flask/KNO3"].values[-1] == pytest.approx(40.0 - left, rel=0.02)
+
+
+@pytest.mark.parametrize("celsius", [10.0, 20.0, 40.0])
+def test_a_solid_that_stands_in_water_dissolves_at_the_stated_temperature(celsius):
+    """Its heat is gone before the recording, so that it cools nothing; both are told."""
+    effects = standing(0.5, nitre(celsius), NITRE, CALM)
+    (dissolved,) = effects["precipitation"].events
+    expected = np.interp(celsius, [10.0, 20.0, 40.0], [20.9, 31.6, 63.9]) / 2.0
+    assert dissolved.name == "dissolved" and dissolved.values["mass_g"] == pytest.approx(expected, rel=0.01)
+    before = effects["heat"].output.named("dissolved-before")
+    assert [event.values["formula"] for event in before] == ["KNO3"]
+    assert before[0].values["mass_g"] == pytest.approx(expected, rel=0.01)
+
+
+def test_heat_of_a_solid_is_seen_where_its_equation_has_a_rate():
+    """So the event advises: 4 g of anhydrous copper sulfate warm 50 mL of water by 8.7 K."""
+    flask = glass("flask", 50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
+    slowly = ("reaction", {"equation": "CuSO4(s) -> Cu2+ + SO4^2-", "rate_per_s": 1.0})
+    effects = standing(10.0, flask, CALM, slowly)
+    assert not effects["heat"].output.named("dissolved-before")
+    (warmest,) = effects["heat"].output.named("warmest")
+    # -73.1 kJ/mol by Wagman et al. 1982.
+    assert warmest.values["change_k"] == pytest.approx(4.0 / 159.6 * 73.1e3 / (50.0 * 4.18), rel=0.03)
+
+
+@pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}])
+def test_plain_water_needs_no_concentration(liquid):
+    scene = world({"flask": still(2)}, (glass("flask", 50.0, **liquid),), MIX).scene
+    assert plan_faults(scene) == ()
+
+
+def test_a_solute_without_its_concentration_is_named():
+    scene = world({"flask": still(2)}, (glass("flask", 50.0, solute="HCl"),), MIX).scene
+    (fault,) = plan_faults(scene)
+    assert "body 'flask' has no liquid.molar; give a finite number" in fault
+
+
+def test_two_ions_colour_one_liquid_and_each_change_is_told():
+    """Chromate becomes dichromate: its colour gives way to the other's, in the glass too."""
+    burette = glass("burette", 50.0, solute="H2SO4", molar=1.0, cavity=COLUMN)
+    colours = [("colour", {"in": "flask", "species": ion}) for ion in ("CrO4 2-", "Cr2O7 2-")]
+    effects = run_in(
+        DRIP, MIX, ("reaction", {"equation": "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O"}), *colours,
+        base=burette, acid=glass("flask", 2.0, solute="K2CrO4", molar=0.1),
+    )  # fmt: skip
+    texts = sorted(event.text for event in effects["colour"].events)
+    assert texts == [
+        "the colour of Cr2O7^2- in flask appears", "the colour of CrO4^2- in flask disappears",
+    ]  # fmt: skip
+    rgba = effects["colour"].output.liquids["flask"].rgba
+    assert rgba[0].tolist() != rgba[-1].tolist()
+    assert rgba[-1].tolist() == list(COLOURS["orange"])
+
+
+def test_a_colour_appears_when_its_ion_can_be_seen():
+    """Not with the first drop: the copper ammine is 1e-33 mol/L then."""
+    burette = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
+    deep = ("colour", {"in": "flask", "species": "Cu(NH3)4 2+"})
+    reaction = ("reaction", {"equation": "Cu2+ + 4 NH3 -> Cu(NH3)4 2+"})
+    flask = glass("flask", 2.0, solute="CuSO4", molar=0.05)
+    effects = run_in(DRIP, MIX, reaction, deep, base=burette, acid=flask)
+    (appears,) = effects["colour"].events
+    series = effects["colour"].series["flask/Cu(NH3)4^2+ colour"]
+    before = series.values[series.times < appears.time]
+    assert before.max() <= 0.02 and series.values[-1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("burette", "flask", "equation", "solid"),
+    [
+        (("NH3", 1.0), ("CuSO4", 0.1), "Cu2+ + 4 NH3 -> Cu(NH3)4^2+", "Cu(OH)2"),
+        (("NaOH", 1.0), ("FeCl3", 0.1), "HCl + NaOH -> NaCl + H2O", "Fe(OH)3"),
+        (("Na2SO4", 0.5), ("BaCl2", 0.1), "CH3COOH -> CH3COO- + H+", "BaSO4"),
+        (("K2CrO4", 0.1), ("AgNO3", 0.1), "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O", "Ag2CrO4"),
+    ],
+)
+def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, solid):
+    """Without a word it would stay dissolved, far beyond its solubility."""
+    solutes = {flask[0]: flask[1], "HCl": 0.001, "CH3COOH": 0.001} if flask[0] != "AgNO3" else {flask[0]: flask[1]}
+    effects = run_in(
+        DRIP, MIX, ("reaction", {"equation": equation}),
+        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
+        acid=glass("flask", 2.0, solutes=solutes),
+    )  # fmt: skip
+    texts = [event.text for event in effects["reaction"].output.named("supersaturated")]
+    assert len(texts) == 1 and texts[0].startswith(f"{solid} is beyond its solubility in flask")
+    named = run_in(
+        DRIP, MIX, ("reaction", {"equation": equation}), ("precipitation", {"solid": solid, "colour": "white"}),
+        base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
+        acid=glass("flask", 2.0, solutes=solutes),
+    )  # fmt: skip
+    assert not named["reaction"].output.named("supersaturated")
+    assert [event.name for event in named["precipitation"].events] == ["precipitate"]
+
+
+def test_nothing_is_announced_where_all_stays_dissolved():
+    effects = poured([0.0, *([60.0] * 3), 0.0], None, ("mixing", {"in": ["b"]}))
+    assert "reaction" not in effects
+    salts = (glass("a", 60.0, solute="CaCl2", molar=0.01), glass("b", 10.0, solutes={"NaNO3": 0.1, "HCl": 0.1}))
+    indicator = ("colour", {"in": "b", "indicator": "litmus"})
+    effects = poured([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
+    assert not effects["reaction"].output.named("supersaturated")
