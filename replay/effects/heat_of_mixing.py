@@ -61,7 +61,7 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
                 f"{quantity(mass, 'g')} {solid} dissolve in {name} before the recording begins, and the heat of it is "
                 "not counted: pour the liquid onto the solid, or give the equation of its dissolving a rate_per_s"
             )
-            values = {"formula": solid, "mass_g": mass}
+            values: dict[str, float | str] = {"formula": solid, "mass_g": mass}
             time = float(matter.histories[name].times[0])
             events.append(EffectEvent(time, "dissolved-before", (name,), None, values, text, "warning"))
     return events

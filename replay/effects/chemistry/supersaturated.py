@@ -44,6 +44,6 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
                 f"{solid} is beyond its solubility in {vessel}, and no table names it, so that it stays dissolved: to "
                 f'let it fall out, add [[effect]] kind = "precipitation", solid = "{solid}"'
             )
-            data = {"formula": solid, "saturation_index": float(values[beyond].max())}
+            data: dict[str, float | str] = {"formula": solid, "saturation_index": float(values[beyond].max())}
             time = float(history.times[rows[beyond[0]]])
             yield EffectEvent(time, "supersaturated", (vessel,), None, data, text, "warning")

@@ -6,7 +6,7 @@ from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, wor
 
 from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
-from replay.pipeline.engine import compute
+from replay.engine import compute
 
 DRIP = [0.0, 0.0, *([90.0] * 60), *([0.0] * 4)]
 HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
