@@ -78,7 +78,7 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     """
     if assumption.subject is Subject.COLLIDER_AXES:
         return best_fitting_axes(session, assumption) != assumption.value
-    if not _is_plain(session):
+    if not is_plain(session):
         return None
     if assumption.subject is Subject.POSE_AXES and _all_follow(session, assumption):
         return False
@@ -124,8 +124,8 @@ def _scenes(session: Session, assumption: Assumption, values: Iterable[str], row
     return scenes
 
 
-def _is_plain(session: Session) -> bool:
-    """Whether every body stands where its track says."""
+def is_plain(session: Session) -> bool:
+    """Returns whether every body stands where its track says."""
     return all(body.fixed is None and not body.parent and body.offset == Pose() for body in session.scene.bodies)
 
 

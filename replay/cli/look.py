@@ -163,12 +163,11 @@ def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[
     from replay.show.rerun_log.scene_look import write_scene_recording
     from replay.show.scene_look import moments_to_show, write_scene_pictures
 
-    outcome, scene = examined.outcome, examined.session.scene
-    closest = int(examined.frames[outcome.closest_frame])
-    moments = moments_to_show(examined.assembly, closest, outcome.closest_pair)
-    paths = write_scene_pictures(examined.assembly, scene, moments, folder)
+    outcome, scene, assembly = examined.outcome, examined.session.scene, examined.sampled
+    moments = moments_to_show(assembly, outcome.closest_frame, outcome.closest_pair)
+    paths = write_scene_pictures(assembly, scene, moments, folder)
     try:
-        write_scene_recording(examined.assembly, scene, moments, folder / PICTURE)
+        write_scene_recording(assembly, scene, moments, folder / PICTURE)
         paths.append(folder / PICTURE)
     except (OSError, ImportError) as error:
         people.say(f"note: no {PICTURE} for Rerun ({error})")
@@ -216,7 +215,7 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
     """The pictures, what the recording shows as it is, and each question with its alternatives."""
     from rich.text import Text
 
-    from replay.advice.assumptions import outcome_words
+    from replay.advice.scene_outcome import outcome_words
     from replay.cli.terminal import Paragraph, terminal
 
     del path

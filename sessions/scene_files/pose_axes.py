@@ -60,20 +60,20 @@ def with_pose_axes(session: Session, before: Assumption, after: Assumption) -> S
 
 def follows_its_poses(before: Session, after: Session) -> bool:
     """Returns whether all meshes turned as their poses did: nothing is then nearer to or farther from another."""
-    matrix = _matrix(_pose_axes(before), _pose_axes(after))
+    matrix = pose_axes_change(before, after)
     return all(
         np.array_equal(after.meshes[name].vertices, mesh.vertices @ matrix.T) for name, mesh in before.meshes.items()
     )
 
 
+def pose_axes_change(before: Session, after: Session) -> NDArray[np.float64]:
+    """Returns the matrix (3, 3) from canonical points of a recording to those of one with other axes of its poses."""
+    return _pose_axes(after).matrix @ _pose_axes(before).matrix.T
+
+
 def _pose_axes(session: Session) -> Convention:
     rows = assumptions_of(session.facts) or ()
     return convention(next(row.value for row in rows if row.subject is Subject.POSE_AXES))
-
-
-def _matrix(old: Convention, new: Convention) -> NDArray[np.float64]:
-    """The matrix (3, 3) from canonical points by one convention to those by another."""
-    return new.matrix @ old.matrix.T
 
 
 def _mesh_axes(row: Assumption, poses: Convention) -> Assumption:

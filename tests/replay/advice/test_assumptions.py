@@ -18,7 +18,9 @@ from support.planted_sessions import (
 from support.session_files import write_transforms
 
 import replay
-from replay.advice.assumptions import examine_assumptions, more_plausible, outcome_words
+from replay.advice.assumptions import examine_assumptions
+from replay.advice.plausibility import more_plausible
+from replay.advice.scene_outcome import outcome_words
 from replay.document.headline import doubts
 from replay.studies.minimise import minimise
 from sessions import read_session, write_session
@@ -158,8 +160,9 @@ def test_a_recording_of_an_earlier_release_says_not_known_and_asks(tmp_path):
 def test_of_alternatives_as_plausible_none_is_marked(tmp_path):
     _, imported = scene(tmp_path, "ros", "stl", exported=True)
     (question,) = examine_assumptions(imported()).questions
-    twice = (question.alternatives[0], question.alternatives[0])
-    assert more_plausible(twice) == "" and more_plausible(question.alternatives) == question.plausible == "y-up"
+    outcomes = {row.value: row.outcome for row in question.alternatives}
+    first = question.alternatives[0].outcome
+    assert more_plausible({"a": first, "b": first}) == "" and more_plausible(outcomes) == question.plausible == "y-up"
 
 
 def test_a_minimised_recording_still_asks_what_its_import_guessed(tmp_path):

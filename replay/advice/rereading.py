@@ -1,0 +1,155 @@
+"""A recording as an alternative of its import reads it, with as little as possible prepared and built again.
+
+Axes are exchanged by signed permutations. A mesh that such a rotation turns is the mesh as it is, on turned poses; one
+that is mirrored is the mirror image of the mesh as it is, on turned poses. So two detectors serve all axes.
+"""
+
+from dataclasses import replace
+from itertools import permutations, product
+from typing import Final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from cdcore import Body, Motion
+from cdcore.numerics import FloatArray, IntArray
+from replay.advice.sampled_contacts import is_plain
+from replay.advice.scene_outcome import Outcome, ReplayedBodies
+from replay.engine import prepared
+from replay.prepare.assemble import body_of
+from replay.prepare.assembly import Assembly
+from sessions import MeshData, Session
+from sessions.model.assumption import Assumption, Subject
+from sessions.scene_files.answers import recording_assumptions
+from sessions.scene_files.pose_axes import pose_axes_change
+
+SIGNED_PERMUTATIONS: Final = tuple(
+    np.diag(signs)[list(order)].astype(np.float64)
+    for order in permutations(range(3))
+    for signs in product((1, -1), repeat=3)
+)
+"""Matrices (3, 3) of all changes of axes; the first is the identity."""
+
+MIRROR: Final = np.diag([-1.0, 1.0, 1.0])
+
+SAME_M: Final = 1e-9
+"""Metres up to which two meshes are the same."""
+
+MESH_SUBJECTS: Final = (Subject.MESH_AXES, Subject.MESH_UNIT)
+
+
+class Rereadings:
+    """Outcomes of a recording under alternatives of its import, in chosen frames.
+
+    Parameters
+    ----------
+    session, whole : the recording as it is, and the same ready for detection.
+    frames : numbers (n,) of the frames to look at.
+    """
+
+    def __init__(self, session: Session, whole: Assembly, frames: IntArray) -> None:
+        self._session = session
+        self._whole = whole
+        self._frames = frames
+        self._motion = whole.motion.take(frames)
+        self._replayed = {(False,) * len(whole.bodies): ReplayedBodies(whole)}
+
+    def current(self) -> Outcome:
+        """Returns the outcome of the recording as it is."""
+        return self._replayed[(False,) * len(self._whole.bodies)].outcome(self._motion)
+
+    def outcome(self, changed: Session, row: Assumption) -> Outcome:
+        """Returns the outcome of the recording changed by one answer to an assumption of it."""
+        meshes = self._meshes(changed, row)
+        if meshes is None:
+            again = prepared(changed).assembly
+            return ReplayedBodies(again).outcome(again.motion.take(self._frames[self._frames < len(again.motion)]))
+        rotations = dict[int, FloatArray]()
+        is_mirrored = [False] * len(self._whole.bodies)
+        rebuilt = dict[int, Body]()
+        for number, body in enumerate(self._whole.bodies):
+            before, after = self._session.meshes[body.name], meshes.get(body.name)
+            if after is None or after is before:
+                continue
+            matrix = change_of_axes(before, after)
+            if matrix is None:
+                rebuilt[number] = body_of(replace(changed, meshes=meshes), body.name)
+                continue
+            is_mirrored[number] = bool(np.linalg.det(matrix) < 0.0)
+            rotations[number] = matrix @ MIRROR if is_mirrored[number] else matrix
+        motion = self._rotated(rotations)
+        if rebuilt:
+            bodies = tuple(rebuilt.get(number, body) for number, body in enumerate(self._mirrored(is_mirrored)))
+            return ReplayedBodies(replace(self._whole, bodies=bodies)).outcome(motion)
+        key = tuple(is_mirrored)
+        if key not in self._replayed:
+            self._replayed[key] = ReplayedBodies(replace(self._whole, bodies=self._mirrored(is_mirrored)))
+        return self._replayed[key].outcome(motion)
+
+    def _meshes(self, changed: Session, row: Assumption) -> dict[str, MeshData] | None:
+        """The meshes that have the contacts of the changed recording on the poses as they are; ``None``: none have."""
+        if row.subject in MESH_SUBJECTS:
+            return dict(changed.meshes)
+        if row.subject is not Subject.POSE_AXES or not is_plain(self._session):
+            return None
+        if _length_unit(changed) != _length_unit(self._session):
+            return None
+        # Poses in other axes move the whole room; seen from the room as it is, the meshes are moved the other way.
+        back = np.eye(4)
+        back[:3, :3] = pose_axes_change(self._session, changed).T
+        return {name: mesh.transformed(back) for name, mesh in changed.meshes.items()}
+
+    def _rotated(self, rotations: dict[int, FloatArray]) -> Motion:
+        """The motion with the axes of some bodies exchanged before their poses."""
+        if not any(not np.array_equal(matrix, np.eye(3)) for matrix in rotations.values()):
+            return self._motion
+        changed = self._motion.rotations.copy()
+        for body, matrix in rotations.items():
+            changed[:, body] = changed[:, body] @ matrix
+        motion = self._motion
+        return Motion.of_rigid(motion.times, motion.translations, changed, motion.valid, motion.linked)
+
+    def _mirrored(self, is_mirrored: list[bool]) -> tuple[Body, ...]:
+        """The bodies, some as their mirror images in their plane x = 0."""
+        mirror = np.eye(4)
+        mirror[:3, :3] = MIRROR
+        bodies = []
+        for body, mirrored in zip(self._whole.bodies, is_mirrored, strict=True):
+            if mirrored:
+                image = self._session.meshes[body.name].transformed(mirror)
+                bodies.append(body_of(replace(self._session, meshes={body.name: image}), body.name))
+            else:
+                bodies.append(body)
+        return tuple(bodies)
+
+
+def _length_unit(session: Session) -> str:
+    rows = recording_assumptions(session)
+    return next((row.value for row in rows if row.subject is Subject.LENGTH_UNIT), "")
+
+
+def change_of_axes(before: MeshData, after: MeshData) -> FloatArray | None:
+    """Returns the signed permutation (3, 3) that makes a mesh the other one; ``None``: none does.
+
+    The identity where both are the same solid, in whatever order its faces are: of a body of revolution many are.
+    """
+    if _is_same_solid(before, after):
+        return SIGNED_PERMUTATIONS[0]
+    for matrix in SIGNED_PERMUTATIONS:
+        if np.array_equal(before.vertices @ matrix.T, after.vertices):
+            return matrix
+    return None
+
+
+def _is_same_solid(before: MeshData, after: MeshData) -> bool:
+    """Whether two meshes have the same faces, up to a nanometre."""
+    if before.vertices.shape != after.vertices.shape or before.faces.shape != after.faces.shape:
+        return False
+    if np.abs(before.bounds - after.bounds).max() > SAME_M:
+        return False
+    distance, vertex = KDTree(before.vertices).query(after.vertices)
+    if distance.max() > SAME_M or len(np.unique(vertex)) != len(vertex):
+        return False
+    faces = [np.sort(rows, axis=1) for rows in (before.faces, vertex[after.faces])]
+    first, second = (rows[np.lexsort(rows.T)] for rows in faces)
+    return bool(np.array_equal(first, second))
