@@ -32,7 +32,7 @@ def count_wrong(family, count, seed):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("count", "seed"),
-    [(80, FRESH_SEEDS[0]), *(pytest.param(4_000, seed, marks=pytest.mark.slow) for seed in FRESH_SEEDS)],
+    [(80, FRESH_SEEDS[0]), pytest.param(4_000, FRESH_SEEDS[1], marks=pytest.mark.slow)],
 )
 @by_name
 def test_each_family_agrees_with_both_exact_algorithms(family, count, seed):
@@ -68,11 +68,10 @@ def shifted(pairs, rng):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("relation", [swapped, reordered, turned, scaled, shifted])
-@pytest.mark.parametrize("count", [400, pytest.param(2_000, marks=pytest.mark.slow)])
 @by_name
-def test_no_exact_relation_flips_an_answer(family, count, relation):
+def test_no_exact_relation_flips_an_answer(family, relation):
     rng = np.random.default_rng(family.number)
-    pairs = family.pairs(count, seed=FRESH_SEEDS[1])
+    pairs = family.pairs(400, seed=FRESH_SEEDS[1])
     assert np.array_equal(triangles_intersect(relation(pairs, rng)), triangles_intersect(pairs))
 
 

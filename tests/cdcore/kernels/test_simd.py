@@ -117,13 +117,3 @@ def test_the_bits_of_a_double_are_those_of_python():
     out = np.empty(len(values), dtype=np.int64)
     over(values, out)
     assert out.tolist() == [bits_of.interpreted(value) for value in values]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LANE_OPERATIONS)
-def test_a_million_random_lanes_give_the_same_bits(name):
-    rng, operation = np.random.default_rng(5), getattr(simd, name)
-    operands = [numbers(rng, 125_000) for _ in range(LANE_OPERATIONS[name])]
-    with np.errstate(all="ignore"):
-        expected = operation.interpreted(*operands)
-    assert same_bits(compiled_over(operation, operands), expected)

@@ -158,8 +158,8 @@ def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 160))
-def test_elements_charge_volume_and_energy_are_conserved_in_sixty_worlds(seed):
+@pytest.mark.parametrize("seed", range(100, 112))
+def test_conservation_holds_with_and_without_heat_in_more_worlds(seed):
     check(seed, warm=True)
     check(seed, warm=False)
 
