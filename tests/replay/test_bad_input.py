@@ -60,7 +60,7 @@ CASES = [(row, given) for row in TABLE for given in row["given"]]
 
 
 @pytest.mark.parametrize(("row", "given"), CASES, ids=[f"{row['of']}: {given}"[:60] for row, given in CASES])
-def test_what_is_wrong_is_one_sentence_that_says_what_to_give(tmp_path, row, given):
+def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row, given):
     with pytest.raises((ReplayError, SessionError)) as refused:
         if row["of"] in READERS:
             (tmp_path / "given").write_text(given, encoding="utf-8")

@@ -41,7 +41,7 @@ def test_a_given_offset_is_taken_as_it_is(csv):
     assert session.live_contacts[0].time_ns == 50_000_000
 
 
-def test_what_began_before_the_session_or_outlasts_it_has_no_begin_or_end_to_fit(tmp_path):
+def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
     (tmp_path / "x.csv").write_text("0,a,b,begin\n0.2,a,b,end\n0.3,a,b,begin\n0.4,a,b,end\n")
     world = cubes({"a": [0] * 5, "b": [0.9, 0.9, 1.4, 0.9, 0.9]}, step_ns=100_000_000, first_ns=5_000_000_000)
     session, fit = import_contacts(tmp_path / "x.csv", world, offset=0.0)

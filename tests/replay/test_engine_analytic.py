@@ -82,7 +82,7 @@ def _joined(spans):
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("name", ANALYTIC)
-def test_misses_at_a_low_rate_are_exactly_those_the_closed_form_predicts(name, seed):
+def test_misses_at_7_5_hz_match_the_closed_form(name, seed):
     session, truth = make_analytic(name, seconds=10.0, seed=seed)
     expected = predicted(truth, session.frames.stamp_ns, RATE_HZ)
     # The closed form counts contacts of any depth, grazing ones of less than tau too.

@@ -34,7 +34,7 @@ JITTER = np.random.default_rng(4).integers(-MS, MS, size=300)
     ],
     ids=["two cameras", "an odd number", "three cameras", "with jitter", "between each other", "one"],
 )
-def test_stamps_in_pairs_are_moments_of_the_cameras_rate_without_gaps(stamps, rate):
+def test_paired_stamps_are_camera_frames_without_gaps(stamps, rate):
     clock = ClockInfo.of(stamps)
     assert clock.rate_hz == pytest.approx(rate, rel=0.02) and clock.gaps == 0
     assert ClockInfo.of(np.delete(stamps, slice(100, 112))).gaps == 1

@@ -48,7 +48,7 @@ def test_a_number_is_its_decimal_rounded_to_three_digits(value):
 
 
 @given(st.floats(1e-8, 1e5))
-def test_no_length_or_duration_has_an_exponent_or_the_wrong_size(value):
+def test_lengths_and_durations_print_right_without_exponent(value):
     for text in (words.length(value), words.duration(value) if value < 600 else "1 s"):
         figure, unit = re.fullmatch(r"([\d,.]+) (\S+)", text).groups()
         back = float(figure.replace(",", "")) * SIZES[unit]
@@ -60,7 +60,7 @@ def test_no_length_or_duration_has_an_exponent_or_the_wrong_size(value):
     ("fraction", "text"),
     [(0.864, "86 %"), (0.004, "0.4 %"), (0.9998, "99.98 %"), (0.0, "0 %"), (1.0, "100 %"), (None, "not measured")],
 )
-def test_a_share_keeps_the_digits_that_tell_it_from_all_and_nothing(fraction, text):
+def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text):
     assert words.share(fraction) == text
 
 

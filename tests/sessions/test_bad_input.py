@@ -70,7 +70,7 @@ def data_of(case):
 
 
 @pytest.mark.parametrize("case", [*TABLE["case"], *ENDLESS], ids=lambda case: f"{case['reader']}: {case['words'][:40]}")
-def test_what_is_wrong_is_one_sentence_that_names_file_and_cure(tmp_path, case):
+def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
     name, read = READERS[case["reader"]]
     path = tmp_path / name
     path.write_bytes(data_of(case))

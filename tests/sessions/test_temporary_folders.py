@@ -80,7 +80,7 @@ def test_folders_in_use_and_foreign_folders_stay(temp):
     assert names(temp) == ["replay-file", "replay-link", "replay-notes"]
 
 
-def test_a_folder_taken_for_a_leftover_before_it_was_locked_is_made_anew(temp, monkeypatch):
+def test_folder_removed_before_its_lock_is_remade(temp, monkeypatch):
     answers = iter([False, True])
     monkeypatch.setattr(temporary_folders, "locks", lambda _: next(answers))
     with temporary_folder() as folder:

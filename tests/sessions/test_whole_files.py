@@ -47,7 +47,7 @@ def write(folder, word):
     (folder / "mark").write_text(word)
 
 
-def test_two_writers_of_one_file_share_no_bytes_and_the_later_one_stands(tmp_path):
+def test_later_of_two_writers_replaces_the_whole_file(tmp_path):
     out = tmp_path / "out"
     with whole_file(out, RefusalError) as one, whole_file(out, RefusalError) as two:
         one.write(b"one" * 9)
@@ -92,7 +92,7 @@ class Swept(type(Path())):
         return stream
 
 
-def test_what_is_swept_away_before_it_is_held_is_made_again(tmp_path):
+def test_file_removed_before_its_lock_is_remade(tmp_path):
     with whole_file(Swept(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"
@@ -108,7 +108,7 @@ def test_no_link_is_followed(tmp_path):
     assert not (tmp_path / "out").is_symlink()
 
 
-def test_twelve_writers_of_one_folder_leave_one_whole_folder_and_say_so(tmp_path):
+def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
     out, ends = tmp_path / "out", []
     begin = threading.Barrier(12)
 
@@ -143,7 +143,7 @@ def test_a_replaced_folder_loses_what_it_lists_and_nothing_else(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
 @pytest.mark.parametrize("moment", ["before", "between"])
-def test_what_a_killed_writer_left_is_cleaned_by_the_next_and_a_living_one_is_not_touched(tmp_path, moment):
+def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
     out = tmp_path / "out"
     with whole_folder(out, RefusalError, listed) as folder:
         write(folder, "first")

@@ -59,13 +59,13 @@ def check_scene(folder, convention, kind, exported):
 
 
 @pytest.mark.parametrize(("convention", "kind", "exported"), QUICK)
-def test_contacts_are_exact_once_axes_are_said_and_asked_for_until_then(tmp_path, convention, kind, exported):
+def test_contacts_are_exact_once_axes_are_stated(tmp_path, convention, kind, exported):
     check_scene(tmp_path, convention, kind, exported)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("convention", "kind", "exported"), LEFT)
-def test_contacts_of_every_convention_and_format_are_exact_or_asked_for(tmp_path, convention, kind, exported):
+def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_path, convention, kind, exported):
     check_scene(tmp_path, convention, kind, exported)
 
 
@@ -75,7 +75,7 @@ def test_the_scene_has_two_contacts_and_a_hover():
 
 
 @pytest.mark.parametrize("convention", ["z-up", "ros"])
-def test_a_rod_of_an_stl_that_hovers_4_cm_over_a_plate_touches_nothing(tmp_path, convention):
+def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
     to_source = TO_SOURCE[convention]
     bodies = {"rod": ([-0.1, -0.01, -0.01], [0.1, 0.01, 0.01]), "plate": ([-0.2, -0.01, -0.2], [0.2, 0, 0.2])}
     for name, corners in bodies.items():
@@ -94,7 +94,7 @@ def test_a_rod_of_an_stl_that_hovers_4_cm_over_a_plate_touches_nothing(tmp_path,
     assert outcome_words(outcome) == "no contact, 40 mm at the closest"
 
 
-def test_a_run_says_first_what_nobody_decided_and_nothing_once_it_is_decided(tmp_path):
+def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
     axes, imported = scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(), tmp_path / "s.mcap")
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
@@ -108,7 +108,7 @@ def test_a_run_says_first_what_nobody_decided_and_nothing_once_it_is_decided(tmp
     assert said.document.open_questions == () and len(said.episodes["exact"]) == 2
 
 
-def test_an_answer_is_the_recording_that_the_option_makes_and_can_be_forgotten(tmp_path):
+def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
     axes, imported = scene(tmp_path, "unreal", "ply", exported=True)
     before, option = imported(), imported(mesh_axes=axes)
     (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
@@ -141,7 +141,7 @@ def test_lengths_of_another_unit_are_asked_for_and_answered(tmp_path):
     assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
-def test_a_recording_of_an_earlier_release_says_not_known_and_asks(tmp_path):
+def test_recording_of_earlier_release_leaves_axes_unknown_and_questioned(tmp_path):
     """It left meshes as their files had them."""
     _, imported = scene(tmp_path, "ros", "stl", exported=False)
     new = imported(mesh_axes="gltf")
@@ -176,7 +176,7 @@ def test_a_minimised_recording_still_asks_what_its_import_guessed(tmp_path):
     assert ASSUMPTIONS_FACT not in minimise(imported(mesh_axes="y-up")).facts
 
 
-def test_a_mesh_that_a_scene_brings_later_is_asked_for_too(tmp_path):
+def test_mesh_added_by_a_later_scene_is_questioned(tmp_path):
     _, imported = scene(tmp_path, "ros", "stl", exported=True)
     write_session(imported(mesh_axes="y-up"), tmp_path / "s.mcap")
     bodies = "\n".join(f'[[body]]\nid = "{name}"\nmesh = "{name}.stl"' for name in ("tool", "plate"))
@@ -197,7 +197,7 @@ def collider_file(path, map_point):
     path.write_bytes(pieces.export(file_type="glb"))
 
 
-def test_colliders_that_do_not_fit_their_meshes_are_asked_for_and_those_that_fit_are_not(tmp_path):
+def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     axes, imported = scene(tmp_path, "unity", "obj", exported=True)
     collider_file(tmp_path / "own.glb", lambda x, y, z: (x, y, z))
     collider_file(tmp_path / "flipped.glb", lambda x, y, z: (-x, y, -z))
@@ -215,7 +215,7 @@ def test_colliders_that_do_not_fit_their_meshes_are_asked_for_and_those_that_fit
     assert not examine_assumptions(meant).questions and not examine_assumptions(said).questions
 
 
-def test_the_unit_of_a_mesh_is_asked_where_its_size_fits_two(tmp_path):
+def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
     _, imported = scene(tmp_path, "openxr", "obj", exported=False)
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
@@ -245,7 +245,7 @@ def test_a_lone_small_mesh_in_centimetres_is_asked_for(tmp_path, millimetres):
     assert [row.value for row in question.alternatives] == ["m", "cm"]
 
 
-def test_answers_to_any_question_can_be_undone_to_the_last_fact(tmp_path):
+def test_forgotten_answers_restore_every_fact(tmp_path):
     _, poses = unity_poses_without_a_name(tmp_path, "glb")
     _, meshes = scene(tmp_path, "unreal", "ply", exported=True)
     for session in (poses(), meshes()):
@@ -259,7 +259,7 @@ def test_answers_to_any_question_can_be_undone_to_the_last_fact(tmp_path):
                 assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
-def test_a_run_names_the_guesses_of_the_draft_on_its_first_screen(tmp_path):
+def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
     _, imported = scene(tmp_path, "openxr", "obj", exported=False)
     text = (tmp_path / "map.toml").read_text()
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
@@ -280,7 +280,7 @@ def unity_poses_without_a_name(folder, kind):
     return axes, lambda **more: import_session("mcap", folder / "take.mcap", meshes=meshes, **more)
 
 
-def test_poses_of_unnamed_axes_are_asked_for_where_meshes_do_not_follow(tmp_path):
+def test_unnamed_pose_axes_are_questioned_where_meshes_do_not_follow(tmp_path):
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
     guessed = imported()
     assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())
@@ -298,7 +298,7 @@ def test_poses_of_unnamed_axes_are_asked_for_where_meshes_do_not_follow(tmp_path
     }
 
 
-def test_guessed_axes_of_poses_that_change_nothing_are_named_and_not_asked(tmp_path):
+def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
     _, imported = unity_poses_without_a_name(tmp_path, "obj")
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions

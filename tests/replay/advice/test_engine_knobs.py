@@ -21,7 +21,7 @@ GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be_audited(name, choice):
+def test_every_engine_row_is_documented_and_can_be_audited(name, choice):
     engine = engines()[name]
     first = engine.choices[0]
     assert set(choice.knobs) <= set(first.knobs) and choice.pages
@@ -35,9 +35,7 @@ def test_every_row_turns_knobs_of_the_first_is_of_a_page_of_the_guide_and_can_be
 
 
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_a_step_a_collider_and_an_offset_are_those_of_the_setting_and_no_row_is_one_that_the_engine_excludes(
-    name, choice
-):
+def test_engine_rows_follow_their_setting_and_engine_limits(name, choice):
     """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
     knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
     assert not re.search("shape=mesh|continuous", choice.asked(1e9))
@@ -59,7 +57,7 @@ def test_a_step_as_fast_as_the_recording_sees_every_frame():
     assert "rate_hz" not in fast.asked(89.94) and "rate_hz=90" in fast.asked(120.0)
 
 
-def test_an_engine_that_is_not_known_is_answered_with_those_that_are():
+def test_unknown_engine_is_answered_with_known_engines():
     with pytest.raises(TradeoffError, match="no engine 'godot'; there are: unity, unreal, mujoco"):
         engine_named("godot")
 

@@ -22,7 +22,7 @@ def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
     )
 
 
-def test_what_only_another_import_can_show_is_said_with_its_key():
+def test_guess_that_needs_another_import_names_its_key():
     row = Assumption(
         Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason="the largest number is 3.1",
         alternatives=("deg", "rad"),
@@ -34,7 +34,7 @@ def test_what_only_another_import_can_show_is_said_with_its_key():
     )
 
 
-def test_sure_guesses_share_one_line_and_what_a_file_says_has_none():
+def test_sure_guesses_take_a_line_and_stated_facts_take_none():
     guess = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS)
     stated = Assumption(Subject.LENGTH_UNIT, "m", Origin.FILE)
     assert guess_lines(session_with(guess, stated)) == [

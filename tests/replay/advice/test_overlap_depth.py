@@ -12,7 +12,7 @@ def box(x, y, z):
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.001, 0.01, 0.03])
-def test_depth_of_a_rod_in_a_block_is_how_far_its_end_is_in(depth):
+def test_depth_of_rod_in_block_is_depth_of_its_end(depth):
     block, rod = SampledSurface(box(0.2, 0.2, 0.2)), SampledSurface(box(0.02, 0.3, 0.02))
     height = 0.1 + 0.15 - depth
     motion = Motion(np.array([0.0]), np.array([[[0, 0, 0], [0, height, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))

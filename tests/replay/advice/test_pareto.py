@@ -47,7 +47,7 @@ def test_fewer_than_three_prices_give_no_advice_and_say_why(found, share, why):
     assert sentence.startswith("No advice") and why in sentence
 
 
-def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves():
+def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
     usual = price_row("meshes at 50 Hz", 0.026, (0, 1), 7, (9, 10), rate_hz=50, p99=0.2)
     found = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
     assert advice_of(found) == [
@@ -69,7 +69,7 @@ def test_advice_says_what_being_right_costs_and_what_the_step_of_an_engine_saves
 
 
 @pytest.mark.parametrize(("at_work", "busy"), [(0.5, "50 %"), (0.93, "7 %")])
-def test_a_busy_machine_leaves_advice_on_accuracy_and_none_on_cost(at_work, busy):
+def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
     right = [price_row(name, 1.0, 0) for name in "abcde"]
     accuracy, cost = advice_of(right, processor_fraction=at_work)
     assert accuracy == "Every contact is right with a, b, c and 2 more."

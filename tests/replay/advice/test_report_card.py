@@ -10,7 +10,7 @@ from replay.advice.report_card import distance_to, is_outside, reach, shape_figu
 from replay.cutting.convex_solids import volume_of
 
 
-def test_a_larger_box_in_place_of_a_box_has_its_closed_form():
+def test_larger_box_has_its_closed_form_errors():
     small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((2.0, 1.0, 1.0))
     card = shape_figures(small, [large])
     assert (card["pieces"], card["triangles"], card["most_triangles"]) == (1, 12, 12)
@@ -33,13 +33,13 @@ def test_crossed_bars_count_their_common_volume_once():
     assert card["missing"] == pytest.approx(1.0 - covered, rel=1e-6) and card["beyond"] == pytest.approx(0, abs=1e-6)
 
 
-def test_reach_of_a_hull_into_a_cup_is_near_the_middle_of_its_mouth():
+def test_hull_reaches_deepest_near_middle_of_cup_mouth():
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup, plug = revolved_mesh(wall, 48), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0, 0.1)], 48)
     assert reach(cup, [plug]) == pytest.approx(0.033, rel=0.03)
 
 
-def test_distances_and_sides_of_a_ball_are_those_of_the_ball():
+def test_signed_distances_of_a_ball_match_its_radius():
     ball = icosphere(subdivisions=4)
     mesh = TriangleMesh(ball.vertices, ball.faces)
     points = np.random.default_rng(0).normal(size=(50, 3))

@@ -39,7 +39,7 @@ def test_samples_decide_only_what_a_full_replay_decides(tmp_path, convention, ki
         assert differs is None or differs == (row in asked), row
 
 
-def test_a_wrong_guess_of_ros_meshes_is_decided_without_a_replay(tmp_path):
+def test_wrong_guess_of_ros_meshes_is_decided_without_replay(tmp_path):
     session = imported(tmp_path, "ros", "glb")
     assert [alternatives_differ(session, row) for row in open_rows(session)] == [True]
 

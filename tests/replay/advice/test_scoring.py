@@ -35,7 +35,7 @@ def wrong_by_hand(touching, every, first):
     return sum(not one for one in found), sum(0 < one < 1 for one in found), len(re.findall("F+", false))
 
 
-def test_counts_of_a_step_rate_are_those_by_hand_over_its_offsets(assembly):
+def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
     told = figures(assembly, "discrete[rate_hz=20]")
     by_hand = [wrong_by_hand([place < 1 for place in PLACES], 5, first) for first in range(5)]
     for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):
@@ -45,7 +45,7 @@ def test_counts_of_a_step_rate_are_those_by_hand_over_its_offsets(assembly):
     assert told["offsets"] == 16
 
 
-def test_the_oracle_beside_itself_is_wrong_nowhere_and_balls_are_false_where_they_overlap(assembly):
+def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
     exact, balls = figures(assembly, "exact"), figures(assembly, "sphere")
     assert (exact["contacts"], exact["loss"], exact["false"], exact["offsets"]) == (2, 0, 0, 1)
     assert balls["missed"] == balls["late"] == 0 < balls["false_contacts"] and balls["false"] == balls["loss"] == 5 / 8

@@ -15,7 +15,7 @@ def test_compounds_are_listed_and_shipped_colliders_where_there_are_some():
     assert compounds == {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
 
 
-def test_every_setting_is_one_its_detector_has_and_can_be_asked_again():
+def test_every_setting_exists_and_its_spec_is_accepted():
     labels = [setting.label for setting in settings_list()]
     assert len(labels) == len(set(labels)) >= 40
     for setting in settings_list():
@@ -33,12 +33,12 @@ def test_the_first_eleven_are_one_of_each_family():
     assert {10, 22.5, 50} <= {setting.rate_hz for setting in head}
 
 
-def test_a_step_as_fast_as_the_recording_is_no_setting_of_its_own():
+def test_step_as_fast_as_recording_adds_no_setting():
     assert 90 in {setting.rate_hz for setting in settings_list()}
     assert max(setting.rate_hz or 0 for setting in settings_list(frames_hz=89.94)) == 72
 
 
-def test_what_is_tried_next_stands_beside_the_front_on_its_line():
+def test_next_candidates_are_neighbours_of_the_front():
     every = settings_list()
     untried = [setting for setting in every if setting.label != "meshes at 50 Hz"]
     nearest = next_to_front(untried, every, ["exact", "meshes at 50 Hz"])[:3]

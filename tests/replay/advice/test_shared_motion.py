@@ -25,7 +25,7 @@ def scene():
     return motion((hand, yaw), (cup, yaw), (still, 0 * yaw))
 
 
-def test_a_hand_and_its_cup_move_as_one_and_no_other_pair_does():
+def test_only_hand_and_its_cup_share_motion():
     shared = shared_motion(scene(), PAIRS)
     assert shared.carried[:-9, 0].all() and not shared.carried[:, 1:].any() and not shared.at_rest.any()
 

@@ -48,7 +48,7 @@ def effects_world():
     return replace(session, source=replace(session.frames, quaternion_xyzw=quaternion))
 
 
-def test_counts_of_every_setting_are_those_of_an_audit_of_the_same_session():
+def test_counts_of_every_setting_match_an_audit():
     how = {"detectors": "exact,hybrid,collider[shape=sphere]", "policy": ["zero-quaternion=drop"]}
     for world in (effects_world(), cubes({"a": [0] * 6, "b": [3, 0.9, 3, 1.4, 0.9, 3]})):
         run, done = compute(world, oracle="continuous", **how), tradeoff(world, oracle="continuous", **how)
@@ -57,7 +57,7 @@ def test_counts_of_every_setting_are_those_of_an_audit_of_the_same_session():
 
 
 @pytest.mark.slow
-def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_its_audit_counts():
+def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
     session = make_scene_session("bench-bumps")[0]
     done = tradeoff(session, time_limit=20.0)
     quiet = done.about["processor_share"] > 0.95
@@ -75,7 +75,7 @@ def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_
     assert hulls["false"] == run.phases["hulls"].proportions()["false_contact"].value
 
 
-def test_every_setting_is_timed_in_three_passes_and_sorted_by_loss(done):
+def test_settings_are_timed_in_three_passes_and_sorted_by_loss(done):
     assert all(row["passes"] >= PASSES and row["mean_low"] is not None for row in done.rows)
     assert max(row["passes"] for row in done.rows) == FRONT_PASSES
     # Between frames nobody asks live, so no frame has a time of its own.
@@ -87,13 +87,13 @@ def test_every_setting_is_timed_in_three_passes_and_sorted_by_loss(done):
     json.dumps(done.as_json(), allow_nan=False)
 
 
-def test_a_compound_is_not_begun_where_cutting_it_takes_longer_than_there_is_time(bumped, monkeypatch):
+def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatch):
     asked = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
     monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
     assert tradeoff(bumped, detectors=asked, time_limit=60.0).cut == ("pieces",)
 
 
-def test_a_time_limit_cuts_the_tail_and_compiling_does_not_count(bumped, monkeypatch):
+def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatch):
     def limited(compiled):
         @contextmanager
         def reported(tell):
@@ -123,6 +123,6 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
     assert done.about["seconds"] == pytest.approx(0.06)
 
 
-def test_what_a_tradeoff_does_not_take_is_refused_in_a_sentence(bumped):
+def test_invalid_tradeoff_arguments_are_refused_in_a_sentence(bumped):
     with pytest.raises(TypeError, match="takes no noise"):
         tradeoff(bumped, noise="vive")

@@ -26,7 +26,7 @@ class Sleepy:
         sleep(self.seconds)
 
 
-def test_a_pass_asks_one_frame_after_the_other_with_the_clock_outside():
+def test_timed_pass_queries_frames_in_order_with_clock_outside():
     motion = unturned(np.zeros((12, 1, 3)))
     one, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
     asked = [Timed("", detector, motion) for detector in (one, two, whole)]
@@ -36,7 +36,7 @@ def test_a_pass_asks_one_frame_after_the_other_with_the_clock_outside():
     assert not whole.looks and (third >= 0.002).all() and len(set(third)) == 1
 
 
-def test_of_too_many_frames_turns_spread_evenly_are_timed_and_a_jump_in_time_is_not():
+def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
     class Long:
         def __len__(self):
             return 20 * TURN_FRAMES
@@ -58,7 +58,7 @@ def made(own, reference):
     return Timed("it", None, None, *rows)
 
 
-def test_a_ratio_is_of_the_same_passes_and_one_pass_has_no_interval():
+def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
     machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
     value, _, high = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN)
     assert value == pytest.approx(2.0) and high < 2.2
@@ -66,7 +66,7 @@ def test_a_ratio_is_of_the_same_passes_and_one_pass_has_no_interval():
 
 
 @pytest.mark.parametrize(("level", "value"), [(MEAN, 1.5), (P99, 1.99)])
-def test_an_interruption_in_one_pass_of_seven_is_in_no_price(level, value):
+def test_interruption_in_a_single_pass_changes_no_price(level, value):
     own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     hit = np.random.default_rng(3).random((7, 400)) < 0.03
     middle, _, high = made(own + 50 * hit, np.ones((7, 400))).ratio(level)
@@ -94,7 +94,7 @@ def clocked(frames, compiled=None):
     return clock, one
 
 
-def test_the_same_setting_twice_is_a_tie_or_every_interval_is_widened_until_it_is():
+def test_repeated_setting_ties_by_widening_intervals():
     clock, one = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
     assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
     assert clock.price(one, MEAN)[0] == pytest.approx(0.004) and one.passes == 7 == clock.twin.passes
@@ -104,7 +104,7 @@ def test_the_same_setting_twice_is_a_tie_or_every_interval_is_widened_until_it_i
     assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
 
 
-def test_a_pass_in_which_a_kernel_was_compiled_is_taken_again():
+def test_pass_that_compiled_a_kernel_is_repeated():
     compiled = SimpleNamespace(seconds=0.0)
 
     def compiles(number):
@@ -118,7 +118,7 @@ def test_a_pass_in_which_a_kernel_was_compiled_is_taken_again():
 
 
 @pytest.mark.parametrize(("rate_hz", "sampled"), [(None, 60), (90.0, 60), (30.0, 20), (6.0, 4), (0.5, 1)])
-def test_the_p99_of_a_rate_is_that_of_its_samples_and_its_mean_over_all_frames(rate_hz, sampled):
+def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     motion = unturned(np.zeros((60, 1, 3)), np.arange(60) / 90)
     frames = LiveFrames(motion, 10_000)
     samples = frames.samples(rate_hz)
@@ -132,6 +132,6 @@ def test_the_p99_of_a_rate_is_that_of_its_samples_and_its_mean_over_all_frames(r
     assert clock.price(one, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
 
 
-def test_a_rate_without_a_sample_in_the_timed_frames_has_no_p99():
+def test_rate_without_timed_sample_has_no_p99():
     own = made([[1.0, 2.0]] * 2, [[1.0, 1.0]] * 2)
     assert known(own.ratio(P99, samples=np.zeros(2, np.bool_))) == [None, None, None]

@@ -92,7 +92,7 @@ def test_answers_are_written_to_the_mapping_too(recording, tmp_path, capsys):
     assert "answered_mapping" not in read_session(recording).facts
 
 
-def test_a_mapping_that_moved_is_named_and_told_by_the_option(recording, tmp_path, capsys):
+def test_moved_mapping_is_reported_and_accepted_by_option(recording, tmp_path, capsys):
     mapping = tmp_path / "map.toml"
     mapping.write_text('convention = "ros"\n')
     assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0

@@ -38,7 +38,7 @@ def hashes(pieces):
     return [piece.content_hash for piece in pieces]
 
 
-def test_the_methods_of_a_compound_are_the_rows_of_the_table():
+def test_compound_methods_are_rows_of_the_cutter_table():
     assert set(CUT_METHODS) == {AUTO, *METHODS}
 
 
@@ -69,7 +69,7 @@ def test_how_long_cutting_takes_is_known_before_it_begins():
     assert Cut(BEAKER, "hull", 1).seconds == 0
 
 
-def test_pieces_are_cut_once_and_a_damaged_file_is_made_again(cache, monkeypatch):
+def test_pieces_are_cut_once_and_damaged_files_remade(cache, monkeypatch):
     started = []
     start = piece_store._started
     monkeypatch.setattr(piece_store, "_started", lambda *given: (started.append(1), start(*given))[1])
@@ -93,7 +93,7 @@ def test_open_surfaces_are_laid_beside_each_other():
     assert len(union_of((half, pieces[0])).faces) == len(half.faces) + len(pieces[0].faces)
 
 
-def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own():
+def test_single_piece_is_hull_and_flat_mesh_stays_itself():
     (hull,) = convex_pieces(Cut(BEAKER, "coacd", 1))
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
     ball = icosphere(subdivisions=3)

@@ -44,7 +44,7 @@ def spouted():
     return TriangleMesh(corners, BEAKER.faces)
 
 
-def test_what_is_round_has_an_axis_also_with_a_spout_and_a_long_box_has_none():
+def test_round_bodies_have_an_axis_and_long_boxes_none():
     for mesh in (BEAKER, spouted()):
         point, way = round_axis(moved(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
@@ -90,7 +90,7 @@ def test_few_pieces_leave_the_hollow_free_which_the_hull_fills(lists, most):
     assert outside_by(TriangleMesh(middle[[0, 4, 8]], [[0, 1, 2]]), [hull_collider(BEAKER)]) == 0.0
 
 
-def test_how_far_a_mesh_lies_outside_is_the_distance_by_hand():
+def test_distance_of_mesh_outside_pieces_matches_hand_value():
     small, large = box_mesh((1.0, 1.0, 1.0)), box_mesh((1.0, 1.0, 3.0))
     assert outside_by(large, [small]) == pytest.approx(1.0, abs=1e-6)
     corner = TriangleMesh([[1, 1, 1], [0, 0, 0], [0, 0, 0.1]], [[0, 1, 2]])
@@ -98,7 +98,7 @@ def test_how_far_a_mesh_lies_outside_is_the_distance_by_hand():
     assert outside_by(small, [large]) == 0.0
 
 
-def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outside():
+def test_convex_solid_keeps_255_triangles_with_small_error():
     ball = icosphere(subdivisions=4, radius=0.05)
     piece = TriangleMesh(ball.vertices, ball.faces)
     few = within_triangles(piece)
@@ -108,7 +108,7 @@ def test_a_convex_solid_of_many_triangles_keeps_at_most_255_and_little_lies_outs
     assert within_triangles(few) is few
 
 
-def test_a_spool_of_two_grooves_is_cut_at_every_flange_and_discs_apart_are_not_joined():
+def test_spool_is_cut_at_every_flange_and_separate_discs_stay():
     radii = np.repeat([0.03, 0.01, 0.03, 0.01, 0.03], 2)
     heights = np.repeat(np.arange(6), 2)[1:-1] * 0.02 - 0.05
     spool = revolved_mesh([(0, -0.05), *zip(radii, heights, strict=True), (0, 0.05)], 24)

@@ -72,7 +72,7 @@ def said(scene, names, meshes):
     return {(one.code, one.body, one.severity) for one in scene_findings(scene, names, meshes)}
 
 
-def test_what_was_declared_but_not_recorded_and_the_other_way_round_is_named():
+def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
     scene = Scene(
         bodies=(SceneBody("a", proxy=True), SceneBody("b"), SceneBody("c", parent="gone", fixed=Pose())),
         pairs=(("a", "d"),),
@@ -103,7 +103,7 @@ def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, words):
         assert "recover" not in one.fix and "replay import" in one.fix
 
 
-def test_gaze_and_scalars_that_say_nothing_or_lie_elsewhere_are_found_in_memory_and_in_the_file(tmp_path):
+def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
     place, turn = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
     stamps = 10**9 + 10_000_000 * np.arange(90)
     nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))
@@ -125,7 +125,7 @@ def test_gaze_and_scalars_that_say_nothing_or_lie_elsewhere_are_found_in_memory_
         ]
 
 
-def test_bodies_of_other_frames_and_bodies_that_are_not_listed_are_noted_and_examined(tmp_path):
+def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
     draft = clean()
     unknown_frame(draft, 1, 300)
     path = draft.write(tmp_path / "a.mcap")

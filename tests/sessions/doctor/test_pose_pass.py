@@ -43,7 +43,7 @@ def test_a_body_that_appears_later_gets_a_column():
     assert not looked.has(Mark.PRESENT)[:50, 1].any() and looked.has(Mark.PRESENT)[50:, 1].all()
 
 
-def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(monkeypatch):
+def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
     monkeypatch.setattr(pose_pass, "MOST_SAMPLES", 600)
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
     frames = clean().session().frames
@@ -57,7 +57,7 @@ def findings(draft, code):
 
 
 @pytest.mark.parametrize(("degrees", "frames", "found_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
-def test_a_rotation_that_leaves_for_one_frame_is_found_and_a_turn_is_not(degrees, frames, found_at):
+def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, found_at):
     draft = clean()
     half = np.radians(degrees) / 2.0
     turns = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
@@ -71,7 +71,7 @@ def spans(draft):
     return [(one.code, one.column, one.first, one.last) for one in pose_spans(run_pose_pass([draft.session().frames]))]
 
 
-def test_a_body_that_lies_or_starts_at_the_origin_is_not_lost_and_one_that_turns_in_place_not_frozen():
+def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
     draft = clean()
     draft.arrays["position"][:, 2] = 0.0
     draft.arrays["position"][:, 0] = [0.2, 1.0, 0.1]
@@ -82,13 +82,13 @@ def test_a_body_that_lies_or_starts_at_the_origin_is_not_lost_and_one_that_turns
 
 
 @pytest.mark.parametrize("place", [np.maximum(0, np.arange(900) - 30) * 10 / 90, np.abs(np.arange(900) - 30) * 4 / 90])
-def test_a_body_that_starts_at_once_or_is_struck_is_not_teleported(place):
+def test_sudden_start_or_blow_is_no_teleport(place):
     draft = clean()
     draft.arrays["position"][:, 1] = place[:, None] * [1.0, 0.0, 0.0]
     assert "teleport" not in {code for code, *_ in spans(draft)}
 
 
-def test_two_stamps_nearer_to_each_other_than_the_rate_are_no_jump():
+def test_close_stamps_cause_no_jump():
     times, place = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
     place[:, 0] = 0.011 * np.arange(200)
     times[100] = times[99] + 100_000
@@ -96,7 +96,7 @@ def test_two_stamps_nearer_to_each_other_than_the_rate_are_no_jump():
     assert not (run_pose_pass([session.frames]).marks & Mark.TELEPORT).any()
 
 
-def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_its_jump_on():
+def test_position_still_after_jump_is_frozen_despite_rotation():
     draft = clean()
     rng = np.random.default_rng(3)
     draft.arrays["position"][:, 1] = rng.normal([0.2, 1.0, 0.1], 1e-4, (900, 3))

@@ -8,7 +8,7 @@ from sessions.doctor.scale import roles_of, scale_findings
 from sessions.model.scene import SceneBody
 
 
-def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
+def test_only_heads_and_hands_are_recognised_by_name():
     roles = roles_of(("camera", "leftHand", "right", "beaker-left", "head-strap"), Scene())
     assert roles == {"head": 0, "left": 1, "right": 2}
     roles = roles_of(("flask", "hand-right", "headset"), Scene(bodies=(SceneBody("headset", parent="flask"),)))
@@ -45,7 +45,7 @@ def test_a_wrong_unit_alone_is_no_wrong_axis(factor, looks):
 
 
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
-def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are(height, away, codes):
+def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
     looked = run_pose_pass([headed(height, away).frames])
     found = [*scale_findings(looked, Scene(), {})]
     assert [one.code for one in found] == codes
@@ -53,7 +53,7 @@ def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are
 
 
 @pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])])
-def test_a_right_hand_on_the_left_of_the_head_is_named_once_it_was_seen_often_enough(count, codes):
+def test_right_hand_often_left_of_head_is_reported(count, codes):
     head, hand = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
     places = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))

@@ -21,7 +21,7 @@ def test_a_gap_is_longer_than_three_median_steps(steps, found):
     assert all(one.severity == Severity.NOTE for one in gaps)
 
 
-def test_a_body_that_pauses_while_others_go_on_has_a_gap_of_its_own():
+def test_pausing_body_has_its_own_gap():
     draft = clean()
     draft.arrays["status"][300:400, 1] = Status.ABSENT
     (one,) = findings(draft)
@@ -29,13 +29,13 @@ def test_a_body_that_pauses_while_others_go_on_has_a_gap_of_its_own():
     assert (one.code, one.body, one.start_ns, one.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
 
 
-def test_a_body_at_a_third_of_the_rate_has_no_gap():
+def test_body_at_a_third_of_rate_has_no_gap():
     draft = clean()
     draft.arrays["status"][np.arange(FRAMES) % 3 > 0, 1] = Status.ABSENT
     assert findings(draft) == []
 
 
-def test_a_log_clock_with_another_zero_is_no_fault_and_its_jump_is_found():
+def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     draft = clean()
     draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
     assert findings(draft) == []

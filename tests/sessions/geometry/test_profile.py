@@ -12,7 +12,7 @@ def test_a_root_is_found_to_the_last_bits():
     assert solved(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
 
 
-def test_what_a_cup_of_cylinder_and_cone_holds_is_its_closed_form_at_every_level():
+def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
     cup = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [2.0, 3.0], [2.0, 4.0]])
     for level, volume in ((0.5, 0.5), (2.0, 2.0), (2.5, 2.0 + (1.5**3 - 1.0) / 3.0), (3.5, 2.0 + 7.0 / 3.0 + 2.0)):
         assert volume_below(cup, level) == pytest.approx(np.pi * volume, rel=1e-14)
@@ -23,7 +23,7 @@ def test_what_a_cup_of_cylinder_and_cone_holds_is_its_closed_form_at_every_level
     assert offset(cup[:3], 0.1) == pytest.approx(wall)
 
 
-def test_a_rounded_corner_is_a_quarter_circle_that_touches_both_lines():
+def test_rounded_corner_is_a_tangent_quarter_circle():
     first, arc, last = rounded([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
     assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
     assert arc.share == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)

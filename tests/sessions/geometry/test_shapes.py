@@ -14,7 +14,7 @@ CASES = {
 
 @pytest.mark.parametrize("shape", SIZES)
 @pytest.mark.parametrize("faces", [48, 500, 5000])
-def test_a_shape_is_closed_faces_outwards_and_reaches_its_size_from_within(shape, faces):
+def test_shape_is_closed_outward_and_within_its_size(shape, faces):
     size, volume, half = CASES[shape]
     mesh = make_shape(shape, size, faces)
     assert is_closed(mesh)

@@ -29,7 +29,7 @@ def closed_meshes(instrument):
         yield instrument.cavity.to_brim
 
 
-def test_surfaces_are_watertight_wound_outwards_and_without_degenerate_or_duplicate_faces(made):
+def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
     for mesh in closed_meshes(made):
         assert is_closed(mesh)
         assert mesh.volume > 0
@@ -45,7 +45,7 @@ def test_the_mesh_is_one_piece(made):
     assert connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))[0] == 1
 
 
-def test_an_instrument_says_what_it_is_and_has_within_a_quarter_the_faces_asked_for(made, faces):
+def test_instrument_is_described_and_near_its_requested_face_count(made, faces):
     assert 0.75 * faces < len(made.mesh.faces) < 1.25 * faces
     assert made.name in INSTRUMENTS and made.tags and 1e-4 < made.mass < 200
 

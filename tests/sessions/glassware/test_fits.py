@@ -35,7 +35,7 @@ def test_the_stopper_fits_the_bottle_without_touching_its_neck():
 
 
 @pytest.mark.parametrize(("quarter_turns", "shut"), [(0.0, True), (1.0, False)])
-def test_the_stopcock_shuts_the_bore_and_opens_it_at_a_quarter_turn(quarter_turns, shut):
+def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_turns, shut):
     meshes = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_turns)
     down = ([[1e-5, 1.0, 1e-5]], [[0.0, -1.0, 0.0]])
     assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
@@ -56,7 +56,7 @@ def test_the_key_turns_without_touching_the_glass(quarter_turns):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", [500, 2000, pytest.param(50_000, marks=pytest.mark.slow)])
-def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
+def test_delivery_tube_has_1_mm_wall_and_6_mm_bore(faces):
     tube = delivery_tube(faces).mesh
     points, normals = points_on_faces(tube, 300, faces)
     ends = np.array([(0.0, -0.012, 0.0), (0.17, -0.11, 0.0)])
@@ -72,7 +72,7 @@ def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
     assert up[0] > 0.2  # past the open end, up the bore to the bend
 
 
-def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
+def test_hands_of_every_scene_use_a_shipped_grip():
     """Another grip gets the nearest hand, which would change what a seed makes."""
     scenes = [experiment(name) for name in SCENES]
     grips = {grip for scene in scenes for grip in scene.grips}
@@ -81,6 +81,6 @@ def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
 
 
 @pytest.mark.parametrize("detail", ["", "_coarse"])
-def test_a_device_of_as_many_faces_as_one_that_is_shipped_is_that_one(detail):
+def test_device_with_shipped_face_count_is_the_shipped_mesh(detail):
     shipped = load_mesh(FOLDER / f"wand{detail}.glb")
     assert np.array_equal(placed("proxy_wand", len(shipped.faces)).triangles, shipped.triangles)

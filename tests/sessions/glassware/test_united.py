@@ -7,7 +7,7 @@ from sessions.glassware.united import fitted
 
 @pytest.mark.parametrize("power", [1, 2, 3, 5])
 @pytest.mark.parametrize("start", [0.007, 0.015])
-def test_a_mesh_has_the_faces_that_were_asked_whatever_power_of_the_spacing_they_fall_with(power, start):
+def test_mesh_has_requested_face_count_for_any_spacing_exponent(power, start):
     def build(spacing):
         return MeshData(np.eye(3), np.tile(np.arange(3), (round(1000 * (0.01 / spacing) ** power), 1)))
 

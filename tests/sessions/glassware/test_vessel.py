@@ -33,7 +33,7 @@ def wall_thicknesses(instrument, seed):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("faces", SIZES)
 @pytest.mark.parametrize("name", VESSELS)
-def test_the_wall_is_one_to_two_millimetres_thick_and_the_same_wherever_a_ray_passes_it(name, faces):
+def test_wall_is_uniform_and_1_to_2_mm_thick(name, faces):
     walls = wall_thicknesses(make_instrument(name, faces), faces)
     assert 0.8e-3 <= np.median(walls) <= 2.5e-3
     assert walls == pytest.approx((walls.min() + walls.max()) / 2, rel=0.10)
@@ -57,7 +57,7 @@ def test_the_glass_itself_encloses_the_capacity(name):
 
 
 @pytest.mark.parametrize("name", VESSELS)
-def test_glass_is_bent_by_little_more_than_a_right_angle_anywhere(name):
+def test_glass_bends_by_little_more_than_90_degrees(name):
     """A wall or a rim that folds back turns by more."""
     mesh = make_instrument(name, 5000).mesh
     assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).face_adjacency_angles.max() < 1.7

@@ -78,7 +78,7 @@ def test_a_name_that_stands_twice_in_an_object_is_refused(tmp_path, text, name):
     refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 
 
-def test_a_device_without_poses_and_two_wands_of_one_side_are_accounted_for(tmp_path):
+def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     def wand(*presses):
         return {"poses": [pose(1)], "events": [press(*one) for one in presses], "gamepad": {"id": "OpenVR Gamepad"}}
 

@@ -23,7 +23,7 @@ def by_subject(session):
 @pytest.mark.parametrize(
     ("farthest", "confidence"), [(0.0, "open"), (0.019, "open"), (0.02, "sure"), (30.0, "sure"), (31.0, "open")]
 )
-def test_a_guessed_unit_is_open_where_no_room_has_that_size(farthest, confidence):
+def test_guessed_unit_is_open_for_implausible_room_size(farthest, confidence):
     frame = SourceFrame.in_axes("openxr", "openxr", "", "clock")
     row = length_unit(frame, farthest)
     assert (row.value, row.origin, row.confidence) == ("m", Origin.GUESS, Confidence(confidence))
@@ -31,14 +31,14 @@ def test_a_guessed_unit_is_open_where_no_room_has_that_size(farthest, confidence
     assert length_unit(stated, farthest).confidence is Confidence.SURE
 
 
-def test_handedness_that_a_text_of_axes_leaves_out_is_a_guess():
+def test_omitted_handedness_is_a_guess():
     frame = SourceFrame(convention("x right, y up"), "m", "clock", axes_origin=Origin.USER)
     rows = {row.subject: row for row in pose_assumptions(frame, 1.0)}
     assert rows[Subject.HANDEDNESS].origin is Origin.GUESS and rows[Subject.POSE_AXES].origin is Origin.USER
 
 
 @pytest.mark.parametrize("kind", ["metres", "angles-xyz-centimetres"])
-def test_motive_says_unit_and_order_and_its_axes_are_a_sure_guess(kind):
+def test_motive_states_unit_and_order_with_sure_axes(kind):
     rows = by_subject(import_session("optitrack", TAKES / f"{kind}.csv"))
     assert rows[Subject.LENGTH_UNIT].origin is Origin.FILE
     axes = rows[Subject.POSE_AXES]
@@ -51,7 +51,7 @@ def test_motive_says_unit_and_order_and_its_axes_are_a_sure_guess(kind):
 
 
 @pytest.mark.parametrize(("parts", "name"), [(LSL, "ROS"), (tuple(reversed(LSL)), "ROS")])
-def test_axes_of_a_stream_are_an_open_guess_and_its_channels_name_the_order(tmp_path, parts, name):
+def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, parts, name):
     """The order of channels does not matter: their types say which is which."""
     values = {"PositionX": 0.1, "PositionY": 0.2, "PositionZ": 0.3, "OrientationA": 1.0}
     described = [{"label": part, "type": part, "object": "cup", "unit": "m"} for part in parts]

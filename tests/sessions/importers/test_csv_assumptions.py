@@ -62,12 +62,12 @@ def test_each_value_of_a_draft_says_who_says_it(tmp_path, header, row, subject, 
 @pytest.mark.parametrize(
     ("row", "confidence"), [("{ms}", Confidence.SURE), ("{step}", Confidence.OPEN), ("{step}00", Confidence.SURE)]
 )
-def test_a_guessed_unit_of_time_is_sure_at_rates_of_trackers(tmp_path, row, confidence):
+def test_guessed_time_unit_is_sure_at_tracker_rates(tmp_path, row, confidence):
     assumption = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", row + ",1,2,3,0,0,0,1")[Subject.TIME_UNIT]
     assert (assumption.origin, assumption.confidence) == (Origin.GUESS, confidence)
 
 
-def test_a_guess_that_a_user_takes_out_of_the_mapping_is_the_users_word(tmp_path):
+def test_guess_removed_from_mapping_becomes_a_user_statement(tmp_path):
     rows = drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('guessed = ["time.unit"]', ""))
     assert rows[Subject.TIME_UNIT].origin is Origin.USER
 

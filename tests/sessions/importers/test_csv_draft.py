@@ -22,7 +22,7 @@ KINDS = tomllib.loads((LOGS / "logs.toml").read_text("utf-8"))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, capsys, kind):
+def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
     case, path = KINDS[kind], Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv"))
     out, draft = tmp_path / "s.mcap", tmp_path / "log.columns.toml"
     assert main(["import", "csv", str(path), "-o", str(out)]) == 1
@@ -41,7 +41,7 @@ def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, c
         assert np.allclose(seconds, TIME * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
 
 
-def test_a_draft_is_never_written_over_and_what_is_unknown_is_a_comment(tmp_path, capsys):
+def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
     path = tmp_path / "log.csv"
     path.write_text("t,x,y,z,yaw,pitch,roll\n" + "".join(f"{k / 90},1,2,3,0,0,0\n" for k in range(9)))
     draft = tmp_path / "log.columns.toml"
@@ -70,7 +70,7 @@ def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row,
     assert any(words in one for one in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
 
 
-def test_a_whole_draft_says_also_what_is_left_out_and_what_lies_before_0(tmp_path, snapshot):
+def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):
     columns = (
         "t_us cup.x cup.y cup.z cup.qx cup.qy cup.qz cup.qw cup.vel.x cup.vel.y cup.vel.z valid "
         "gaze.x gaze.y gaze.z hand.qx hand.qy hand.qz hand.qw"

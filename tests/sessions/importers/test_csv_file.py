@@ -67,7 +67,7 @@ unit = "1/min"
 
 
 @pytest.mark.parametrize("order", ["zyx", "XYZ", "ZXY", "yzx"])
-def test_a_wide_table_with_decimal_commas_millimetres_angles_by_their_axes_and_a_number(mapped, order):
+def test_wide_table_with_decimal_commas_and_named_angles_is_read(mapped, order):
     head = ["a lab", "", "t;f;f;f;f;f;f;h", "ms;x;y;z;ry;rz;rx;r"]
     session = mapped(WIDE % order, *head, "0,5;1000;2000;3000;20;30;10;71,5", "11,5;1000;2000;;20;30;10;")
     track, heart = session.tracks["flask"], session.scalars["heart"]
@@ -112,7 +112,7 @@ def test_a_clock_keeps_its_last_digit(mapped, unit, cell, expected):
     assert mapped(rated + turn, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [3 * 10**9, 35 * 10**8]
 
 
-def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(mapped):
+def test_matrices_become_quaternions_and_non_rotations_are_lost(mapped):
     names = [f"m{row}{column}" for row in range(3) for column in range(3)]
     turns = Rotation.random(20, random_state=4).as_matrix()
     turns[3] *= 1.01
@@ -125,9 +125,7 @@ def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(
     assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
 
 
-def test_meshes_of_a_gltf_of_unity_land_where_they_were_in_unity_and_shapes_of_a_scene_are_not_turned(
-    written, tmp_path
-):
+def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
     """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
@@ -153,7 +151,7 @@ def test_a_column_of_numbers_taken_for_names_is_refused(written):
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
-def test_the_script_of_unity_is_read_whatever_the_language_of_its_computer(written, delimiter, decimal):
+def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
     rows = [HEADER, *(pose(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
     expected = import_session("csv", written(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
@@ -163,13 +161,13 @@ def test_the_script_of_unity_is_read_whatever_the_language_of_its_computer(writt
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
-def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(tmp_path):
+def test_ragged_non_utf_8_row_is_refused_in_a_sentence(tmp_path):
     rows = [pose(0.01 * k) for k in range(500)]  # beyond a block of the header
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     refused("csv", tmp_path / "take.csv", r"no CSV text in UTF-8 .*; save it as UTF-8")
 
 
-def test_empty_cells_are_lost_short_rows_are_counted_and_a_bad_cell_is_named_with_its_line(written):
+def test_empty_short_and_bad_cells_are_accounted_for(written):
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked"
     lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
     session = import_session("csv", written(*lines))
@@ -193,7 +191,7 @@ def filled(start, values):
     return re.sub(r"\{([^{}]*)\}", cell, next(line for line in templates if line.startswith(start)))
 
 
-def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
+def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
     rng, count = np.random.default_rng(8), 40
     turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
     lines = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
@@ -228,7 +226,7 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     round_trips(session, tmp_path)
 
 
-def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(written):
+def test_non_pose_rows_become_triggers_events_or_unknown_kinds(written):
     session = import_session(
         "csv",
         written(
@@ -248,7 +246,7 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
     assert books(session).endswith(f"9 of 17 rows dropped: {why}")
 
 
-def test_rows_of_contacts_become_reports_in_order_of_time_to_the_nanosecond(written):
+def test_contact_rows_become_reports_sorted_to_the_nanosecond(written):
     path = written("time,a,b,what", "1700000000.123456789,rod,beaker,end", "", " 0.5 , rod, beaker, Begin")
     assert read_contacts(path, Ledger(path)) == (
         LiveContact(500_000_000, "rod", "beaker", "enter"),

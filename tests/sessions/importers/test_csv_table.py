@@ -82,7 +82,7 @@ def imported(tmp_path):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_of_a_table_gives_the_poses_that_were_written(imported, form):
+def test_every_table_form_gives_written_poses(imported, form):
     content, keys, lost = FORMS[form]
     session = imported(content, MAPPING % keys)
     track = session.tracks["cup"]
@@ -106,7 +106,7 @@ RESTS = [[str(11 * k), "0", "1", "0", "0", "0", "0", "1"] for k in range(COUNT)]
     ids=["one number", "two numbers", "a rotation", "the time"],
 )
 @pytest.mark.parametrize("keys", ["", "skip_lines = 2"])
-def test_a_single_row_with_commas_in_its_numbers_refuses_the_file(imported, row, line, keys):
+def test_single_row_with_decimal_commas_refuses_the_file(imported, row, line, keys):
     above = ["a", "b"] if keys else []
     content = text(rows=[*RESTS, row], above=above)
     with pytest.raises(
@@ -116,7 +116,7 @@ def test_a_single_row_with_commas_in_its_numbers_refuses_the_file(imported, row,
 
 
 @pytest.mark.parametrize("row", ["0.5,1,2,3,0,0,0,1,,", "a,b,c,d,e,f,g,h,i", "0,1,2"])
-def test_a_row_that_is_too_long_or_short_for_another_reason_is_counted(imported, row):
+def test_rows_of_wrong_length_are_counted(imported, row):
     session = imported(text(rows=[*ROWS, [row]]), MAPPING % "")
     assert books(session) == "1 of 31 rows dropped: with too few or too many cells"
 
@@ -165,7 +165,7 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
     ],
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
 )  # fmt: skip
-def test_the_order_of_a_quaternion_that_no_name_tells_is_a_question(tmp_path, content, likely):
+def test_unnamed_quaternion_order_is_a_question(tmp_path, content, likely):
     error = draft_of(tmp_path / "log.csv", content)
     assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in error.unknown
     assert likely in error.draft and not any(line.startswith("quaternion") for line in error.draft.splitlines())
@@ -187,7 +187,7 @@ LONG = {
 
 
 @pytest.mark.parametrize("kind", LONG)
-def test_a_long_table_is_drafted_as_bodies_by_the_column_of_few_values(tmp_path, kind):
+def test_long_table_is_drafted_by_column_of_few_values(tmp_path, kind):
     head, rows = LONG[kind]
     error = draft_of(tmp_path / "log.csv", text(head=head, rows=rows))
     (tmp_path / "map.toml").write_text(error.draft.replace("# convention", "convention"))
@@ -201,7 +201,7 @@ def test_a_long_table_is_drafted_as_bodies_by_the_column_of_few_values(tmp_path,
     refused("csv", tmp_path / "log.csv", "60 of 90 rows repeat .* tells 3 bodies apart", mapping=tmp_path / "wide.toml")
 
 
-def test_a_long_table_that_no_column_tells_apart_is_drafted_as_a_comment(tmp_path):
+def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
     error = draft_of(tmp_path / "log.csv", text(head=LONG_HEAD[1:], rows=[row[1:] for row in OBJECTS]))
     assert any("60 of 90 rows are dropped" in unknown for unknown in error.unknown)
     assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
@@ -216,13 +216,13 @@ def test_a_mapping_reads_the_table_that_it_names(imported, place):
     assert books(session) == ""
 
 
-def test_a_table_that_is_not_there_is_refused_with_all_names(imported):
+def test_missing_table_is_refused_with_all_names(imported):
     content = "\n".join([*SEGMENTS[1:], *TRAJECTORIES, ""])
     with pytest.raises(ImportFileError, match="no table 'Segment'; there are: 'Segments', 'Trajectories'"):
         imported(content, MAPPING % 'table = "Segment"\nskip_lines = 2')
 
 
-def test_a_second_table_that_nobody_named_is_a_loss_with_its_cure(imported):
+def test_unnamed_second_table_is_a_loss_with_its_cure(imported):
     session = imported(text(below=TRAJECTORIES), MAPPING % "")
     assert books(session) == ANOTHER
     assert 'the mapping may name one: table = "TITLE"' in session.facts["conversions"]
@@ -239,7 +239,7 @@ def test_a_second_table_that_nobody_named_is_a_loss_with_its_cure(imported):
         ("z up, left-handed", "xzy"),
     ],
 )
-def test_pitch_yaw_and_roll_turn_about_the_axes_of_their_convention(imported, convention, axes):
+def test_pitch_yaw_and_roll_use_axes_of_their_convention(imported, convention, axes):
     """Pitch is about the axis to the right, yaw about the one up, roll about the one ahead."""
     order = "" if convention in ("unity", "godot", "unreal", "ros") else 'order = "ZXY"'
     head, rows = ("t", "x", "y", "z", "Pitch", "Yaw", "Roll"), [["0", "1", "2", "3", "10", "20", "30"]]
@@ -263,7 +263,7 @@ position = ["x", "y", "z"]
     assert Rotation.from_quat(turn).magnitude() > np.radians(30)
 
 
-def test_a_draft_of_roll_pitch_and_yaw_leaves_their_axes_to_the_convention(tmp_path):
+def test_roll_pitch_yaw_draft_leaves_axes_to_the_convention(tmp_path):
     rows = [[f"{k / 50:.2f}", *"123", "1.5", "2.5", "3.5"] for k in range(9)]
     content = text(head=("Time", "LocX", "LocY", "LocZ", "Roll", "Pitch", "Yaw"), rows=rows)
     (tmp_path / "log.csv").write_text(content)

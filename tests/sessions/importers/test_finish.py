@@ -22,7 +22,7 @@ def samples(*names):
     return Session.from_tracks(dict.fromkeys(names, track))
 
 
-def test_the_longest_increasing_part_stays_and_rows_without_rotation_are_flagged():
+def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
     stamps = np.array([0, 10, 5, 7, 10, 11, 12, 13])
     turns = np.tile([0, 0, 0, 1.0], (8, 1))
     turns[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
@@ -38,7 +38,7 @@ def test_the_longest_increasing_part_stays_and_rows_without_rotation_are_flagged
     assert books(found) == "cup: 1 of 8 samples merged: that repeat a sample"
 
 
-def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_at_all(tmp_path):
+def test_given_meshes_override_the_scene_and_stand_ins(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
     session = finished(
         samples("left", "camera"), tmp_path / "x", MeshOptions({"left": TRIANGLE}), scene=scene, stand_ins=True
@@ -49,7 +49,7 @@ def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_
     assert parse_scene(session.scene.text).body("camera").proxy
 
 
-def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_path):
+def test_recording_of_lost_poses_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
     log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
@@ -83,7 +83,7 @@ def outside(monkeypatch):
     monkeypatch.setattr(importers, "entry_points", lambda **wanted: points.select(**wanted))
 
 
-def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_path):
+def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
     (tmp_path / "x").touch()
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
     session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
@@ -96,7 +96,7 @@ def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_pat
     )
 
 
-def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in(outside, tmp_path):
+def test_unloadable_importer_is_reported_and_hides_no_other(outside, tmp_path):
     (tmp_path / "x").touch()
     refused("broken", tmp_path / "x", r"importer 'broken' failed .ModuleNotFoundError")
     refused("csv", tmp_path / "none", "does not exist or is no file")

@@ -79,7 +79,7 @@ def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exporte
 
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
 @pytest.mark.parametrize("convention", ["z-up", "ros", "unity", "unreal", "z up, left-handed"])
-def test_a_mesh_of_its_body_is_turned_with_the_poses_unasked_and_the_guess_is_open(tmp_path, convention, kind):
+def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, kind):
     turn, place = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = mesh_file(tmp_path, kind, changed(VERTICES, TO_SOURCE[convention]), FACES)
     source = recording(tmp_path, convention, turn, place)
@@ -90,7 +90,7 @@ def test_a_mesh_of_its_body_is_turned_with_the_poses_unasked_and_the_guess_is_op
     assert axes_row.is_open and axes_row.value == "body" and axes_row.files == (f"tool.{kind}",)
 
 
-def test_axes_are_given_per_body_and_an_unknown_body_or_name_is_refused(tmp_path):
+def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
     path = mesh_file(tmp_path, "obj", VERTICES, FACES)
     source = recording(tmp_path, "unity", Rotation.identity(), np.zeros(3))
     given = {"mapping": tmp_path / "map.toml", "meshes": {"tool": path}}
@@ -106,7 +106,7 @@ def test_axes_are_given_per_body_and_an_unknown_body_or_name_is_refused(tmp_path
     refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="tool=sideways", **given)
 
 
-def test_a_mesh_of_a_scene_is_turned_on_import_and_when_the_scene_comes_later(tmp_path):
+def test_scene_mesh_is_rotated_on_import_and_later(tmp_path):
     mesh_file(tmp_path, "stl", VERTICES, FACES)
     source = recording(tmp_path, "ros", Rotation.identity(), np.zeros(3))
     bare = import_session("csv", source, mapping=tmp_path / "map.toml")
@@ -131,7 +131,7 @@ def test_a_mesh_of_a_scene_is_turned_on_import_and_when_the_scene_comes_later(tm
         ("xyz", "godot", r"contradicts .*convention = '\+x right, \+y up, -z forward, right-handed'"),
     ],
 )
-def test_an_euler_order_that_contradicts_or_is_missing_is_a_fault(tmp_path, order, convention, message):
+def test_contradicting_or_missing_euler_order_is_refused(tmp_path, order, convention, message):
     refused("csv", angles(tmp_path, order, convention), message, mapping=tmp_path / "map.toml")
 
 
@@ -145,7 +145,7 @@ def angles(folder, order, convention, row=(0, 0, 0)):
     return folder / "a.csv"
 
 
-def test_the_order_that_a_convention_fixes_needs_no_saying_and_unreal_turns_as_its_own_formula(tmp_path):
+def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
     roll, pitch, yaw = np.radians([20.0, -35.0, 110.0])
     sines, cosines = np.sin(np.array([roll, pitch, yaw]) / 2), np.cos(np.array([roll, pitch, yaw]) / 2)
     (sr, sp, sy), (cr, cp, cy) = sines, cosines

@@ -56,7 +56,7 @@ def row(time, body="cup"):
 
 
 @pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
-def test_more_than_one_percent_lost_is_a_finding_of_the_file_and_less_is_not(tmp_path, short, warns):
+def test_only_losses_above_one_percent_are_findings(tmp_path, short, warns):
     rows = [row(0.1 * k) for k in range(200)]
     session = import_session("csv", log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
     assert books(session) == f"{short} of 200 rows dropped: with too few or too many cells"
@@ -66,7 +66,7 @@ def test_more_than_one_percent_lost_is_a_finding_of_the_file_and_less_is_not(tmp
     assert [finding.count for finding in found] == [short] * warns
 
 
-def test_a_sample_that_is_there_twice_is_merged_and_another_of_its_stamp_is_dropped(tmp_path):
+def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):
     rows = [row(0.1 * k) for k in range(50)]
     other = row(0.3).replace("0.300,0,0", "0.700,0,0")
     session = import_session("csv", log(tmp_path, [*rows[:4], rows[3], other, *rows[4:]]))

@@ -70,7 +70,7 @@ def test_forgotten_answers_leave_the_mapping_byte_by_byte(tmp_path, line_break):
     assert forget_mapping_answers(path) == 0
 
 
-def test_an_answer_for_a_body_leaves_the_unit_of_all_others(tmp_path):
+def test_answer_for_a_body_keeps_units_of_others(tmp_path):
     path = tmp_path / "map.toml"
     path.write_text('mesh_units = "cm"\n' + DRAFT)
     write_answers(path, [(assumption(Subject.MESH_UNIT, "rod"), "mm")])

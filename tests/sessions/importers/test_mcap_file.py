@@ -73,7 +73,7 @@ ALL = slice(None)
 
 
 @pytest.mark.parametrize("format", ["mcap", "auto", "ros2"])
-def test_frames_and_poses_arrive_composed_to_their_root_on_their_own_stamps(format):
+def test_frames_are_composed_to_root_at_their_own_stamps(format):
     session = import_session(format, COMPOSED / f"{format}.mcap")
     robot = ((0, 0), (1, ALL))
     expected = {
@@ -91,7 +91,7 @@ def test_frames_and_poses_arrive_composed_to_their_root_on_their_own_stamps(form
     assert "poses in the root frame 'map'" in facts["conversions"]
 
 
-def test_poses_without_a_stamp_are_logged_ones_and_one_with_covariance_is_a_pose(tmp_path):
+def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
     seen = {"pose": placed(0, 0, "position", "orientation"), "covariance": []}
     said = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": seen}) for k in (5, 8)]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
@@ -99,7 +99,7 @@ def test_poses_without_a_stamp_are_logged_ones_and_one_with_covariance_is_a_pose
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
-def test_frames_with_clocks_of_their_own_are_interpolated_but_not_across_a_gap(tmp_path):
+def test_frames_with_own_clocks_are_interpolated_within_gaps(tmp_path):
     hand, cup = STAMPS, STAMPS + STEP // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
     messages = [("/tf", FRAME, s, moved("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]
@@ -130,7 +130,7 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
         ([("map", "a", 1), ("room", "lamp", 1), ("lamp", "bulb", 1), ("map", "a", 2)], ["a"], STILL),
     ],
 )
-def test_frames_that_nothing_joins_in_time_or_space_are_left_out_and_named(tmp_path, moves, names, words):
+def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, words):
     said = [("/tf", FRAME, stamp, moved(parent, child, stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
     assert [*session.names] == names and words in books(session)
@@ -166,7 +166,7 @@ STAMPED = {
 
 
 @pytest.mark.parametrize("kind", STAMPED)
-def test_a_stamp_is_read_whatever_it_is_written_as_or_refused(tmp_path, kind):
+def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
     stamp, expected = STAMPED[kind]
     said = [("/t", FRAME, 100 + k, {**moved("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
     path = as_json(tmp_path / "a.mcap", said)
@@ -190,7 +190,7 @@ def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
     ],
     ids=["apart", "once", "later", "static"],
 )
-def test_a_frame_on_two_topics_is_refused_and_either_can_be_chosen(tmp_path, messages, words):
+def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, words):
     path = as_json(tmp_path / "a.mcap", messages)
     refused("mcap", path, words)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
@@ -211,7 +211,7 @@ def test_what_stamps_cost_is_counted(tmp_path, stamp, kept, text):
     assert len(session.tracks["cup"]) == kept and books(session) == text
 
 
-def test_messages_in_another_order_than_they_were_logged_in_cost_nothing(tmp_path):
+def test_unordered_messages_lose_no_pose(tmp_path):
     messages = sent("/tf")
     session = import_session("mcap", as_json(tmp_path / "a.mcap", [*messages[10:], *messages[:10]]))
     assert len(session.tracks["cup"]) == 20 and books(session) == ""
@@ -243,7 +243,7 @@ def torn(path, *, chunked, cut=0, broken=0, crc=True):
     ],
     ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
 )  # fmt: skip
-def test_a_torn_file_of_another_program_is_saved_by_the_import_itself(tmp_path, how):
+def test_torn_foreign_file_is_recovered_by_the_import(tmp_path, how):
     path = torn(tmp_path / "a.mcap", **how)
     whole = {message.log_time for message in whole_messages(path)}
     session = import_session("mcap", path)
@@ -321,7 +321,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_file_is_refused_in_one_sentence_and_nothing_is_printed(tmp_path, name, capfd):
+def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, capfd):
     write, words = BROKEN[name]
     refused("mcap", write(tmp_path / "a.mcap"), words)
     assert capfd.readouterr() == ("", "")

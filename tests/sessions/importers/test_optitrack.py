@@ -21,7 +21,7 @@ UNITS = {
 
 
 @pytest.mark.parametrize("kind", UNITS)
-def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(kind):
+def test_rigid_bodies_arrive_in_metres_at_take_times(kind):
     session = import_session("optitrack", FOLDER / f"{kind}.csv")
     assert set(session.names) == set(POSES)
     for name, poses in POSES.items():
@@ -33,7 +33,7 @@ def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(kind):
     assert ("Euler angles" in facts["assumed"]) == ("angles" in kind)
 
 
-def test_frames_without_numbers_are_lost_and_a_row_cut_short_is_left_out_and_counted(tmp_path):
+def test_empty_frames_are_lost_and_short_rows_counted(tmp_path):
     lines = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
     for row in (-5, -4):
         frame, time, *cells = lines[row].split(",")

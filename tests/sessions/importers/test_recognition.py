@@ -20,7 +20,7 @@ SAMPLES = {
 
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize(("name", "file"), [(name, file) for name in IMPORTERS for file in SAMPLES[name]])
-def test_a_sample_is_known_by_its_first_bytes_and_mutants_end_in_a_session_or_one_sentence(tmp_path, name, file, count):
+def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path, name, file, count):
     source = tmp_path / file.split("/")[1]
     place = HERE / file.split("/")[0] / source.name
     (shutil.copytree if place.is_dir() else shutil.copy)(place, source)
@@ -38,7 +38,7 @@ def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known)
     assert name == known and ("3 cells" in why or known != "csv")
 
 
-def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
+def test_uxf_folder_is_recognised_by_its_files(tmp_path):
     (tmp_path / "notes.csv").write_text("time,pos_x\n")
     with pytest.raises(ImportFileError, match="is a folder, but not one of UXF; name a file"):
         import_session("auto", tmp_path)
@@ -54,7 +54,7 @@ def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
 
 
 @pytest.mark.parametrize("start", [b"#ROSBAG V2.0\n", b"SQLite format 3\x00"])
-def test_a_bag_that_is_no_mcap_file_is_refused_with_the_command_that_makes_one(tmp_path, start):
+def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
     (tmp_path / "x.bag").write_bytes(start + bytes(100))
     with pytest.raises(ImportFileError, match=r"bags? of ROS .*rosbags-convert --src BAG .* --dst-storage mcap"):
         recognised(tmp_path / "x.bag")

@@ -62,7 +62,7 @@ def test_a_clock_that_starts_again_is_refused(stamps):
         kept(stamps)
 
 
-def test_ninety_samples_of_one_stamp_are_one_and_the_others_are_counted():
+def test_equal_stamps_keep_a_single_sample_and_count_others():
     keep, ledger = kept(np.full(90, 5, dtype=np.int64))
     assert np.flatnonzero(keep).tolist() == [0]
     assert ledger.sentences() == ["cup: 89 of 90 samples dropped: with the stamp of another sample"]

@@ -109,7 +109,7 @@ def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
     assert words in books(session) and len(session.tracks["head"]) == COUNT
 
 
-def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
+def test_torn_last_line_costs_a_single_row(folder):
     path = folder / "trackers" / "head_movement_T002.csv"
     text = path.read_text().rstrip("\n")
     path.write_text(text[:-1])

@@ -68,7 +68,7 @@ PLAIN = [
     ("kind", "described", "axes"),
     [("Controller", PLAIN, np.eye(3)), ("VR", TRANSFORM_OUTLET, UNITY), ("Unity.Transform", POSE_OUTLET, UNITY)],
 )
-def test_outlets_of_controllers_are_bodies_and_those_of_lsl4unity_in_its_axes(tmp_path, kind, described, axes):
+def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
     place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
     rows = [turn, 0 * place, place] if described is TRANSFORM_OUTLET else [place, turn]
     parts = (
@@ -120,7 +120,7 @@ def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, wo
     assert has_poses(replace(track, valid=None), PLACES["Cup"], TURNS["Cup"], UNITY)
 
 
-def test_streams_of_text_are_events_and_those_of_other_numbers_scalars_each_with_its_clock_offsets(tmp_path):
+def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
     rng = np.random.default_rng(8)
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
@@ -157,7 +157,7 @@ def test_an_object_without_confidence_is_lost(tmp_path):
 
 
 @pytest.mark.parametrize(("cut", "kept", "skipped"), [(100, COUNT, False), (130, COUNT // 2, True)])
-def test_a_file_cut_short_loses_the_sample_that_was_cut_and_says_so(tmp_path, cut, kept, skipped):
+def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, skipped):
     """pyxdf hands out a last sample that is half its own and half the one before."""
     path = xdf_file(tmp_path, *take())
     path.write_bytes(path.read_bytes()[:-cut])
@@ -211,7 +211,7 @@ APART = {
 
 
 @pytest.mark.parametrize("kind", APART)
-def test_streams_of_one_body_that_are_not_one_recording_are_numbered_with_every_sample(tmp_path, kind):
+def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
     streams, names = APART[kind]
     parts = [part for number, first, last, more in streams for part in body_stream(number, first, last, **more)]
     session = import_session("xdf", xdf_file(tmp_path, *parts))
@@ -220,7 +220,7 @@ def test_streams_of_one_body_that_are_not_one_recording_are_numbered_with_every_
     assert "another body of the name Cup" in session.facts["conversions"]
 
 
-def test_a_mapping_of_a_stream_that_is_there_twice_at_once_is_refused(tmp_path):
+def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
     parts = [*body_stream(1, 0, COUNT), *body_stream(2, 0, COUNT, shift=0.004)]
     with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
@@ -254,7 +254,7 @@ def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
 
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
-def test_a_compressed_file_is_read_and_one_that_unpacks_without_end_refused(tmp_path, ending, monkeypatch):
+def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending, monkeypatch):
     path = xdf_file(tmp_path, *take())
     expected, packed = import_session("xdf", path), path.with_suffix(ending)
     packed.write_bytes(gzip.compress(path.read_bytes()))

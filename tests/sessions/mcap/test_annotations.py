@@ -17,7 +17,7 @@ def test_any_intervals_come_back_in_order(given_spans):
     assert a.read_intervals(payloads, 0) == spans
 
 
-def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
+def test_open_interval_is_closed_by_its_successor_only():
     first, other = Interval(5, 9, "task", "pour"), Interval(5, 7, "task", "stir")
     messages = [(first, False), (other, False), (first, True), (first, False)]
     found = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)

@@ -24,7 +24,7 @@ def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
     assert [region.channels for region in read_catalogue(path).regions] == [None]
 
 
-def test_the_tear_is_at_the_first_record_that_is_not_whole(path):
+def test_tear_is_at_first_incomplete_record(path):
     data = path.read_bytes()
     chunk = read_catalogue(path).regions[1]
     path.write_bytes(data[: chunk.span.start + 70])
@@ -36,7 +36,7 @@ def test_the_tear_is_at_the_first_record_that_is_not_whole(path):
 
 @pytest.mark.parametrize(("kind", "limit"), [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "RECORD_LIMIT_BYTES"),
                                              ("message", "CHUNK_LIMIT_BYTES")])  # fmt: skip
-def test_what_declares_more_than_is_allowed_is_refused_before_it_is_read(path, tmp_path, monkeypatch, kind, limit):
+def test_oversized_declarations_are_refused_before_reading(path, tmp_path, monkeypatch, kind, limit):
     if kind == "message":
         path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), use_chunking=False)
     monkeypatch.setattr(module, limit, 500 if kind == "attachment" else 5)
@@ -44,7 +44,7 @@ def test_what_declares_more_than_is_allowed_is_refused_before_it_is_read(path, t
         read_catalogue(path)
 
 
-def test_the_name_of_an_attachment_is_told_only_if_it_is_whole():
+def test_attachment_name_is_reported_only_if_complete():
     record = bytes(25) + (8).to_bytes(4, "little") + b"stem.glb" + bytes(30)
     names = [module.attachment_name(record[:size]) for size in range(25, len(record))]
     assert names == [""] * 12 + ["stem.glb"] * 30

@@ -43,7 +43,7 @@ TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-def test_a_stranger_can_decode_every_channel_from_its_descriptor_set_alone(topic):
+def test_descriptor_sets_alone_decode_every_channel(topic):
     spec = channel_spec(topic)
     files = descriptor_pb2.FileDescriptorSet.FromString(spec.descriptor_set).file
     pool = descriptor_pool.DescriptorPool()
@@ -66,7 +66,7 @@ def entities(meshes, scene=None):
     return {entity.id: entity for entity in update.entities}
 
 
-def test_a_body_is_drawn_with_its_own_triangles_unless_these_are_too_many(monkeypatch):
+def test_body_is_drawn_by_its_triangles_up_to_a_limit(monkeypatch):
     mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
     entity = entities({"cup": mesh})["cup"]
     (part,) = entity.triangles
@@ -79,7 +79,7 @@ def test_a_body_is_drawn_with_its_own_triangles_unless_these_are_too_many(monkey
 
 
 @pytest.mark.parametrize(("parent", "frame"), [("", "world"), ("tray", "tray")])
-def test_a_body_that_never_moves_is_drawn_where_it_is_fixed(parent, frame):
+def test_fixed_body_is_drawn_at_its_pose(parent, frame):
     fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
     entity = entities({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
     (part,) = entity.triangles

@@ -47,14 +47,14 @@ def decoded(tables, names=None):
 
 
 @given(any_frames(), st.integers(1, 4))
-def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(frames, every):
+def test_frames_survive_any_chunk_boundary(frames, every):
     records = encoded(frames)
     tables = [table(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded(tables, frames.names), frames)
 
 
 @given(st.data())
-def test_many_frames_at_once_are_read_as_each_of_them_alone_whatever_byte_is_wrong(data):
+def test_batch_decoding_equals_single_decoding_for_any_damaged_byte(data):
     """Messages one by one go through the protobuf library."""
     frames = random_frames(data.draw(st.integers(0, 9)), 150, 2, absent=data.draw(st.sampled_from([0.0, 0.3])))
     records = encoded(frames)
@@ -78,7 +78,7 @@ def note(status, **header):
 
 
 @pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
-def test_a_note_whose_sequence_or_stamps_are_those_of_no_frame_changes_nothing(sequence, log, publish):
+def test_note_without_matching_frame_changes_nothing(sequence, log, publish):
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     good = [(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)]
     wrong = [(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)]
@@ -86,7 +86,7 @@ def test_a_note_whose_sequence_or_stamps_are_those_of_no_frame_changes_nothing(s
     assert decoded([table(*wrong)]).status.tolist() == [[Status.VALID]]
 
 
-def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
+def test_note_adds_no_sample_or_unknown_status():
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     for status in (0, 1, 9):
         records = (2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)
@@ -95,7 +95,7 @@ def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
     assert decoded([table(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
 
 
-def test_a_tolerant_decoder_notes_from_when_to_when_an_unlisted_body_was_met_over_all_chunks():
+def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
     frames, tolerant = random_frames(0, 2, 1), decoder((), strict=False)
     for publish, log, payload in protobuf_messages(frames):
         assert len([*tolerant.decode(table((1, 0, log, publish, payload)))]) == 1
@@ -115,7 +115,7 @@ def test_hostile_messages_are_one_sentence(monkeypatch):
         decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
 
 
-def test_a_body_that_fills_a_message_is_refused_before_it_fills_the_hours():
+def test_body_filling_a_message_is_refused_early():
     poses, notes = FrameTransforms(), message_class("Tracking")()
     for _ in range(4000):
         poses.transforms.add(child_frame_id="body 0")

@@ -29,7 +29,7 @@ BARE = {"use_statistics": False, "repeat_channels": False, "repeat_schemas": Fal
     "options",
     [{"compression": CompressionType.LZ4}, {"compression": CompressionType.NONE}, {"use_chunking": False}, BARE],
 )
-def test_any_compression_is_read_in_chunks_and_without_and_with_no_index(tmp_path, options):
+def test_any_compression_is_read_with_or_without_chunks_and_index(tmp_path, options):
     messages = protobuf_messages(random_frames(2, 600, 5, absent=0.3))
     path = write_foreign(tmp_path / "f.mcap", messages, chunk_size=1 << 16, **options)
     assert_same_frames(read_session(path).frames, read_frames_plainly(path))
@@ -47,7 +47,7 @@ def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
         read_session(spec_file)
 
 
-def test_a_stream_is_decoded_once_and_not_before_it_is_asked_for(tmp_path, monkeypatch):
+def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
     heart, asked = ScalarTrack([1, 2], [70, 71]), []
     write_session(session_of(random_frames(1), scalars={"heart": heart}), tmp_path / "s.mcap")
     monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: asked.append(prefix) or heart)
@@ -69,13 +69,13 @@ def file(tmp_path):
     return path
 
 
-def test_a_flipped_byte_in_a_chunk_is_told_and_never_read(file):
+def test_flipped_chunk_byte_is_reported_and_not_read(file):
     damaged(file, file.stat().st_size // 2)
     with pytest.raises(SessionFileError, match=r"chunk at byte \d+ is damaged.*replay recover"):
         _ = read_session(file).frames
 
 
-def test_poses_that_the_index_of_their_chunk_leaves_out_are_read(file):
+def test_poses_missing_in_the_chunk_index_are_read(file):
     frames = read_session(file).frames
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
     file.write_bytes(
@@ -112,7 +112,7 @@ def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
         read_session(path)
 
 
-def test_two_worlds_are_refused_and_of_a_body_twice_in_a_message_the_first_is_taken(tmp_path):
+def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
     frames = random_frames(2)
     two = protobuf_messages(frames)[:1] + protobuf_messages(frames, parent="room")[1:]
     with pytest.raises(SessionFileError, match=r"parents 'world' and 'room'.*one frame"):
@@ -144,7 +144,7 @@ print(count, peak_bytes() // 1024)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="peak memory is measured in KiB of Linux")
-def test_reading_in_blocks_takes_the_same_memory_for_a_session_ten_times_as_long(tmp_path):
+def test_block_reading_memory_is_independent_of_session_length(tmp_path):
     frames = random_frames(1, 3000, 12)
 
     class Repeated:

@@ -110,7 +110,7 @@ def test_several_threads_lose_nothing(tmp_path):
     assert all(len(hand) == 500 for hand in session.hands.values())
 
 
-def test_a_recording_is_in_the_partial_file_before_it_is_closed(tmp_path):
+def test_open_recording_is_in_the_partial_file(tmp_path):
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(7, {"wand": POSE})
     session = saved(tmp_path / "s.mcap.partial")
@@ -127,7 +127,7 @@ def test_a_recording_is_in_the_partial_file_before_it_is_closed(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there the system itself refuses to remove an open file")
-def test_two_recorders_never_write_one_file_and_no_link_is_followed(tmp_path):
+def test_two_recorders_never_write_the_same_file(tmp_path):
     path, precious = tmp_path / "s.mcap", tmp_path / "thesis"
     precious.write_text("years")
     (tmp_path / "s.mcap.partial").symlink_to(precious)
@@ -155,7 +155,7 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
         Recorder(tmp_path / "nowhere" / "s.mcap")
 
 
-def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):
+def test_slow_disk_blocks_recording_with_bounded_memory(tmp_path, monkeypatch):
     written, waiting = [], []
     plain = recorder_module.SessionWriter.frames
 
@@ -173,7 +173,7 @@ def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bound
     assert len(read_session(tmp_path / "s.mcap").frames) == 3000
 
 
-def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_path, monkeypatch):
+def test_full_disk_is_reported_by_next_call_and_keeps_data(tmp_path, monkeypatch):
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(1, {"cup": POSE})
     saved(tmp_path / "s.mcap.partial")

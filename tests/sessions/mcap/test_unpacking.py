@@ -39,7 +39,7 @@ def test_messages_are_listed_with_their_stamps_and_payloads(compression):
     assert unpacked(b"", "", 0, 0).channel.tolist() == []
 
 
-def test_small_tables_are_joined_and_no_row_is_read_beyond_the_end(monkeypatch):
+def test_small_tables_are_joined_without_reading_beyond_the_end(monkeypatch):
     monkeypatch.setattr("sessions.mcap.unpacking.JOINED_BYTES", 2 * len(DATA))
     tables = [*together([unpacked(DATA, "")] * 5)]
     assert [table.channel.tolist() for table in tables] == [[1, 2] * 2, [1, 2] * 2, [1, 2]]
@@ -49,7 +49,7 @@ def test_small_tables_are_joined_and_no_row_is_read_beyond_the_end(monkeypatch):
 
 
 @pytest.mark.parametrize("compression", PACK)
-def test_a_chunk_that_holds_more_or_less_than_it_declares_is_damaged(compression):
+def test_chunk_of_undeclared_size_is_damaged(compression):
     for size in (0, 1, len(DATA) - 1, len(DATA) + 1):
         with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
             unpacked(PACK[compression](DATA), compression, size)
@@ -68,7 +68,7 @@ def test_a_decompression_bomb_is_refused_without_being_unpacked():
         unpacked(lz4.frame.compress(bytes(100 << 20), store_size=False), "lz4", 58)
 
 
-def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_damage():
+def test_bad_checksum_compression_or_length_is_damage():
     with pytest.raises(SessionFileError, match="checksum is wrong"):
         unpacked(DATA, "", crc=1)
     with pytest.raises(SessionFileError, match="'br' is unknown; known: zstd, lz4, none"):
@@ -82,7 +82,7 @@ def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_dama
         unpacked(late, "", len(late), 0)
 
 
-def test_messages_of_all_chunks_together_are_no_more_than_a_file_of_its_size_may_hold():
+def test_total_messages_are_limited_by_file_size():
     assert unpacked(DATA, "", before=99_998).channel.tolist() == [1, 2]
     with pytest.raises(SessionFileError, match="more than 100,000 messages"):
         unpacked(DATA, "", before=99_999)

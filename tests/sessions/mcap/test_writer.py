@@ -46,7 +46,7 @@ def full_session():
     )  # fmt: skip
 
 
-def test_every_part_of_a_session_survives_its_file_and_written_again_it_is_the_same_bytes(tmp_path):
+def test_session_survives_its_file_and_rewrites_to_same_bytes(tmp_path):
     session = full_session()
     round_trips(session, tmp_path)
     again = read_session(tmp_path / "written.mcap")
@@ -63,7 +63,7 @@ def test_every_part_of_a_session_survives_its_file_and_written_again_it_is_the_s
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(any_frames())
-def test_any_frames_are_read_and_written_bit_for_bit_by_us_and_by_the_protobuf_library(tmp_path, frames):
+def test_frames_round_trip_bit_for_bit_as_with_protobuf(tmp_path, frames):
     path = tmp_path / "s.mcap"
     write_session(session_of(frames), path)
     assert_same_frames(read_session(path).frames, frames)
@@ -83,7 +83,7 @@ class Ragged:
             yield self._frames.part(start, stop)
 
 
-def test_the_bytes_do_not_depend_on_the_blocks_in_which_frames_come(tmp_path):
+def test_bytes_do_not_depend_on_block_sizes(tmp_path):
     frames = random_frames(8, 4000, 6, odd=0.05)
     write_session(session_of(frames), tmp_path / "a.mcap")
     write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
@@ -109,7 +109,7 @@ tags = ["glass"]
 """
 
 
-def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path):
+def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
     scene = parse_scene(SCENE)
     changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
     for one in (scene, changed, replace(changed, text="")):
@@ -119,5 +119,5 @@ def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path
         assert (found.text == scene.text) == (one is scene)
 
 
-def test_what_an_earlier_file_said_of_itself_and_its_meshes_is_said_anew():
+def test_rewritten_file_states_itself_and_its_meshes_anew():
     assert session_record({FORMAT: "older", f"{MESH_HASH}a": "0"}, {}) == session_record({}, {})

@@ -40,7 +40,7 @@ BOX, BALL = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.icosphere(2,
 RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
 
 
-def test_convex_ones_are_hulls_others_are_as_they_are_and_each_finds_its_body(tmp_path):
+def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
     file = write(
         tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("UCX_a_01", RING, moved(0, 0, 0)),
         ("USP_b", BALL, moved(0, 1, 0)), ("UCX_lamp_01", BALL, moved(0, 0, 0)),
@@ -54,7 +54,7 @@ def test_convex_ones_are_hulls_others_are_as_they_are_and_each_finds_its_body(tm
     assert found["b"][0].bounds[1, 1] == pytest.approx(1.1, abs=1e-6)
 
 
-def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path):
+def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
     pose = moved(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
     file = write(tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", RING, moved(0, 0, 1)), body=pose)
     found = read_colliders(file, ["a"]).solids
@@ -64,7 +64,7 @@ def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path)
     assert np.allclose(rim.bounds[:, 2], [0.475, 0.525], atol=1e-6)
 
 
-def test_beside_named_colliders_the_mesh_of_the_body_is_drawn_and_is_none(tmp_path):
+def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
     """As Unreal's importer takes a file; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
@@ -109,7 +109,7 @@ def filled(template, values):
     return re.sub(r"{{|}}|{([^{}]+)}", lambda found: str(values[found[1]]) if found[1] else found[0][0], template)
 
 
-def test_what_the_script_of_unity_writes_is_read_in_the_axes_of_the_recording(tmp_path):
+def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
     script = (Path(guide.__file__).parent / "VrLabColliders.cs").read_text("utf-8")
     inside_unity = np.add(BOX.vertices, (0, 0, 0.5))
     signs = [float(f"{sign}1") for sign, _ in re.findall(r"writer.Write\((-?)p\.([xyz])\)", script)]

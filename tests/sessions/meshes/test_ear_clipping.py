@@ -78,7 +78,7 @@ def glued(random, points, fraction):
 
 
 @given(st.integers(4, 24), st.integers(4, 40), st.floats(0.2, 1.0), st.integers(0, 2**32))
-def test_outlines_that_touch_themselves_along_bridges_and_slits_are_cut_as_planted(count, grid, fraction, seed):
+def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
     random = np.random.default_rng(seed)
     points = np.unique(random.integers(0, grid, (count, 2)), axis=0) / 3.0 + [1000.0, -70.0]
     assume(len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 2)
@@ -118,6 +118,6 @@ def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
     ],
     ids=["crosses itself", "on one line", "at one point", "there and back"],
 )
-def test_what_is_no_polygon_has_as_many_triangles_and_is_said_not_to_be_covered(outline):
+def test_invalid_polygon_keeps_triangle_count_and_is_reported_uncovered(outline):
     cut = clipped(np.array(outline, dtype=np.float64))
     assert not cut.covers and len(cut.triangles) == len(outline) - 2

@@ -43,7 +43,7 @@ def one_mesh(node, *primitives):
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
-def test_a_tree_is_split_by_node_in_frames_without_scale_and_joined_it_is_what_trimesh_places():
+def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
     rng, scene = np.random.default_rng(3), trimesh.Scene()
     solids = {name: trimesh.creation.icosphere(1, radius) for name, radius in (("a", 1.0), ("b", 0.4), ("c", 0.2))}
     local, above = {}, {"a": None, "b": "a", "c": "b"}
@@ -69,7 +69,7 @@ def test_a_tree_is_split_by_node_in_frames_without_scale_and_joined_it_is_what_t
         mesh_from_bytes(data, "glb", node="d")
 
 
-def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_whole_is_posed_by_all():
+def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
     # A strip of four quads along x, rooted at joint 1 (x = 0) and joint 2 (x = 2); weights change at x = 2.
     points = np.array([[x, y, 0] for x in range(5) for y in (0, 1)], dtype="<f4")
     faces = np.array([[2 * k, 2 * k + 2, 2 * k + 1] for k in range(4)], dtype="<u2")
@@ -104,7 +104,7 @@ def test_short_positions_are_what_they_stand_for():
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 
 
-def test_nodes_outside_the_scene_that_claim_each_other_and_a_body_stop_nothing():
+def test_cyclic_nodes_outside_the_scene_are_ignored():
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
     data = glb({**one_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
@@ -117,7 +117,7 @@ POINTS = BOX.vertices.astype("<f4")
 CORNERS = BOX.faces.astype("<u2").reshape(-1)
 
 
-def test_a_skin_lies_where_its_joints_put_each_vertex_and_its_own_node_means_nothing():
+def test_skin_follows_its_joints_and_ignores_its_node():
     random = np.random.default_rng(7)
     locals_, inverse = [], []
     for _ in range(3):
@@ -164,7 +164,7 @@ def test_an_armature_that_mirrors_gives_an_outward_mesh():
     ("of_mesh", "of_node", "expected"),
     [(None, None, 0.0), ([0.5, 0.0], None, 2.0), ([0.5, 0.0], [1.0, 0.0], 4.0), ([1.0, 1.0], None, 14.0)],
 )
-def test_morph_targets_move_vertices_by_the_weights_of_the_node_or_else_of_the_mesh(of_mesh, of_node, expected):
+def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expected):
     dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
     places, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
     mesh = {"primitives": [primitive(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
@@ -187,7 +187,7 @@ def test_the_buffer_that_a_view_names_is_read():
     assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
 
 
-def test_what_changes_looks_or_repeats_data_in_another_form_stops_nothing():
+def test_appearance_and_redundant_data_are_ignored():
     draco = primitive(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
     data = glb({**one_mesh({}, draco), **required}, TRIANGLE)

@@ -62,7 +62,7 @@ def test_a_mirroring_node_still_gives_an_outward_mesh():
     assert mesh.volume > 3
 
 
-def test_obj_keeps_vertices_faces_and_their_order_across_materials_and_polygons():
+def test_obj_keeps_vertex_and_face_order_across_materials():
     text = """mtllib none.mtl
 v 0 0 0
 v 1 0 0

@@ -27,7 +27,7 @@ def place(folder, **sizes):
         (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 0.001 m long, taken as it is; if it is drawn in"),
     ],
 )  # fmt: skip
-def test_the_unit_is_the_one_that_makes_it_a_thing_for_hands_and_it_is_said(size, scale, words):
+def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, words):
     found, said = guessed(ball(size), "x")
     assert found == scale and words in said and bool(words) == bool(said)
 
@@ -94,7 +94,7 @@ def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):
         (0.0, "m", ("m",)),
     ],
 )
-def test_units_are_likely_that_make_a_mesh_a_thing_for_hands(size, taken, likely):
+def test_units_giving_hand_size_are_likely(size, taken, likely):
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert likely_units(mesh, taken) == likely

@@ -138,7 +138,7 @@ SEEN_FROM = {
 @pytest.mark.parametrize("view", SEEN_FROM)
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("name", POLYGONS)
-def test_area_volume_and_order_of_a_prism_are_those_in_closed_form(name, form, view):
+def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     outline, planted = POLYGONS[name]
     area = shoelace(outline)
     assert planted is None or area == pytest.approx(planted, rel=1e-12)

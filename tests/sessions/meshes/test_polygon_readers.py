@@ -254,7 +254,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_no_reader_may_guess_is_one_sentence_within_a_few_megabytes(name):
+def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
     kind, text, said = REFUSED[name]
     data = text if isinstance(text, bytes) else text.encode()
     tracemalloc.start()
@@ -265,7 +265,7 @@ def test_what_no_reader_may_guess_is_one_sentence_within_a_few_megabytes(name):
     assert peak < 30e6 and str(raised.value).isprintable()
 
 
-def test_corners_of_a_polygon_that_would_take_minutes_are_refused_at_once():
+def test_polygons_with_too_many_corners_are_refused_at_once():
     angles = np.arange(30_000) * 2 * np.pi / 30_000
     radii = np.where(np.arange(30_000) % 2, 0.5, 1.0)
     rows = [f"v {x!r} {y!r} 0" for x, y in np.c_[radii * np.cos(angles), radii * np.sin(angles)].tolist()]
@@ -274,7 +274,7 @@ def test_corners_of_a_polygon_that_would_take_minutes_are_refused_at_once():
         mesh_from_bytes(text.encode(), "obj")
 
 
-def test_a_name_in_latin_1_or_of_keywords_changes_nothing_about_an_stl():
+def test_latin_1_or_keyword_name_changes_no_stl():
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 {}\nendloop\nendfacet\n"
     for name in ("Gefäß", "facet of vertex 3 normal", "solid endsolid", ""):
         text = "".join(f"solid {name}\n{facet.format(z)}endsolid {name}\n" for z in (0, 1))

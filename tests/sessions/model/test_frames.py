@@ -6,7 +6,7 @@ from sessions.model.frames import Status
 from sessions.model.track import Track, checked_stamps
 
 
-def test_the_numbers_of_a_status_are_part_of_the_file_format():
+def test_status_numbers_belong_to_the_file_format():
     assert [(status.name, status.value) for status in Status] == [
         ("ABSENT", 0), ("VALID", 1), ("LOST", 2), ("HELD", 3), ("INTERPOLATED", 4),
     ]  # fmt: skip
@@ -24,6 +24,6 @@ def test_a_track_holds_read_only_copies_of_what_was_given():
 
 
 @pytest.mark.parametrize(("stamps", "words"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
-def test_unsigned_stamps_that_fall_or_go_beyond_int64_are_refused_and_never_wrapped(stamps, words):
+def test_falling_or_overflowing_unsigned_stamps_are_refused(stamps, words):
     with pytest.raises(SessionError, match=words):
         checked_stamps(np.array(stamps, dtype=np.uint64), "it")

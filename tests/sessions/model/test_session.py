@@ -30,7 +30,7 @@ def test_tracks_survive_the_frames_they_are_laid_into(first, second, seed):
             assert getattr(session.tracks[name], field).tobytes() == getattr(track, field).tobytes()
 
 
-def test_a_body_without_a_sample_in_a_frame_is_absent_there():
+def test_body_without_sample_in_a_frame_is_absent():
     frames = Session.from_tracks({"a": track_of([1, 3]), "b": track_of([2, 3])}).frames
     assert frames.status.tolist() == [[1, 0], [0, 1], [1, 1]]
     gone = frames.status == Status.ABSENT
@@ -73,7 +73,7 @@ def test_the_frames_between_two_stamps_know_where_they_stood():
     assert (part.part.first_ns, part.part.numbers.tolist()) == (1, [1, 2])
 
 
-def test_pairs_are_those_declared_or_all_but_of_one_group_and_ignored_ones():
+def test_pairs_are_declared_or_all_outside_groups_and_ignores():
     bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"))
     scene = Scene(bodies=bodies, ignore=(("d", "a"),))
     assert candidate_pairs(scene, "abcd") == [("a", "c"), ("b", "c"), ("b", "d"), ("c", "d")]

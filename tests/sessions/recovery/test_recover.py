@@ -72,7 +72,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("name", DAMAGE)
-def test_what_the_doctor_says_of_a_damaged_file_and_what_is_saved_of_it(whole, tmp_path, name, snapshot):
+def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole, tmp_path, name, snapshot):
     path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole).frames
     path.write_bytes(DAMAGE[name](whole.read_bytes()))
     said = [f"{one.code} {one.body} {one.start}-{one.end} s: {one.message}" for one in examine(path)]
@@ -102,7 +102,7 @@ def damaged(tmp_path, data):
     return path
 
 
-def test_a_file_cut_anywhere_keeps_all_but_the_torn_chunks_rest_and_no_frame_is_another(whole, tmp_path):
+def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole, tmp_path):
     data, truth = whole.read_bytes(), read_session(whole).frames
     spans, out = chunks(data), tmp_path / "out.mcap"
     for place in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
@@ -119,7 +119,7 @@ def test_a_file_cut_anywhere_keeps_all_but_the_torn_chunks_rest_and_no_frame_is_
             assert_same_frames(kept, truth.part(0, len(kept)))
 
 
-def test_a_file_of_another_program_is_saved_with_its_own_channels(tmp_path):
+def test_foreign_file_is_recovered_with_its_channels(tmp_path):
     frames = random_frames(3, 200, 2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames), chunk_size=4096)
     data = path.read_bytes()
@@ -132,7 +132,7 @@ def test_a_file_of_another_program_is_saved_with_its_own_channels(tmp_path):
 @pytest.mark.parametrize(
     "data, words", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
 )
-def test_where_there_is_nothing_to_save_it_says_why_and_writes_nothing(tmp_path, data, words):
+def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, words):
     with pytest.raises(SessionFileError, match=words):
         recover(damaged(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
@@ -146,7 +146,7 @@ def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
     assert result.frames == 199 and not result.whole
 
 
-def test_a_mesh_without_a_checksum_is_kept_where_it_is_a_mesh_and_what_its_hash_says(whole, tmp_path):
+def test_mesh_without_checksum_is_kept_if_its_hash_agrees(whole, tmp_path):
     data = bytearray(whole.read_bytes())
     end = next(end for opcode, _, end in records(data) if opcode == Opcode.ATTACHMENT)
     data[end - 4 : end] = bytes(4)

@@ -26,7 +26,7 @@ def mesh(*size):
         ("cup.stl", 1.0, 12.0, "m", Origin.GUESS, ("m", "cm", "mm")),
     ],
 )
-def test_a_scene_says_the_unit_of_a_mesh_or_it_is_a_guess(file, scale, size, value, origin, alternatives):
+def test_mesh_unit_is_stated_by_scene_or_guessed(file, scale, size, value, origin, alternatives):
     row = scene_mesh_unit(SceneBody("cup", mesh=file, scale=scale), mesh(size, size, size))
     assert (row.subject, row.value, row.origin) == (Subject.MESH_UNIT, value, origin)
     assert row.alternatives == alternatives
@@ -61,7 +61,7 @@ def test_a_bench_beside_meshes_in_centimetres_is_open():
     assert guesses({"bench": (0.8, "m"), "cup": (12.0, "cm")}, stated=["cup"])["bench"] == ("m", "cm")
 
 
-def test_a_pin_beside_meshes_in_centimetres_may_be_smaller_than_others():
+def test_pin_beside_centimetre_meshes_may_be_smaller():
     assert guesses({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
 
 

@@ -86,7 +86,7 @@ scale = "feet"
 """
 
 
-def test_every_fault_of_a_scene_is_named_not_only_the_first():
+def test_every_problem_of_a_scene_is_listed():
     with pytest.raises(SceneError) as caught:
         parse_scene(FAULTY, "lab.toml")
     faults = caught.value.faults
@@ -119,7 +119,7 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, found, effects):
 
 
 @given(st.text(max_size=200) | st.lists(st.sampled_from(BENCH.splitlines()), max_size=30).map("\n".join))
-def test_no_text_ends_in_anything_but_a_scene_or_one_named_error(text):
+def test_any_text_ends_in_scene_or_named_error(text):
     try:
         parse_scene(text)
     except SceneError as error:
@@ -143,7 +143,7 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     assert 400 < len(meshes["glass"].faces) < 900
 
 
-def test_a_body_that_has_its_mesh_needs_no_word_on_it_and_the_text_of_other_scenes_stays():
+def test_scene_text_omits_meshes_that_bodies_already_have():
     scene = parse_scene('[[body]]\nid = "a"\nshape = "box"\nsize = [1, 1, 1]')
     still = Session.from_arrays([0], {"a": ([[0, 0, 0]], [[0, 0, 0, 1]])}, scene=scene)
     known = with_meshes(still, {"a": TRIANGLE}, []).scene

@@ -5,7 +5,7 @@ import numpy as np
 from sessions.synthetic.crowded import COLUMNS, FINGERS, NAME, ROWS
 
 
-def test_40_bodies_share_8_meshes_hands_are_seven_rigid_bodies_and_glasses_of_a_row_touch_now_and_then(made):
+def test_crowded_scene_has_40_bodies_of_8_meshes_in_contact(made):
     session, truth = made(NAME).session, made(NAME).truth
     place = dict(zip(session.names, session.frames.position.transpose(1, 0, 2), strict=True))
     assert len(session.meshes) == 40 and len({id(mesh) for mesh in session.meshes.values()}) == len(ROWS) + 3

@@ -40,7 +40,7 @@ def pairs_of(run):
         *(pytest.param(name, noise, marks=pytest.mark.slow) for name in REST for noise in ("off", "vive")),
     ],
 )
-def test_an_engine_finds_what_was_planted_when_it_was_planted_and_nothing_else(name, noise, made, verdicts):
+def test_detector_reports_exactly_the_planted_contacts(name, noise, made, verdicts):
     run = made(name, noise)
     pairs = pairs_of(run)
     found = verdicts(run.session, pairs)

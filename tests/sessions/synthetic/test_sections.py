@@ -19,7 +19,7 @@ def test_a_cube_corner_meets_a_prism_between_the_bounds():
     assert abs(meets.aside) < 1e-9
 
 
-def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
+def test_section_of_prism_in_ring_is_difference_of_radii():
     corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
     ring = sewn(revolved(np.array(corners), even_angles(64), 1.0 / np.cos(np.pi / 64)), around=True)
     sure, possible = round_in_round(prism(12, 0.01, 0.4), ring, 0.0)

@@ -20,7 +20,7 @@ def test_a_resting_tracker_errs_and_steps_as_real_ones_do():
     assert 0.00012 < np.median(step) < 0.00016
 
 
-def test_frames_that_follow_each_other_more_quickly_than_a_clock_strays_are_refused():
+def test_frame_steps_below_clock_jitter_are_refused():
     assert len(make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1)[0].frames) == 101
     with pytest.raises(ValueError, match="lower the rate or use clock 'even'"):
         make_analytic("ball-plate", rate_hz=1000.0, seconds=0.1, jitter="steady")

@@ -47,7 +47,7 @@ def apart(height):
     return [(2.0 - height, 4.0 + height)] + [(8.0 - height, 8.0 + height)] * (height > 0.0)
 
 
-def test_an_episode_is_as_long_as_noise_and_tessellation_allow_at_most_and_at_least():
+def test_episode_length_is_bounded_by_noise_and_tessellation():
     for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
         found, passing = levelled(("a", "b"), kind, apart, 0.125, 0.25, (0.5, 8.5))
         assert found.nominal == (2.5, 4.5) and found.pair == ("a", "b") and found.kind == kind

@@ -16,7 +16,7 @@ def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz, truths):
     assert len(middles) == 54 and kstest(np.array(middles) * rate_hz % 1.0, "uniform").pvalue > 0.001
 
 
-def test_no_hand_is_lost_while_it_bumps_and_the_rod_is_lost_with_its_hand(truths):
+def test_hands_are_tracked_while_bumping_and_rod_follows_hand(truths):
     for truth in truths:
         losses = [fact for fact in truth.facts if fact.kind == "loss"]
         assert losses and all(("hand-right" in loss.bodies) == ("rod" in loss.bodies) for loss in losses)

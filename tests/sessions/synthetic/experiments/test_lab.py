@@ -24,7 +24,7 @@ def delivered(run):
 
 
 @pytest.mark.parametrize(("name", "ends_ml"), [("titration", [25.0]), ("carbonate-titration", [10.0, 20.0])])
-def test_end_points_are_when_the_recorded_key_has_let_so_much_out(name, ends_ml, made):
+def test_end_points_match_the_volume_released_by_the_key(name, ends_ml, made):
     run = made(name)
     volume = delivered(run)
     ends, (total,) = run.facts("end_point"), run.facts("delivered")
@@ -34,7 +34,7 @@ def test_end_points_are_when_the_recorded_key_has_let_so_much_out(name, ends_ml,
     assert 0.0 < total.values["volume_ml"] - ends_ml[-1] < 0.3
 
 
-def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(made):
+def test_dropped_beaker_falls_freely_and_breaks_at_landing_speed(made):
     run = made("acid-dilution")
     (drop,), (broken,) = run.facts("drop"), run.facts("break")
     height = run.pose("rinse")[0][:, 1]

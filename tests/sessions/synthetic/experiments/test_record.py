@@ -36,7 +36,7 @@ def one(request, made):
     ("name", "noise"),
     [*((name, "off") for name in SCENES), (SCENES[0], "vive"), ("ball-in-box", "vive"), ("crowded-lab", "vive")],
 )
-def test_the_poses_and_truth_of_a_session_are_those_of_its_version(name, noise, made, snapshot):
+def test_poses_and_truth_are_those_of_the_session_version(name, noise, made, snapshot):
     """Other poses need another version of its choreography."""
     run = made(name, noise)
     frames = run.session.frames
@@ -56,7 +56,7 @@ def test_the_poses_and_truth_of_a_session_are_those_of_its_version(name, noise, 
 
 
 @pytest.mark.sampled(3)
-def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_go(one):
+def test_grasped_body_moves_from_press_until_release(one):
     assert one.facts("hold")
     for hold in one.facts("hold"):
         (hand,) = (body for body in hold.bodies if body.startswith("hand-"))
@@ -83,7 +83,7 @@ def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
     assert all((one.session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
 
 
-def test_a_session_holds_the_touches_and_near_misses_that_were_asked_for():
+def test_session_has_requested_touches_and_near_misses():
     session, truth = make_practice((0.02, 0.25), 3, pseudonym="S09", seed=2, noise="off")
     lengths = [episode.nominal[1] - episode.nominal[0] for episode in truth.episodes if episode.kind == "contact"]
     assert np.allclose(lengths, [0.02, 0.25], atol=1e-6)
