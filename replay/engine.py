@@ -28,7 +28,7 @@ from replay.document.diagnosis import answers
 from replay.document.fault_sentences import why_false, why_missed
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
-from replay.document.result_tables import result_tables
+from replay.document.result_tables import result_tables, stored
 from replay.document.run_result import RunResult
 from replay.document.summary import document_of_run
 from replay.effects.effect_plan import Plan, plan
@@ -132,8 +132,11 @@ def compute(
     )
     release_memory()
     ranks = ranking(document)
-    complete = structs.replace(document, answers=answers(result, document, ranks))
-    return replace(result, tables=result_tables(result), document=complete, ranking=ranks, answers=complete.answers)
+    tables = result_tables(result)
+    complete = structs.replace(
+        document, answers=answers(result, document, ranks), tables={name: stored(name, tables[name]) for name in tables}
+    )
+    return replace(result, tables=tables, document=complete, ranking=ranks, answers=complete.answers)
 
 
 def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:

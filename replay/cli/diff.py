@@ -1,7 +1,6 @@
 """``replay diff``: two run folders beside each other, in words or as JSON."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,11 +38,12 @@ def command(
     replay view runs/before runs/after
     """
     from replay.cli.terminal import terminal
+    from replay.document.coding import plain_of
     from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
     difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(pairs))
-    plain = asdict(difference) | {"changed": difference.changed}
+    plain = plain_of(difference) | {"changed": difference.changed}
     answer(as_json, plain, lambda: terminal(*_shown(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:
         people.say("note: the runs are of different machines; their times do not compare")

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from replay.constants import CAVEAT
 from replay.document.headline import doubts, headlines, price
-from replay.document.run_result import RunResult
+from replay.document.run_result import Summarised
 from replay.show.run_tables import ranking_table
 from replay.tables import Table, markdown, markdown_words
 
@@ -12,16 +12,18 @@ LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""
 
 
-def run_markdown(result: RunResult, broken: Sequence[str]) -> str:
+def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
     """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
-    size = f"{result.document.session.frames:,} frames, {len(result.assembly.bodies)} bodies"
+    size = f"{result.document.session.frames:,} frames, {len(result.document.session.bodies)} bodies"
     answers = [f"**{sentence}**" for sentence in headlines(result)]
-    tables = [ranking_table(result)] if len(result.comparisons) > 1 else []
-    name = result.session.scene.name or "Session"
-    return markdown_page(name, broken, [*doubts(result), size, *answers], tables, price(result), reasons(result))
+    tables = [ranking_table(result)] if len(result.document.audit) > 1 else []
+    name = result.document.session.scene or "Session"
+    return markdown_page(
+        name, broken, [*doubts(result.document), size, *answers], tables, price(result), reasons(result)
+    )
 
 
-def reasons(result: RunResult) -> list[str]:
+def reasons(result: Summarised) -> list[str]:
     """Why the worst detector is wrong and what mends it, as list items in Markdown; nothing where nothing is wrong."""
     items = []
     for heading, text, command in result.answers[0].reasons if result.answers else ():

@@ -67,11 +67,11 @@ def close_run(result: RunResult, people: People) -> int:
     for label, detector in result.document.detectors.items():
         settings = ", ".join(f"{name}={value}" for name, value in detector.settings.items())
         people.detail(f"{label}: {detector.name}[{settings}], verdicts {detector.digest}")
-    notes = [*result.assembly.notes, *repair_sentences(result.document.flagged)]
-    if result.assembly.left_out:
-        notes.append(f"no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
-    people.say(*(f"note: {note}" for note in notes))
     document = result.document
+    notes = [*document.session.notes, *repair_sentences(document.flagged)]
+    if document.session.left_out:
+        notes.append(f"no mesh, so not tested: {', '.join(document.session.left_out)}")
+    people.say(*(f"note: {note}" for note in notes))
     return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else OK
 
 

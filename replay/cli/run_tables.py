@@ -33,7 +33,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
     contents: list[Table | RenderableType] = [
-        line(text.replace(RECORDING, quote(recording)), INVENTED) for text in doubts(result)
+        line(text.replace(RECORDING, quote(recording)), INVENTED) for text in doubts(result.document)
     ]
     if result.ranking:
         contents += [built.ranking_table(result).narrow().with_heads()]
@@ -98,8 +98,9 @@ def run_tables(result: RunResult) -> Group:
     if result.effects and result.detections:
         contents.append(built.effect_table(result).narrow())
     contents += [Text(), line(CAVEAT, FAINT)]
-    if result.assembly.proxies:
-        contents.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))
+    proxies = [name for name, body in result.document.session.bodies.items() if body.proxy]
+    if proxies:
+        contents.append(line(f"Proxy meshes stand in for: {', '.join(proxies)}.", FAINT))
     return terminal(*contents)
 
 

@@ -36,9 +36,9 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     if (miss is None) == (false is None):
         raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
     from replay.show.results.run_folder import check_target, read_run_folder
-    from replay.studies.shrink.fault import of_run
     from replay.studies.shrink.reduce import Shrinking, Size
     from replay.studies.shrink.writing import CASE, sentence, write_case
+    from replay.studies.shrink.wrong_answer import of_run
 
     check_target(out, force=force, kind=CASE)
     let_modules_here_be_found([options["label"] or ""])

@@ -20,17 +20,34 @@ NOT_COVERED: Final = (
 )
 
 
-def headlines(result: RunResult) -> list[str]:
+def headlines(result: Summarised) -> list[str]:
     """Return the title of a run: the faults of the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []
 
 
-def doubts(result: RunResult) -> list[str]:
+def doubts(document: RunDocument) -> list[str]:
     """Return notes to read before the answer: errors, losses of the import, findings of unit, axes and handedness.
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
-    return [*open_questions(result.document), *doubts_of(result.treatment.findings)]
+    return [*open_questions(document), *doubts_of(findings_of(document))]
+
+
+def findings_of(document: RunDocument) -> list[Finding]:
+    """Return the findings of the doctor, the worst first; codes of another version are left out."""
+    return [
+        Finding(
+            code=row.code,
+            own_severity=Severity[row.severity.upper()],
+            message=row.message,
+            body=row.body or "",
+            start=row.start,
+            end=row.end,
+            count=row.count,
+        )
+        for row in document.findings
+        if row.code in CODES
+    ]
 
 
 def open_questions(document: RunDocument) -> list[str]:

@@ -10,15 +10,14 @@ import numpy as np
 from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
 from replay.auditing.holding import within
 from replay.auditing.outcome import Episode
+from replay.document.contact import EFFECT
+from replay.document.run_document import StoredTable
 from replay.document.run_result import RunResult
 from replay.effects.output import plain_value, vector_of
 from replay.prepare.flags import flag_word
 from replay.tables import Table, columns_of
 
 COLUMNS: Final = columns_of("document/result_tables.toml")
-
-EFFECT: Final = "effect/"
-"""``source`` of an event that an effect found: this and its kind."""
 
 
 def result_tables(result: RunResult) -> dict[str, Table]:
@@ -31,6 +30,11 @@ def result_tables(result: RunResult) -> dict[str, Table]:
         "false": Table.of(COLUMNS["false"], false),
         "events": Table.of(COLUMNS["events"], sorted(_events(result), key=lambda row: row["stamp_ns"])),
     }
+
+
+def stored(name: str, table: Table) -> StoredTable:
+    """Return how the document names a table: its file in the run folder, and its number of rows."""
+    return StoredTable(file=f"{name}.parquet", rows=len(table.rows))
 
 
 def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:

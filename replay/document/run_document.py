@@ -66,6 +66,13 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag=TRADEOFF_SCHEM
     about: dict[str, Any]
 
 
+class StoredTable(Record, frozen=True):
+    """A table of the run folder that holds facts of the document: its Parquet file, and its number of rows."""
+
+    file: str
+    rows: Count
+
+
 class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCHEMA):
     """A run: settings, seeds, counts, times, digests and answers; mappings are by the label of a detector.
 
@@ -79,7 +86,9 @@ class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCH
     policy : kind of doubt about a pose -> what is done with it.
     findings, flagged : what is in doubt about the recording.
     flagged_verdicts : verdicts that rest on a pose in doubt.
-    answers : of the audited detectors, the worst first.
+    answers : of the audited detectors, the worst first, each with the moment that shows it.
+    tables : contacts, missed contacts, false contacts and events, by name of the table; each row is a
+        ``ContactRecord``, a ``Fault`` or an ``EventRecord``.
     request : by it a batch knows the run folders that it need not make again.
     open_questions : guesses of an import that change the contacts; ``guesses`` sums up the others.
     tradeoff : what other settings miss and take, where that was measured.
@@ -108,6 +117,7 @@ class RunDocument(Record, frozen=True, kw_only=True, tag_field="schema", tag=SCH
     plan: PlanRecord
     effects: dict[str, EffectRecord]
     answers: tuple[Answer, ...]
+    tables: dict[str, StoredTable] = field(default_factory=dict)
     open_questions: tuple[str, ...] = ()
     guesses: tuple[str, ...] = ()
     request: str = ""

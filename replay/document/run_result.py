@@ -1,7 +1,8 @@
 """Result of a run: detections, the audit between them, effects, a document, and what other settings cost."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Protocol, cast
 
@@ -15,6 +16,7 @@ from replay.auditing.noisy_contacts import NoiseResult
 from replay.auditing.outcome import Comparison, Episode
 from replay.auditing.tolerance import Reference
 from replay.document.answer import Answer
+from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.ranking import Rank
 from replay.document.run_document import TRADEOFF_SCHEMA, RunDocument, TradeoffRecord
 from replay.effects.effects_runner import EffectRun
@@ -83,6 +85,18 @@ class Summarised(Protocol):
     def answers(self) -> tuple[Answer, ...]:
         """First sentences about each audited detector, in the order of the ranking."""
 
+    @property
+    def contacts(self) -> Mapping[str, Sequence[ContactRecord]]:
+        """Contacts of every detector, in order of time."""
+
+    @property
+    def faults(self) -> Mapping[str, Sequence[Fault]]:
+        """Faults of every audited detector, false contacts first."""
+
+    @property
+    def events(self) -> Sequence[EventRecord]:
+        """Events of the recording and of the effects, in order of time."""
+
 
 NO_DOCUMENT: Final = cast("RunDocument", None)
 """Stands in a result until everything else in it is computed."""
@@ -123,3 +137,18 @@ class RunResult:
     answers: tuple[Answer, ...] = ()  # of each audited detector, in the order of the ranking
     tradeoff: Tradeoff | None = None
     out: Path | None = None
+
+    @cached_property
+    def contacts(self) -> Mapping[str, Sequence[ContactRecord]]:
+        """Contacts of every detector, in order of time."""
+        return contacts_by_detector(self.tables["episodes"].plain(), self.detections)
+
+    @cached_property
+    def faults(self) -> Mapping[str, Sequence[Fault]]:
+        """Faults of every audited detector, false contacts first."""
+        return {label: (*self.false[label], *self.misses[label]) for label in self.comparisons}
+
+    @cached_property
+    def events(self) -> Sequence[EventRecord]:
+        """Events of the recording and of the effects, in order of time."""
+        return events_of(self.tables["events"].plain())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ class RunResult(run_result.RunResult):
     @classmethod
     def of(cls, computed: run_result.RunResult) -> RunResult:
         """The same result, to be shown."""
-        values = vars(computed)
+        values = {field.name: getattr(computed, field.name) for field in fields(computed)}
         by_label = ("detections", "comparisons", "episodes", "misses", "false", "matches", "causes", "detectors")
         return cls(**values | {name: ByLabel(values[name]) for name in by_label})
 

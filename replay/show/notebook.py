@@ -49,7 +49,7 @@ def run_text(result: RunResult) -> str:
     else:
         lines += [
             f"{label}: {plural(len(contacts), 'contact')}"
-            for label, contacts in list(result.episodes.items())[:MOST_DETECTORS]
+            for label, contacts in list(result.contacts.items())[:MOST_DETECTORS]
         ]
     lines.append(_where(result))
     return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
@@ -89,12 +89,11 @@ def run_plot(result: RunResult) -> Plot:
 
 
 def _what(result: RunResult) -> str:
-    motion = result.assembly.motion
-    seconds = float(motion.times[-1] - motion.times[0]) if len(motion) else 0.0
-    bodies = plural(len(result.assembly.bodies), "body", "bodies")
-    pairs = plural(len(result.assembly.pairs), "pair")
+    session = result.document.session
+    bodies = plural(len(session.bodies), "body", "bodies")
+    pairs = plural(len(result.document.pairs), "pair")
     origin = f" of {result.session.origin}" if result.session.origin else ""
-    return f"Run{origin}: {len(motion):,} frames in {duration(seconds)}, {bodies}, {pairs}"
+    return f"Run{origin}: {session.frames:,} frames in {duration(session.duration)}, {bodies}, {pairs}"
 
 
 def _where(result: RunResult) -> str:

@@ -141,8 +141,8 @@ def _contacts_json(view: RunView) -> str:
     pairs: dict[tuple[str, str], int] = {}
     contacts = {
         label: [
-            (pairs.setdefault((row["body_a"], row["body_b"]), len(pairs)), round(row["start"], 3), round(row["end"], 3))
-            for row in view.contacts.get(label, ())[:MOST_CONTACTS]
+            (pairs.setdefault(contact.bodies, len(pairs)), round(contact.start, 3), round(contact.end, 3))
+            for contact in view.contacts.get(label, ())[:MOST_CONTACTS]
         ]
         for label in labels
     }

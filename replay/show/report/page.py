@@ -70,11 +70,9 @@ def view_of(result: RunResult) -> RunView:
     """A run in memory, its faults with a picture each."""
     return RunView(
         run=result,
-        rows=lambda name: result.tables[name].plain(),
         name=session_names(result.document)[0],
         asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
         folder="RUN" if result.out is None else ".",
-        faults={label: [*result.false[label], *result.misses[label]] for label in result.comparisons},
         still=partial(fault_still, result),
     )
 

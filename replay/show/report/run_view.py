@@ -2,34 +2,29 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
 from replay.auditing.fault import Fault, FaultKind
 from replay.document.answer import Answer
+from replay.document.contact import ContactRecord, EventRecord
 from replay.document.cost import RUN, SESSION
-from replay.document.headline import doubts_of, open_questions
+from replay.document.headline import doubts
 from replay.document.ranking import Rank
-from replay.document.result_tables import EFFECT
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
 from replay.show.report.charts import Span
 from replay.show.words import NOT_LOOKED_FOR, tallied
 from replay.words import plural
-from sessions import Finding, Severity
-from sessions.doctor.finding import CODES
 from sessions.mcap.metadata import NOT_STATED
 
 EVENTS_FIRST: Final = 6
 """Events listed first of all, where no contact was looked for."""
 
 Pair = tuple[str, str]
-Row = dict[str, Any]
-Rows = Sequence[Row]
-
 
 Still = Callable[[str, Fault, tuple[int, int]], tuple[str, str]]
 """Picture of a fault of a detector as HTML, at a size, and its colours in words."""
@@ -55,9 +50,7 @@ class RunView:
     """A run as far as its page tells of it, in memory or in a folder; mappings are by the label of a detector."""
 
     run: Summarised
-    rows: Callable[[str], Rows]  # of the tables ``episodes`` and ``events``
     name: str  # what pages call the session
-    faults: Mapping[str, Sequence[Fault]] = field(default_factory=dict)  # of every audited detector
     asked: Hero | None = None  # what stands first where something else was asked than detectors
     folder: str = (
         "RUN"  # the run folder in a command: "." where the page lies in it, so that it names no path of a machine
@@ -85,21 +78,24 @@ class RunView:
         """Answer about each audited detector, in the order of the ranking."""
         return self.run.answers
 
-    @cached_property
-    def contacts(self) -> Mapping[str, Rows]:
-        """Contacts of every detector in order of time; of the reference without those of held bodies, not counted."""
-        contacts: dict[str, list[Row]] = {label: [] for label in self.document.detectors}
-        for row in self.rows("episodes"):
-            if not (row["held"] and row["detector"] == self.oracle):
-                contacts[row["detector"]].append(row)
-        return contacts
+    @property
+    def faults(self) -> Mapping[str, Sequence[Fault]]:
+        """Faults of every audited detector."""
+        return self.run.faults
 
     @cached_property
-    def events(self) -> Rows:
-        """Events of effects, in order of time; ``source`` is the kind of effect."""
-        rows = (row for row in self.rows("events") if row["source"].startswith(EFFECT))
-        events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in rows]
-        return sorted(events, key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
+    def contacts(self) -> Mapping[str, Sequence[ContactRecord]]:
+        """Contacts of every detector in order of time; of the reference without those of held bodies, not counted."""
+        return {
+            label: [contact for contact in contacts if not (contact.grasped and label == self.oracle)]
+            for label, contacts in self.run.contacts.items()
+        }
+
+    @cached_property
+    def events(self) -> Sequence[EventRecord]:
+        """Events of effects, in order of time."""
+        events = (event for event in self.run.events if event.effect)
+        return sorted(events, key=lambda event: (event.time, event.source, event.name, event.message))
 
     @cached_property
     def hero(self) -> Hero | None:
@@ -119,7 +115,7 @@ class RunView:
     @property
     def doubts(self) -> list[str]:
         """Caveats that come before the answer."""
-        return [*open_questions(self.document), *doubts_of(findings_of(self.document))]
+        return doubts(self.document)
 
 
 def session_names(document: RunDocument) -> list[str]:
@@ -130,35 +126,23 @@ def session_names(document: RunDocument) -> list[str]:
     return [name for name in names if name]
 
 
-def _without_audit(document: RunDocument, events: Rows) -> Hero:
+def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero:
     """How many contacts were found, or what the effects say, the weightiest result first."""
     if document.detectors:
         counts = [
             f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
         return Hero(", ".join(counts))
-    lines = [f"{row['time']:.1f} s: {row['message']}" for row in events[:EVENTS_FIRST]]
+    lines = [f"{event.time:.1f} s: {event.message}" for event in events[:EVENTS_FIRST]]
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
     if events:
         lines.append(f"{NOT_LOOKED_FOR}.")
-    results = [row for row in events if row["name"] in RESULTS]
+    results = [event for event in events if event.name in RESULTS]
     if results:
-        message = min(results, key=lambda row: RESULTS.index(row["name"]))["message"]
+        message = min(results, key=lambda event: RESULTS.index(event.name)).message
         return Hero(f"{message[:1].upper()}{message[1:]}", lines)
-    return Hero(tallied(Counter(row["name"] for row in events)) or NOT_LOOKED_FOR, lines)
-
-
-def findings_of(document: RunDocument) -> list[Finding]:
-    """Findings of the doctor, the worst first; codes of another version are left out."""
-    return [
-        Finding(
-            code=row.code, own_severity=Severity[row.severity.upper()], message=row.message,
-            body=row.body or "", start=row.start, end=row.end, count=row.count,
-        )
-        for row in document.findings
-        if row.code in CODES
-    ]  # fmt: skip
+    return Hero(tallied(Counter(event.name for event in events)) or NOT_LOOKED_FOR, lines)
 
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:
@@ -179,10 +163,9 @@ def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list
 def _stretches(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[Span]]:
     """When a detector reports contact of each pair, or of one alone."""
     intervals: dict[Pair, list[Span]] = {}
-    for row in view.contacts.get(label, ()):
-        both = row["body_a"], row["body_b"]
-        if pair in (None, both):
-            intervals.setdefault(both, []).append((row["start"], row["end"]))
+    for contact in view.contacts.get(label, ()):
+        if pair in (None, contact.bodies):
+            intervals.setdefault(contact.bodies, []).append((contact.start, contact.end))
     return intervals
 
 

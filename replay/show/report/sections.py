@@ -9,12 +9,13 @@ from msgspec.structs import asdict
 
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
+from replay.document.headline import findings_of
 from replay.document.run_document import RunDocument
 from replay.document.session import SessionRecord
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.show import run_tables
 from replay.show.plots import Plot
-from replay.show.report.run_view import RunView, findings_of
+from replay.show.report.run_view import RunView
 from replay.show.run_tables import RANKING, effect_table
 from replay.show.words import NOTHING_SUSPICIOUS
 from replay.tables import Table, table
@@ -47,7 +48,7 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     if not effects:
         return None
     rows = [
-        (event["source"], event["name"], event["message"], f"{event['time']:.3f}", _seconds(event["end_time"]))
+        (event.effect, event.name, event.message, f"{event.time:.3f}", _seconds(event.end_time))
         for event in events[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
@@ -96,7 +97,7 @@ def _fact_table(session: SessionRecord) -> Table:
     if proxies:
         rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
     if session.left_out:
-        rows.append(("not looked at", f"no mesh: {', '.join(session.left_out)}"))
+        rows.append(("not tested", f"no mesh: {', '.join(session.left_out)}"))
     if dropped:
         rows.append(("frames left out", ", ".join(dropped)))
     rows += [("note", note) for note in session.notes]

@@ -41,7 +41,8 @@ def details_path(label: str) -> str:
 def answer_text(result: RunResult) -> str:
     """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
     return filled(
-        f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result), price=price(result),
+        f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result.document),
+        price=price(result),
         ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
         notes=[*undecided(result), *sampling_notes(result)],
     )  # fmt: skip
@@ -108,6 +109,6 @@ def detector_text(result: RunResult, label: str) -> str:
 def session_text(result: RunResult) -> str:
     """Text on the session and its events, for a run that compares nothing."""
     return filled(
-        f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result), caveat=CAVEAT,
+        f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result.document), caveat=CAVEAT,
         happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,
     )  # fmt: skip

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from msgspec import structs
 from replay.auditing.fault import Fault
 from replay.document.answer import Answer
 from replay.document.coding import json_of
+from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.file_hash import file_hash
 from replay.document.machine import give_back_memory
 from replay.document.ranking import Rank, ranking
@@ -208,6 +210,16 @@ class RunFolder:
                     raise RunFolderError.unreadable(table_file(self.path, name), error) from error
         return faults
 
+    @cached_property
+    def contacts(self) -> dict[str, list[ContactRecord]]:
+        """Contacts of every detector, in order of time; ``RunFolderError``: no run writes such rows."""
+        return contacts_by_detector(self.rows("episodes"), self.document.detectors)
+
+    @cached_property
+    def events(self) -> tuple[EventRecord, ...]:
+        """Events of the recording and of the effects, in order of time; ``RunFolderError``: no run writes such rows."""
+        return events_of(self.rows("events"))
+
     @property
     def has_picture(self) -> bool:
         """Whether there is a recording for Rerun, whole or not."""
@@ -250,7 +262,8 @@ class RunFolder:
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
-        most = max((row["number"] for row in self.rows("misses")), default=0)
+        every = chain.from_iterable(self.faults.values())
+        most = max((fault.number for fault in every if fault.kind.is_miss), default=0)
         if number is not None and number > most:
             numbered = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {numbered}")
@@ -264,6 +277,10 @@ class RunFolder:
         """The rows of one of ``READ_TABLES``; ``RunFolderError``: no run writes such rows."""
         path, (kinds, needed) = table_file(self.path, name), READ_TABLES[name]
         table = read_table(path)
+        stored = self.document.tables.get(name)
+        if stored is not None and stored.rows != len(table):
+            counts = f"{len(table):,} rows, and {SUMMARY} counts {stored.rows:,}"
+            raise RunFolderError(f"{path} holds {counts}; run its session again")
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
         table = checked_table(path, table, kinds | KEYS, needed)

@@ -123,4 +123,4 @@ def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
     tradeoff, names = run.document.tradeoff, ", ".join(session_names(run.document))
     hero = None if tradeoff is None else Hero(tradeoff.answer, tradeoff.advice)
-    return RunView(run, run.rows, names, run.faults, hero, pictured=pictured)
+    return RunView(run, names, hero, pictured=pictured)

@@ -1,13 +1,14 @@
 """The differences of two runs, in numbers and words."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from replay import words
 from replay.tables import Table, columns_of
 from replay.words import plural
 
 if TYPE_CHECKING:
+    from replay.document.contact import ContactRecord
     from replay.studies.diff.runs import DetectorDiff, Fractions, Ranges, RunDiff, Shift
 
 TRUTH: Final[Mapping[str, str]] = {
@@ -21,12 +22,13 @@ TRUTH: Final[Mapping[str, str]] = {
 
 def changes(detector: "DetectorDiff") -> Iterator[str]:
     """Every contact that is not the same in both runs: gained, then lost, each by time, then the largest shifts."""
-    for kind, rows in (("gained", detector.gained), ("lost", detector.lost)):
-        for row in sorted(rows, key=lambda row: float(row["start"])):
-            yield f"{kind:<7} {_where(row)}, {plural(row['frames'], 'frame')}{TRUTH.get(str(row.get('status')), '')}"
+    for kind, contacts in (("gained", detector.gained), ("lost", detector.lost)):
+        for contact in sorted(contacts, key=lambda contact: contact.start):
+            frames = plural(contact.frames, "frame")
+            yield f"{kind:<7} {_where(contact)}, {frames}{TRUTH.get(str(contact.status), '')}"
 
     def order(shift: "Shift") -> tuple[float, float]:
-        return -max(abs(shift.start), abs(shift.end)), min(shift.before["start"], shift.after["start"])
+        return -max(abs(shift.start), abs(shift.end)), min(shift.before.start, shift.after.start)
 
     for shift in sorted(detector.shifted, key=order):
         yield f"shifted {_where(shift.before)}: begins {_moved(shift.start)}, ends {_moved(shift.end)}"
@@ -81,8 +83,8 @@ def diff_table(diff: "RunDiff") -> Table:
     return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
 
 
-def _where(row: Mapping[str, Any]) -> str:
-    return f"{row['body_a']} - {row['body_b']} at {row['start']:.3f} s"
+def _where(contact: "ContactRecord") -> str:
+    return f"{contact.body_a} - {contact.body_b} at {words.timestamp(contact.start)} s"
 
 
 def _moved(seconds: float) -> str:

@@ -12,6 +12,7 @@ from typing import Any, Final
 from replay.auditing.matching import partners
 from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
+from replay.document.contact import ContactRecord
 from replay.document.ranking import Range, Rank, count_range
 from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
@@ -25,8 +26,6 @@ TICKS: Final = 1_000_000
 SETTINGS: Final = ("seed", "tau", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
-Row = Mapping[str, Any]
-
 Fractions = tuple[float | None, ...]
 Ranges = tuple[Range | None, ...]
 """In the first and in the second run."""
@@ -34,10 +33,10 @@ Ranges = tuple[Range | None, ...]
 
 @dataclass(frozen=True)
 class Shift:
-    """A contact of both runs, as its rows in their tables, and the seconds by which it begins and ends later."""
+    """A contact of both runs, as each has it, and the seconds by which it begins and ends later."""
 
-    before: Row
-    after: Row
+    before: ContactRecord
+    after: ContactRecord
     start: float
     end: float
 
@@ -47,7 +46,7 @@ class DetectorDiff:
     """One detector in two runs.
 
     ``same`` counts contacts that begin and end at the same time in both, ``shifted`` are those that moved, ``gained``
-    and ``lost`` rows of contacts that only the second, or only the first, run has. Ratios are seconds of the second
+    and ``lost`` contacts that only the second, or only the first, run has. Ratios are seconds of the second
     over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
     ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, the smallest and
     the largest count over the sampling offsets; ``false_contact`` the parts of the time reported
@@ -58,8 +57,8 @@ class DetectorDiff:
 
     labels: Labels
     same: int
-    gained: tuple[Row, ...]
-    lost: tuple[Row, ...]
+    gained: tuple[ContactRecord, ...]
+    lost: tuple[ContactRecord, ...]
     shifted: tuple[Shift, ...]
     time_ratio: float | None
     p99_ratio: float | None
@@ -116,8 +115,7 @@ def diff_runs(
         )
     first, second = (run.document for run in runs)
     labels = counterparts(first, second, compared)
-    episodes = [run.rows("episodes") for run in runs]
-    detectors = {name_of(pair): _detector(pair, runs, episodes) for pair in labels}
+    detectors = {name_of(pair): _detector(pair, runs) for pair in labels}
     settings = dict(_differences(first, second, labels))
     return RunDiff(
         detectors=detectors,
@@ -134,16 +132,16 @@ def name_of(labels: Labels) -> str:
     return before if before == after else f"{before} -> {after}"
 
 
-def _detector(labels: Labels, runs: Sequence[RunFolder], episodes: Sequence[Sequence[Row]]) -> DetectorDiff:
-    """One detector of each run, by the documents of both runs and their tables of contacts."""
+def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
+    """One detector of each run."""
     detectors = [run.document.detectors[label] for run, label in zip(runs, labels, strict=True)]
-    before, after = (
-        [row for row in rows if row["detector"] == label] for rows, label in zip(episodes, labels, strict=True)
-    )
+    before, after = (run.contacts[label] for run, label in zip(runs, labels, strict=True))
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
-    matched = partners(*([_episode(number[_pair(row)], row) for row in rows] for rows in (before, after)))
+    matched = partners(
+        *([_episode(number[_pair(contact)], contact) for contact in contacts] for contacts in (before, after))
+    )
     both = [(before[i - 1], after[j - 1]) for i, j in matched]
-    shifts = [Shift(old, new, new["start"] - old["start"], new["end"] - old["end"]) for old, new in both]
+    shifts = [Shift(old, new, new.start - old.start, new.end - old.end) for old, new in both]
     moved = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
@@ -155,8 +153,8 @@ def _detector(labels: Labels, runs: Sequence[RunFolder], episodes: Sequence[Sequ
     return DetectorDiff(
         labels=labels,
         same=len(shifts) - len(moved),
-        gained=tuple(row for k, row in enumerate(after, 1) if k not in come),
-        lost=tuple(row for k, row in enumerate(before, 1) if k not in kept),
+        gained=tuple(contact for k, contact in enumerate(after, 1) if k not in come),
+        lost=tuple(contact for k, contact in enumerate(before, 1) if k not in kept),
         shifted=moved,
         time_ratio=_ratio(*(times.detect for times in seconds)),
         p99_ratio=_ratio(*(times.p99 for times in seconds)),
@@ -173,15 +171,15 @@ def _audited_rank(run: RunFolder, label: str) -> Rank | None:
     return next((rank for rank in run.ranking if rank.label == label and label in run.document.audit), None)
 
 
-def _episode(pair: int, row: Row) -> Episode:
-    start, end = row["start"], row["end"]
+def _episode(pair: int, contact: ContactRecord) -> Episode:
+    start, end = contact.start, contact.end
     # A contact is over at its end: one that begins there does not overlap it.
     first = round(start * TICKS)
     return Episode(pair, first, max(first, round(end * TICKS) - 1), start, end)
 
 
-def _pair(row: Row) -> tuple[str, str]:
-    a, b = sorted((row["body_a"], row["body_b"]))
+def _pair(contact: ContactRecord) -> tuple[str, str]:
+    a, b = sorted(contact.bodies)
     return a, b
 
 

@@ -14,8 +14,8 @@ from cdcore.bounding.hull import hull_of
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from replay.progress import Progress, Silent
-from replay.studies.shrink.fault import Fault, of_pairs
 from replay.studies.shrink.well_posed import doubts_of, thin_faces
+from replay.studies.shrink.wrong_answer import WrongAnswer, of_pairs
 
 DECIMALS: Final = range(13)
 """Decimals that are tried, fewest first; beyond them a number keeps all it has."""
@@ -33,7 +33,7 @@ class Size:
     faces: tuple[int, int]
 
     @classmethod
-    def of(cls, fault: Fault) -> Size:
+    def of(cls, fault: WrongAnswer) -> Size:
         """Count."""
         first, second = (len(body.mesh.faces) for body in fault.pair)
         return cls(len(fault.motion), len(fault.bodies), (first, second))
@@ -49,11 +49,11 @@ class Shrinking:
     What is well posed stays so: ``doubts`` are those that the fault has had from the start.
     """
 
-    def __init__(self, fault: Fault, progress: Progress | None = None) -> None:
+    def __init__(self, fault: WrongAnswer, progress: Progress | None = None) -> None:
         self.fault, self.questions, self.doubts = fault, 0, doubts_of(fault)
         self._progress = progress or Silent()
 
-    def run(self) -> Fault:
+    def run(self) -> WrongAnswer:
         """Reduce frames, bodies, faces, rotations and decimals until none of these steps changes anything."""
         with self._progress.stage("shrink", None, "questions") as self._advance:
             self._thick_faces()
@@ -73,7 +73,7 @@ class Shrinking:
         arrays = motion.times, motion.translations, motion.rotations, *(mesh.triangles for mesh in meshes)
         return tuple(array.tobytes() for array in arrays)
 
-    def _takes(self, make: Callable[..., Fault | None], *given: Any) -> bool:
+    def _takes(self, make: Callable[..., WrongAnswer | None], *given: Any) -> bool:
         """Whether the detector is wrong about what is made, too; then it is the fault from now on."""
         self.questions += 1
         self._advance(1)
@@ -161,7 +161,7 @@ class Shrinking:
         for body in range(len(self.fault.bodies)):
             self._rounded(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
 
-    def _rounded(self, values: FloatArray, make: Callable[..., Fault], *given: Any) -> None:
+    def _rounded(self, values: FloatArray, make: Callable[..., WrongAnswer], *given: Any) -> None:
         """Rounds to the fewest decimals that leave the detector wrong."""
         for decimals in DECIMALS:
             rounded = np.round(values, decimals) + 0.0
@@ -199,15 +199,15 @@ def _tried(items: IntArray, count: int) -> Iterator[IntArray]:
         yield from (np.delete(items, chunk) for chunk in chunks)
 
 
-def _at_frames(fault: Fault, rows: IntArray) -> Fault:
+def _at_frames(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
     return replace(fault, motion=fault.motion.take(rows))
 
 
-def _of_pairs(fault: Fault, rows: IntArray) -> Fault:
+def _of_pairs(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
     return of_pairs(replace(fault, pairs=fault.pairs[rows]))
 
 
-def _with_faces(fault: Fault, kept: dict[int, IntArray]) -> Fault:
+def _with_faces(fault: WrongAnswer, kept: dict[int, IntArray]) -> WrongAnswer:
     for body, rows in kept.items():
         mesh = fault.bodies[body].mesh
         corners, faces = np.unique(mesh.faces[np.sort(rows)], return_inverse=True)
@@ -215,22 +215,22 @@ def _with_faces(fault: Fault, kept: dict[int, IntArray]) -> Fault:
     return fault
 
 
-def _with_hull(fault: Fault, body: int, points: FloatArray) -> Fault | None:
+def _with_hull(fault: WrongAnswer, body: int, points: FloatArray) -> WrongAnswer | None:
     hull = hull_of(points)
     return None if hull is None else _with_mesh(fault, body, hull)
 
 
-def _with_vertices(fault: Fault, body: int, vertices: FloatArray) -> Fault:
+def _with_vertices(fault: WrongAnswer, body: int, vertices: FloatArray) -> WrongAnswer:
     return _with_mesh(fault, body, TriangleMesh(vertices, fault.bodies[body].mesh.faces))
 
 
-def _with_mesh(fault: Fault, body: int, mesh: TriangleMesh) -> Fault:
+def _with_mesh(fault: WrongAnswer, body: int, mesh: TriangleMesh) -> WrongAnswer:
     bodies = [*fault.bodies]
     bodies[body] = replace(bodies[body], mesh=mesh)
     return replace(fault, bodies=tuple(bodies))
 
 
-def _with_poses(fault: Fault, name: str, values: FloatArray) -> Fault:
+def _with_poses(fault: WrongAnswer, name: str, values: FloatArray) -> WrongAnswer:
     motion = fault.motion
     arrays = {field: getattr(motion, field) for field in ("times", "translations", "rotations")} | {name: values}
     return replace(fault, motion=Motion(**arrays, valid=motion.valid, linked=motion.linked))

@@ -16,7 +16,7 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray
 from replay.auditing.tolerance import TAU
-from replay.studies.shrink.fault import Fault
+from replay.studies.shrink.wrong_answer import WrongAnswer
 
 MICROMETRES: Final = f"{1e6 * TAU:g} micrometres"
 
@@ -30,7 +30,7 @@ class Doubt(StrEnum):
     NEAR = f"The surfaces are less than {MICROMETRES} apart: engines may differ about what almost touches."
 
 
-def doubts_of(fault: Fault) -> frozenset[Doubt]:
+def doubts_of(fault: WrongAnswer) -> frozenset[Doubt]:
     """Doubts about the last frame of a fault; none about a contact that only the path between frames shows.
 
     A body inside another counts as apart: their surfaces must not come near.
@@ -46,7 +46,7 @@ def thin_faces(mesh: TriangleMesh) -> BoolArray:
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) <= TAU * longest)
 
 
-def _margin(fault: Fault) -> Iterable[Doubt]:
+def _margin(fault: WrongAnswer) -> Iterable[Doubt]:
     first, second = fault.pairs[0].tolist()
     rotations, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
     stage, pair = MarginStage(fault.bodies, TAU), (first, second)

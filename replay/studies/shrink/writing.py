@@ -10,9 +10,9 @@ from typing import Any, Final
 from cdcore import TriangleMesh
 from replay.detection.detector_spec import spec_text
 from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
-from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
 from replay.studies.shrink.well_posed import doubts_of
+from replay.studies.shrink.wrong_answer import WrongAnswer
 from replay.words import plural, safe_text
 
 CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1")
@@ -62,7 +62,7 @@ def test_the_last_frame_is_answered_rightly():
 """The same for every case: names, titles and settings of a run folder are data of ``case.json``, never code."""
 
 
-def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: bool = False) -> Path:
+def write_case(fault: WrongAnswer, before: Size, out: Path, *, source: str, force: bool = False) -> Path:
     """Write the folder of a fault: ``test_case.py``, OBJ files, ``poses.csv``, ``case.json``, a README.
 
     ``before``: its size when it was found; ``source``: where it was found, in a few words. Numbers are written as
@@ -88,7 +88,7 @@ def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: boo
     return out
 
 
-def sentence(fault: Fault) -> str:
+def sentence(fault: WrongAnswer) -> str:
     """Sentence on a fault: its detector, the missed or false contact, and its size."""
     verb = "misses a contact" if fault.contact else "invents a contact"
     size = Size.of(fault)
@@ -102,7 +102,7 @@ def _obj(mesh: TriangleMesh) -> Iterator[str]:
     yield from ("f " + " ".join(str(corner + 1) for corner in row) + "\n" for row in mesh.faces.tolist())
 
 
-def _poses(fault: Fault) -> Iterator[list[Any]]:
+def _poses(fault: WrongAnswer) -> Iterator[list[Any]]:
     """A row a frame and body: time, body, whether it has a pose, place, rotation by rows; seconds and metres."""
     yield ["time", "body", "valid", "x", "y", "z", *(f"r{row}{column}" for row in range(3) for column in range(3))]
     motion = fault.motion
@@ -113,7 +113,7 @@ def _poses(fault: Fault) -> Iterator[list[Any]]:
             yield [repr(time), kept.name, int(motion.valid[frame, body]), *map(repr, numbers)]
 
 
-def _report(fault: Fault, case: Mapping[str, Any]) -> Iterator[str]:
+def _report(fault: WrongAnswer, case: Mapping[str, Any]) -> Iterator[str]:
     """A text for a bug report."""
     first, second = (safe_text(body.name) for body in fault.pair)
     yield f"# {sentence(fault)}"

@@ -100,7 +100,7 @@ def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
     result = replay.run(tmp_path / "s.mcap", detectors="exact", out=tmp_path / "run")
     (question,) = result.document.open_questions
     assert question.startswith("Not decided: axes of meshes of tool and plate. As the poses (ros): no contact")
-    assert "Y up" in question and "2 contacts" in question and doubts(result)[0] == question
+    assert "Y up" in question and "2 contacts" in question and doubts(result.document)[0] == question
     page = (tmp_path / "run" / "report.html").read_text()
     assert "Not decided: axes of meshes" in page and "guessed, not sure: STL files say no axes" in page
     write_session(imported(mesh_axes=axes), tmp_path / "said.mcap")
@@ -263,7 +263,7 @@ def test_run_lists_guesses_of_the_draft_on_first_screen(tmp_path):
     _, imported = scene(tmp_path, "openxr", "obj", exported=False)
     text = (tmp_path / "map.toml").read_text()
     (tmp_path / "map.toml").write_text('guessed = ["time.unit"]\n' + text)
-    (line,) = doubts(replay.run(imported(), detectors="exact"))
+    (line,) = doubts(replay.run(imported(), detectors="exact").document)
     assert line.startswith(
         "Guessed by the import: unit of lengths (m); unit of times (s); unit of meshes of tool and plate (m). Why"
     )
@@ -302,10 +302,10 @@ def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
     _, imported = unity_poses_without_a_name(tmp_path, "obj")
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions
-    said = doubts(replay.run(session, detectors="exact"))
+    said = doubts(replay.run(session, detectors="exact").document)
     assert said[0].startswith(
         "Guessed by the import: axes of poses (ros, not sure); unit of lengths (m); unit of meshes"
     )
     assert not any(
-        "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact"))
+        "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact").document)
     )

@@ -3,12 +3,11 @@
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from msgspec import convert
-from support.report_states import EMPTY, detector_of, document_with
+from support.report_states import detector_of, document_with
 from support.shapes import beaker_mesh
 from support.small_worlds import STEP_NS, cubes, framed
 
@@ -65,7 +64,8 @@ def test_the_report_says_how_much_is_suspicious(severities, words):
 
 
 def doubted(*findings):
-    return headline.doubts(SimpleNamespace(treatment=SimpleNamespace(findings=findings), document=EMPTY))
+    records = tuple(convert(finding.as_json(), FindingRecord) for finding in findings)
+    return headline.doubts(document_with(findings=records))
 
 
 def test_doubts_are_errors_units_axes_and_handedness():

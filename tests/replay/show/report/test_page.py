@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.report_states import EMPTY, STATES, detector_of, document_with, read_page, steady
+from support.report_states import EMPTY, STATES, read_page, steady
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay import run
+from replay.document.contact import EventRecord
 from replay.engine import compute
 from replay.show.report.markup import environment
 from replay.show.report.page import report_html
@@ -30,21 +31,20 @@ def test_what_only_bounding_volumes_report_is_unconfirmed():
 
 
 def test_what_a_hand_holds_is_no_contact_of_the_reference():
-    rows = [{"detector": label, "held": kept} for label in ("exact", "it") for kept in (False, True)]
-    run = SimpleNamespace(
-        document=document_with(detectors={"exact": detector_of("exact"), "it": detector_of("x")}), oracle="exact"
-    )
-    contacts = RunView(run, lambda _: rows, "s").contacts
+    two = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
+    run = SimpleNamespace(oracle="exact", contacts={"exact": two, "it": two})
+    contacts = RunView(run, "s").contacts
     assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
 
 
 @pytest.mark.parametrize(("count", "last"), [(6, "6.0 s: spilt"), (9, "and 3 more")])
 def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
-    rows = [
-        {"source": "effect/spill", "name": "spill", "time": float(k), "message": "spilt"} for k in range(count, 0, -1)
+    events = [
+        EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
+        for k in range(count, 0, -1)
     ]
-    run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=())
-    lines = RunView(run, lambda name: rows if name == "events" else [], "s").hero.lines
+    run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=(), events=events)
+    lines = RunView(run, "s").hero.lines
     assert lines[0] == "1.0 s: spilt" and lines[-2] == last
 
 

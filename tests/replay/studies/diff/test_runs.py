@@ -30,8 +30,8 @@ def summary_of(folder):
 def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
     result = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
     assert result.same == 1
-    assert [row["start"] for row in result.lost] == [pytest.approx(0.04)]
-    assert [row["start"] for row in result.gained] == [pytest.approx(0.12)]
+    assert [contact.start for contact in result.lost] == [pytest.approx(0.04)]
+    assert [contact.start for contact in result.gained] == [pytest.approx(0.12)]
     (shift,) = result.shifted
     assert (shift.start, shift.end) == (pytest.approx(-0.01), pytest.approx(-0.01))
     assert result.same_verdicts is False

@@ -21,10 +21,10 @@ from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError
 from replay.show.results.run_folder import read_run_folder
-from replay.studies.shrink.fault import Fault, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence, write_case
+from replay.studies.shrink.wrong_answer import WrongAnswer, of_run
 from sessions import write_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
@@ -113,7 +113,7 @@ def test_contained_body_is_shrunk_to_a_tetrahedron():
     bodies = tuple(Body(name, box_mesh([edge] * 3)) for name, edge in (("out", 4.0), ("in", 1.0)))
     rotated = rotation_from_quaternion(np.tile([0.1, 0.2, 0.3, 0.9], (3, 2, 1)))
     motion = Motion(np.arange(3) / 100.0, np.zeros((3, 2, 3)), rotated)
-    done = least(Fault("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
+    done = least(WrongAnswer("hybrid", {"containment": False}, "exact", bodies, motion, np.array([[0, 1]]), True))
     assert Size.of(done) == Size(1, 2, (4, 1))
     assert (done.motion.rotations == np.eye(3)).all()
 

@@ -16,6 +16,8 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
+from replay import words
+from replay.auditing.fault import Fault
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
@@ -30,7 +32,7 @@ WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 
 
 @dataclass(frozen=True, eq=False)
-class Fault:
+class WrongAnswer:
     """Wrong answer of a detector in the last frame of a motion."""
 
     # detector, settings: as ``create_detector`` takes them
@@ -71,7 +73,7 @@ class Fault:
 def of_run(
     run: RunFolder, *, miss: int | None = None, false: int | None = None, label: str | None = None,
     session: Path | None = None, scene: Path | None = None,
-) -> Fault:  # fmt: skip
+) -> WrongAnswer:  # fmt: skip
     """The fault of a run folder: a miss or a false contact by its number.
 
     ``label``: the detector, where the run audited several, or ``module:Class``: a folder may come from anybody, so a
@@ -81,8 +83,9 @@ def of_run(
     the recording, or a fault that does not happen again; ``RunFolderError``: no recording or scene, or those of another
     run.
     """
-    row, contact = _row(run, miss, false, label), miss is not None
-    trusted, label = parse_detector(label).name if label else None, row["detector"]
+    stored = _stored_fault(run, miss, false, label)
+    contact = stored.kind.is_miss
+    trusted, label = parse_detector(label).name if label else None, stored.detector
     detector = run.document.detectors[label]
     if ":" in detector.name and detector.name != trusted:
         raise ShrinkError(
@@ -100,24 +103,25 @@ def of_run(
     settings = {key: value for key, value in detector.settings.items() if value != usual.get(key)}
     assembly = _assembled(run, session, scene)
     names = [body.name for body in assembly.bodies]
-    pair = names.index(row["body_a"]), names.index(row["body_b"])
-    frames = [row["deepest"]] if contact else range(row["first"], row["last"] + 1)
+    first_body, second_body = stored.bodies
+    pair = names.index(first_body), names.index(second_body)
+    frames = [stored.frame] if contact else range(stored.first, stored.last + 1)
     for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS):
         began = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
         motion = assembly.motion.take(np.arange(began, frame + 1))
-        fault = of_pairs(Fault(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))
+        fault = of_pairs(WrongAnswer(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))
         # The first frame is sampled at any offset, so most faults stand without one.
         plain = {key: value for key, value in settings.items() if key != OFFSET_SETTING}
         for candidate in (replace(fault, settings=plain), fault):
             if candidate.stands():
                 return candidate
     raise ShrinkError(
-        f"run again on {row['body_a']} and {row['body_b']} at {row['start']:.3f} s, {label} is right; "
+        f"run again on {first_body} and {second_body} at {words.timestamp(stored.start)} s, {label} is right; "
         "its answer depended on the clock"
     )
 
 
-def of_pairs(fault: Fault) -> Fault:
+def of_pairs(fault: WrongAnswer) -> WrongAnswer:
     """The same with the bodies of its pairs only."""
     kept = np.unique(fault.pairs)
     motion = fault.motion
@@ -134,8 +138,8 @@ def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]
     yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
 
 
-def _row(run: RunFolder, miss: int | None, false: int | None, detector: str | None) -> dict[str, Any]:
-    """The row of a fault in the tables of a run.
+def _stored_fault(run: RunFolder, miss: int | None, false: int | None, detector: str | None) -> Fault:
+    """Return the fault of a run folder by its number.
 
     ``detector``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
     """
@@ -149,14 +153,19 @@ def _row(run: RunFolder, miss: int | None, false: int | None, detector: str | No
         raise ShrinkError(f"{run.path} audited no {detector}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
-    table, number, what = ("misses", miss, "miss") if miss is not None else ("false", false, "false contact")
-    rows = [row for row in run.rows(table) if row["number"] == number and row["detector"] in among]
-    if len(rows) > 1:
-        labels = ", ".join(row["detector"] for row in rows)
+    number, what = (miss, "miss") if miss is not None else (false, "false contact")
+    faults = [
+        fault
+        for label in among
+        for fault in run.faults[label]
+        if fault.number == number and fault.kind.is_miss == (miss is not None)
+    ]
+    if len(faults) > 1:
+        labels = ", ".join(fault.detector for fault in faults)
         raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {labels}")
-    if not rows:
+    if not faults:
         raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {detector}" if detector else ""))
-    return rows[0]
+    return faults[0]
 
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:

@@ -1,0 +1,63 @@
+"""The document names its contacts, faults and events; a run in memory and its folder hold the same records."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from support.small_worlds import TWO_BUMPS, cubes
+
+from replay import run
+from replay.document.contact import ContactRecord, EventRecord
+from replay.document.result_tables import COLUMNS
+from replay.document.run_document import StoredTable
+from replay.errors import RunFolderError
+from replay.show.results.run_folder import read_run_folder
+from sessions.model.session import Event
+
+TABLES = {"episodes": ContactRecord, "events": EventRecord}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    session = cubes(TWO_BUMPS)
+    poured = Event(int(session.stamps()[3]), "note", "poured", "a")
+    session = replace(session, events=(poured,))
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    return run(session, detectors="slow=discrete[rate_hz=5]", out=folder, picture=False), folder
+
+
+def test_the_document_counts_the_rows_of_its_tables(written):
+    result, folder = written
+    contacts = sum(len(contacts) for contacts in result.contacts.values())
+    misses = sum(len(misses) for misses in result.misses.values())
+    false = sum(len(false) for false in result.false.values())
+    expected = {"episodes": contacts, "misses": misses, "false": false, "events": 1}
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["tables"] == {name: {"file": f"{name}.parquet", "rows": rows} for name, rows in expected.items()}
+    assert misses > 0
+
+
+def test_a_run_in_memory_and_its_folder_hold_the_same_records(written):
+    result, folder = written
+    read = read_run_folder(folder)
+    assert {label: tuple(contacts) for label, contacts in read.contacts.items()} == {
+        label: tuple(contacts) for label, contacts in result.contacts.items()
+    }
+    assert read.events == result.events and [event.message for event in read.events] == ["poured"]
+    assert {label: [fault.number for fault in faults] for label, faults in read.faults.items()} == {
+        label: [fault.number for fault in faults] for label, faults in result.faults.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["episodes", "misses", "events"])
+def test_a_table_of_other_length_than_counted_is_refused(written, name):
+    _, folder = written
+    read = read_run_folder(folder)
+    read.document.tables[name] = StoredTable(file=f"{name}.parquet", rows=99)
+    with pytest.raises(RunFolderError, match=f"{name}.parquet holds . rows, and summary.json counts 99"):
+        read.rows(name)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_record_has_a_field_for_every_column(name):
+    assert set(TABLES[name].__struct_encode_fields__) == {column.name for column in COLUMNS[name]}
