@@ -27,15 +27,19 @@ RARE: Final = ("undecided", "frames left out", "poses left out")
 
 def run_many(
     files: Sequence[Path], out: Path | None, people: People, limits: "Gates", *, as_json: bool, as_markdown: bool,
-    settings: Mapping[str, Any], **how: Any,
+    tables: str, settings: Mapping[str, Any], **how: Any,
 ) -> int:  # fmt: skip
     """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
+
+    ``tables`` is the form of the tables over all sessions, in the folder ``out``.
 
     Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
     """
     from replay.cli.run_tables import audit_table
     from replay.cli.terminal import terminal
     from replay.running.batch import run_batch
+    from replay.show.results.data_set import read
+    from replay.show.results.spreadsheets import PARQUET, write_tables
 
     def died(name: str, worker: str) -> None:
         people.say(f"the worker {worker} ended while it replayed {name}, which is run again")
@@ -47,6 +51,8 @@ def run_many(
             settings = {**settings, "picture": False}
         done = counting(people, len(files))
         batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)
+        if tables != PARQUET and batch.runs:
+            people.say(*write_tables(read(folder), folder, tables))
     broken = limits.broken(batch.audit, [(name, run.times) for name, run in batch.runs.items()])
     lost = bool(batch.failed) or any(run.dropped_frames or lost_poses(run.flagged) for run in batch.runs.values())
     sessions = [session_table(batch)] if batch.runs else []

@@ -145,7 +145,16 @@ meshes = click.option(
 )
 SCENE_WORDS = "A scene in place of the session's own; without bodies it adds to that one."
 scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
+TABLES_WORDS = "Form of the tables for other programs; xlsx needs the extra `excel`."
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
+
+
+def tables(default: str) -> Option:
+    """Return the option for the form of the tables that are written."""
+    form = click.Choice(["parquet", "csv", "xlsx"])
+    return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_WORDS)
+
+
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
 jobs = click.option(
     "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Workers of Dask on this machine."

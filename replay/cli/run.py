@@ -18,6 +18,7 @@ from replay.cli.options import (
     jobs,
     lineup,
     replaying,
+    tables,
 )
 from replay.cli.project_settings import ProjectCommand
 from replay.cli.session_files import session_files, several
@@ -48,6 +49,7 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @click.option("--max-invented", hidden=True, expose_value=False, callback=_renamed)
 @click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_WORDS)
 @fix_time
+@tables("parquet")
 @replaying
 @answering("text", "json", MARKDOWN)
 def command(
@@ -71,6 +73,7 @@ def command(
     replay run recordings --out runs --jobs 4 --no-picture
     """
     from replay.document.gates import Gates, times_of
+    from replay.show.results.spreadsheets import PARQUET, require_form, write_run_tables
 
     picture = not options.pop("no_picture")
     if options["step_rate"] is None:
@@ -79,6 +82,11 @@ def command(
         raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
     limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false")))
     how = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
+    form = options.pop("tables")
+    if form != PARQUET:
+        if out is None:
+            raise click.UsageError(f"--tables {form} needs --out, the folder to write them to")
+        require_form(form)
     files = session_files(sessions)
     if len(files) > 1 or how["scheduler"] is not None or several(sessions):
         options["fix_time"] = options["fix_time"] or 0.0
@@ -86,8 +94,8 @@ def command(
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
 
-        form = {"as_json": as_json, "as_markdown": as_markdown}
-        return run_many(files, out, people, limits, settings=options | {"picture": picture}, **form, **how)
+        output = {"as_json": as_json, "as_markdown": as_markdown, "tables": form}
+        return run_many(files, out, people, limits, settings=options | {"picture": picture}, **output, **how)
     import replay
     from replay.cli.run_report import close_run, report_run
 
@@ -95,6 +103,8 @@ def command(
     options["fix_time"] = FIX_SECONDS if options["fix_time"] is None else options["fix_time"]
     progress = TerminalProgress(people)
     result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **options)
+    if result.out is not None:
+        people.say(*write_run_tables(result.out, form))
     broken = limits.broken(result.document.audit, times_of([result.document]))
     if as_markdown:
         from replay.cli.run_markdown import run_markdown

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, tables
 
 
 @click.group()
@@ -37,6 +37,7 @@ def require_extra() -> None:
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
 @click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of bootstrap and permutations.")
+@tables("csv")
 @force
 @reporting
 def page(people: People, **options: Any) -> int:
@@ -61,6 +62,7 @@ def write_page(
     seed: int = 0,
     force: bool = False,
     as_json: bool = False,
+    tables: str = "csv",
     title: str = "Class",
 ) -> int:
     """Analyse runs, and answers by a codebook if there are any; write the study folder ``out``, print the tables."""
@@ -71,6 +73,7 @@ def write_page(
     from replay.cli.study_tables import study_tables
     from replay.document.file_hash import file_hash
     from replay.show.results.run_folder import check_target
+    from replay.show.results.spreadsheets import require_form
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.class_runs import read_class
@@ -79,6 +82,7 @@ def write_page(
 
     if (questionnaire is None) != (codebook is None):
         raise click.UsageError("a questionnaire and its codebook go together; give both or none")
+    require_form(tables)
     check_target(out, force=force, kind=folder.STUDY)
     study, sessions, inputs = None, read_class(runs, students), {"seed": str(seed)}
     if questionnaire is not None and codebook is not None:
@@ -88,7 +92,7 @@ def write_page(
         study = analyse(book, answers, sessions.as_metrics(), detector=detector, seed=seed)
         people.say(*(f"note: {sentence}" for sentence in study.unmatched))
         inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
-    folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed)
+    folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed, tables=tables)
     answer(as_json, folder.as_json(sessions, study), lambda: study_tables(study, sessions))
     people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from replay.document import run_result
+from replay.errors import OutputError
 from replay.running.by_label import ByLabel
 from sessions.temporary_folders import temporary_folder
 
@@ -46,6 +47,38 @@ class RunResult(run_result.RunResult):
         from replay.show.notebook import run_plot
 
         return run_plot(self)
+
+    def to_pandas(self, name: str) -> Any:
+        """Return a table as a pandas frame: ``episodes``, ``misses``, ``false``, ``events`` or ``metrics``.
+
+        Raises ``OutputError``: pandas is not installed.
+        """
+        try:
+            import pandas  # noqa: F401
+        except ImportError as error:
+            raise OutputError("pandas is not installed; pip install pandas") from error
+        return self._arrow(name).to_pandas()
+
+    def to_polars(self, name: str) -> Any:
+        """Return a table as a polars frame, named as for ``to_pandas``.
+
+        Raises ``OutputError``: polars is not installed.
+        """
+        try:
+            import polars
+        except ImportError as error:
+            raise OutputError("polars is not installed; pip install polars") from error
+        return polars.from_arrow(self._arrow(name))
+
+    def _arrow(self, name: str) -> Any:
+        from replay.show.results.parquet import with_keys
+        from replay.show.results.parquet_tables import metrics_table
+
+        if name == "metrics":
+            return with_keys(metrics_table(self), self)
+        if name not in self.tables:
+            raise OutputError(f"no table {name!r}; there are: {', '.join([*self.tables, 'metrics'])}")
+        return with_keys(self.tables[name].to_arrow(), self)
 
     def write(self, folder: str | Path, *, force: bool = False, picture: bool = True) -> RunResult:
         """Write the run folder with its report, and return the result that knows where it is.

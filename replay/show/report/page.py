@@ -70,7 +70,7 @@ def view_of(result: RunResult) -> RunView:
     """A run in memory, its faults with a picture each."""
     return RunView(
         run=result,
-        name=session_names(result.document)[0],
+        name=", ".join(session_names(result.document)),
         asked=None if result.tradeoff is None else Hero(result.tradeoff.answer),
         folder="RUN" if result.out is None else ".",
         still=partial(fault_still, result),

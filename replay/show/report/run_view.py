@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from itertools import islice
 from typing import Final
@@ -18,8 +19,11 @@ from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
 from replay.show.report.charts import Span
 from replay.show.words import NOT_LOOKED_FOR, tallied
-from replay.words import plural
+from replay.words import date, plural
 from sessions.mcap.metadata import NOT_STATED
+
+FIRST_DATE_NS: Final = 946_684_800 * 10**9
+"""The year 2000; earlier stamps count from the start of a recording, not from 1970."""
 
 EVENTS_FIRST: Final = 6
 """Events listed first of all, where no contact was looked for."""
@@ -119,11 +123,20 @@ class RunView:
 
 
 def session_names(document: RunDocument) -> list[str]:
-    """Names of a session for a page: scene, pseudonym, id; never its file, which may name a person."""
+    """Names of a session for a page: scene or bodies, pseudonym, date; never its file, which may name a person."""
     session = document.session
     pseudonym = session.facts.get("pseudonym", NOT_STATED)
-    names = [session.scene, "" if pseudonym == NOT_STATED else pseudonym, f"session {session.id}"]
+    names = [session.scene or _names_of_bodies(document), "" if pseudonym == NOT_STATED else pseudonym]
+    if session.first_stamp_ns >= FIRST_DATE_NS:
+        names.append(date(datetime.fromtimestamp(session.first_stamp_ns // 10**9, UTC)))
     return [name for name in names if name]
+
+
+def _names_of_bodies(document: RunDocument) -> str:
+    """Return the first two bodies, and the number of the others."""
+    bodies = [*document.session.bodies]
+    rest = f" and {len(bodies) - 2} more" if len(bodies) > 2 else ""
+    return f"{(', ' if rest else ' and ').join(bodies[:2])}{rest}"
 
 
 def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero:

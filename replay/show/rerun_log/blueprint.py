@@ -124,7 +124,7 @@ def _answer(picture: Picture) -> Any:
             _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
             1 - height,
         ),
-        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.6), (moments, 0.4)), height),
+        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.55), (moments, 0.45)), height),
         name="Answer",
     )
 
@@ -212,7 +212,7 @@ def _details(picture: Picture, label: str) -> Any:
     listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
     text = _text(details_path(label), "Settings, and what each stage takes")
     stages = _plot(picture.whole, timing.stages_path(label), STAGES)
-    counters = _plot(picture.whole, entity("counters", label), "Work per frame")
+    counters = _plot(picture.whole, entity("counters", label), "Work per frame: how often each step ran")
     return _column(
         (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
         (_row((_states(picture, title, [*pair_lanes(result, label)]), 0.6),

@@ -225,10 +225,16 @@ def sharp_edges(mesh: TriangleMesh) -> FloatArray:
 
 
 def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]) -> Colours:
-    """White for a body that touches nothing, while it is said to; translucent what stands before a moment."""
+    """White for a body that touches nothing, while it is said to; translucent what hides a moment.
+
+    The larger body of a pair hides the contact as much as what stands before it, unless it is glass or the ground.
+    """
     colours: dict[str, list[tuple[int, int, Rgba]]] = {}
     free = {time: free_body(result, moment) for time, moment in moments.items()}
-    hiding = {time: hiding_bodies(result, time[0], moment.pair, eyes[time], balls) for time, moment in moments.items()}
+    hiding = {
+        time: {*hiding_bodies(result, time[0], moment.pair, eyes[time], balls), _larger(result, moment.pair, balls)}
+        for time, moment in moments.items()
+    }
     touched = {body for body in free.values() if body is not None}
     for body in touched.union(*hiding.values()):
         name = result.assembly.names[body]
@@ -238,6 +244,12 @@ def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Ey
             colour = see_through(tags) if body in hiding[time] else albedo(tags)
             rows.append((frame, later, FREE if body == free[time] else colour))
     return colours
+
+
+def _larger(result: RunResult, pair: int, balls: Sequence[Sphere]) -> int:
+    """Return the body of a pair with the larger bounding sphere."""
+    first, second = result.assembly.pairs[pair].tolist()
+    return first if balls[first].radius > balls[second].radius else second
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,10 +102,9 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
-    """Lanes of all pairs, of the reference and of the first detectors of this order, each with what it is."""
-    what = {rank.label: rank.what for rank in result.ranking}
-    lanes = [lane_name(f"{number}_{label}", what[label]) for number, label in enumerate(order[: MOST_LANES - 1], 2)]
-    return [lane_name(f"1_{result.oracle} is the reference"), *lanes]
+    """Lanes of all pairs, of the reference and of the first detectors of this order, by the names of the report."""
+    lanes = [lane_name(f"{number}_{label}") for number, label in enumerate(order[: MOST_LANES - 1], 2)]
+    return [lane_name(f"1_{result.oracle}", "reference"), *lanes]
 
 
 def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 import rerun as rr
 
 from cdcore.protocol import counts_as_contact
-from replay.auditing.fault import Fault, longest_curve_first
+from replay.auditing.fault import Cause, Fault, longest_curve_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
 from replay.document.scores import LISTED
@@ -33,6 +33,9 @@ MISS, FALSE, CONTACT = "miss", "false", "contact"
 COLOURS: Final = {MISS: MISSED, FALSE: INVENTED, CONTACT: FOUND}
 UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
 """What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
+
+CAUSE_LETTERS: Final = max(map(len, Cause))
+"""Letters of the longest cause."""
 
 LISTS: Final = "moments/list"
 TABLE: Final = "moments/table"
@@ -134,24 +137,27 @@ def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moment
     lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
     for (time, moment), name in zip(moments.items(), names, strict=True):
         label, kind, _ = _key(moment)
-        line = (_line(moment, name, widths), kind, COLOURS[kind])
+        line = (_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, COLOURS[kind])
         lines.setdefault(label, []).append((writer.session_ns(time), line))
     for label, rows in lines.items():
         times, texts = zip(*rows, strict=True)
         writer.log_lines(list_path(label), np.array(times), texts)
 
 
-def _line(moment: Fault | Episode, name: str, widths: tuple[int, int]) -> str:
-    """One line of the list; ``widths``: letters of a label and of the name of a pair."""
+def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int]) -> str:
+    """Return a line of the list: time, detector, number, cause, pair and size of a moment.
+
+    ``widths``: letters of a label and of the name of a pair.
+    """
     label, kind, number = _key(moment)
     numbered = f"{kind} {number or ''}"
-    line = f"{label:<{widths[0]}} {numbered:<8}  {name:<{widths[1]}}"
+    # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
+    line = f"{seconds:>8.3f} s  {label:<{widths[0]}} {numbered:<8} "
     if isinstance(moment, Episode):
-        return f"{line} {'':14}  {plural(moment.last - moment.first + 1, 'frame')}"
-    late, what = (f"{moment.kind}: ", "curve") if moment.kind.is_miss else ("", "apart")
+        return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_LETTERS}} {name}"
+    what = "curve" if moment.kind.is_miss else "apart"
     size = f"{length(moment.metres)} {what}" if moment.metres > 0 else ""
-    # In a narrow view the end is cut: what tells moments apart comes first.
-    return f"{line} {size:>14}  {late}{moment.cause}"
+    return f"{line} {moment.cause:<{CAUSE_LETTERS}} {name:<{widths[1]}} {size:>14}"
 
 
 @dataclass(frozen=True)

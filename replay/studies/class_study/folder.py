@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from replay.show.results.spreadsheets import CSV, write_tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import places
@@ -27,24 +28,21 @@ def write_study(
     title: str = "Class",
     force: bool = False,
     seed: int = 0,
+    tables: str = CSV,
 ) -> Path:
     """Write a study folder; whole, or not at all.
 
     ``inputs`` are names and digests of the files, and the seed; ``title`` heads the page, which leads to the reports
-    of the runs; ``force`` replaces an earlier study folder. Raises ``OutputError``: the folder exists, or cannot be
-    written.
+    of the runs; ``force`` replaces an earlier study folder; ``tables`` is the form of its tables.
+    Raises ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force, kind=STUDY)
     page = study_html(runs, places(runs, out), study, title, seed)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:
-            from pandas import DataFrame
-
-            for name, table in study_tables(study).items():
-                if table.rows:
-                    rows = DataFrame(table.rows, columns=table.head, dtype=object)
-                    rows.to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
+            named = {name: table.to_arrow() for name, table in study_tables(study).items() if table.rows}
+            write_tables(named, folder, tables)
         write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
 

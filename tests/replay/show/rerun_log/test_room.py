@@ -53,7 +53,8 @@ def moments(run, read):
     for name, fault, printed, size in faults(run):
         ns, written = existing[name], f" {length(size)} "
         assert 0 <= ns - nanoseconds(run, *printed) < 10, "of one frame each has a nanosecond of its own"
-        assert lines[ns].startswith(" ".join([*map(str, name), pair_name(fault.pair)]))
+        words_of_line = [f"{ns / 1e9:.3f} s", *map(str, name), str(fault.cause), pair_name(fault.pair)]
+        assert f"{lines[ns]} ".startswith(f"{' '.join(words_of_line)} ")
         assert not size > 0 or written in lines[ns]
         (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
@@ -136,7 +137,7 @@ def cages(run, read):
 
 
 def colours(run, read):
-    """A body is white that touches nothing inside a hull, faint that stands before a moment, unseen without a pose."""
+    """A body in a hull that touches nothing is white; what hides a moment is faint, the larger of its pair too."""
     assembly, balls = run.assembly, [sphere_best(body.mesh) for body in run.assembly.bodies]
     moments = key_moments(run)
     for (frame, later), eye in close_up_eyes(run, moments, balls).items():
@@ -147,7 +148,8 @@ def colours(run, read):
             pair, tags = assembly.pairs[moment.pair].tolist(), tags_of(name, run.session.scene)
             centre = placed(assembly.motion, frame, body, balls[body].centre[None])
             near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= ROOM
-            colour = see_through(tags) if near and body not in pair else albedo(tags)
+            hides = near if body not in pair else body == max(pair, key=lambda index: (balls[index].radius, index))
+            colour = see_through(tags) if hides else albedo(tags)
             is_fault = isinstance(moment, Fault)
             hollow = moment.evidence.hollow if is_fault else ""
             solids = is_fault and moment.detector in detectors_with_solids(run)

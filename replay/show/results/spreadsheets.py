@@ -1,0 +1,131 @@
+"""Tables for other programs: CSV and Excel, with units in the heading; no cell becomes a formula."""
+
+import csv
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from replay.document.result_tables import COLUMNS
+from replay.errors import OutputError
+from replay.metrics.row import COLUMNS as METRIC_COLUMNS
+from replay.show.results.parquet import read_table
+
+CSV, PARQUET, XLSX = "csv", "parquet", "xlsx"
+FORMS: Final = (CSV, PARQUET, XLSX)
+
+WORKBOOK: Final = "tables.xlsx"
+NO_XLSXWRITER: Final = 'Excel tables need XlsxWriter: pip install "vrlab-replay[excel]"'
+
+UNITS: Final = {
+    column.name: column.unit
+    for columns in (*COLUMNS.values(), *METRIC_COLUMNS.values())
+    for column in columns
+    if column.unit
+}
+"""Column of a table of a run -> its unit, where its name does not say it."""
+
+FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""First characters of a text that a spreadsheet may run."""
+
+MOST_ROWS: Final = 1_048_575
+"""Rows of an Excel sheet below its heading."""
+
+MOST_LETTERS: Final = 32_767
+"""Letters of an Excel cell."""
+
+EXACT: Final = 10**15
+"""Integers up to this one survive Excel, which keeps 15 digits; larger ones are written as text."""
+
+
+def require_form(form: str) -> None:
+    """Raise ``OutputError`` where the package that writes a form is not installed."""
+    if form == XLSX:
+        try:
+            import xlsxwriter  # noqa: F401
+        except ImportError as error:
+            raise OutputError(NO_XLSXWRITER) from error
+
+
+def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str) -> list[str]:
+    """Write tables to a folder: a CSV file each, or a sheet each of one workbook; sentences on those left out."""
+    if form == CSV:
+        for name, table in tables.items():
+            _write_csv(table, folder / f"{name}.csv")
+    if form == PARQUET:
+        for name, table in tables.items():
+            pq.write_table(table, folder / f"{name}.parquet", compression="zstd")
+    if form == XLSX:
+        return _write_workbook(tables, folder / WORKBOOK)
+    return []
+
+
+def write_run_tables(folder: Path, form: str) -> list[str]:
+    """Write the Parquet tables of a run folder once more in another form; sentences on those left out."""
+    if form == PARQUET:
+        return []
+    return write_tables({file.stem: read_table(file) for file in sorted(folder.glob("*.parquet"))}, folder, form)
+
+
+def headings(names: Iterable[str]) -> list[str]:
+    """Return names of columns with their units: ``start [s]``."""
+    return [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
+
+
+def inert(value: Any) -> Any:
+    """Return a value that no spreadsheet runs: a text that begins like a formula gets an apostrophe before it."""
+    if isinstance(value, str) and value.lstrip(" ").startswith(FORMULA_STARTS):
+        return f"'{value}"
+    return value
+
+
+def _rows(table: pa.Table) -> Iterator[Sequence[Any]]:
+    """Yield the rows of a table, some thousand in memory at a time."""
+    for batch in table.to_batches(max_chunksize=10_000):
+        yield from zip(*(column.to_pylist() for column in batch.columns), strict=True)
+
+
+def _write_csv(table: pa.Table, path: Path) -> None:
+    """Write a table in UTF-8 with the mark by which Excel knows it."""
+    with path.open("w", encoding="utf-8-sig", newline="") as file:
+        writer = csv.writer(file, lineterminator="\r\n")
+        writer.writerow([inert(name) for name in headings(table.column_names)])
+        writer.writerows([inert(value) for value in row] for row in _rows(table))
+
+
+def _write_workbook(tables: Mapping[str, pa.Table], path: Path) -> list[str]:
+    require_form(XLSX)
+    from xlsxwriter import Workbook
+
+    left_out = []
+    with Workbook(str(path), {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}) as book:
+        bold = book.add_format({"bold": True})
+        for name, table in tables.items():
+            if len(table) > MOST_ROWS:
+                left_out.append(f"{name} has {len(table):,} rows, more than an Excel sheet holds: use its Parquet file")
+                continue
+            sheet = book.add_worksheet(name[:31])
+            sheet.freeze_panes(1, 0)
+            for column, heading in enumerate(headings(table.column_names)):
+                sheet.write_string(0, column, heading, bold)
+            for number, row in enumerate(_rows(table), 1):
+                for column, value in enumerate(row):
+                    _write_cell(sheet, number, column, value)
+    return left_out
+
+
+def _write_cell(sheet: Any, row: int, column: int, value: Any) -> None:
+    """Write a cell by its type; what is not there or is no number stays empty."""
+    if value is None:
+        return
+    if isinstance(value, bool):
+        sheet.write_boolean(row, column, value)
+    elif isinstance(value, int | float) and isfinite(value) and abs(value) < EXACT:
+        sheet.write_number(row, column, value)
+    elif isinstance(value, float):
+        return
+    else:
+        sheet.write_string(row, column, str(value)[:MOST_LETTERS])

@@ -1,0 +1,114 @@
+"""Tables for other programs hold what Parquet holds, with units, and no cell runs."""
+
+import csv
+import sys
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.report_states import STATES
+from support.small_worlds import TWO_BUMPS, cubes
+
+import replay
+from replay.errors import OutputError
+from replay.show.results.spreadsheets import headings, inert, write_run_tables, write_tables
+
+HOSTILE = ["=1+1", "+1", "-2+3", "@SUM(A1)", "\t=1", " =1", '=HYPERLINK("http://x")', "\u202e", "plain", ""]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
+    out = tmp_path_factory.mktemp("run") / "run"
+    return replay.run(session, detectors="slow=discrete[rate_hz=5]", out=out, picture=False)
+
+
+def csv_rows(path):
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        return [*csv.reader(file)]
+
+
+def text_of(value):
+    return "" if value is None else str(inert(value))
+
+
+def test_csv_holds_the_rows_of_parquet_with_units_in_its_heading(run):
+    assert write_run_tables(run.out, "csv") == []
+    for file in run.out.glob("*.parquet"):
+        table = pq.read_table(file)
+        head, *rows = csv_rows(file.with_suffix(".csv"))
+        assert head == headings(table.column_names)
+        assert rows == [[text_of(value) for value in row.values()] for row in table.to_pylist()]
+    assert {"start [s]", "cut_length [m]"} <= {*csv_rows(run.out / "misses.csv")[0]}
+    assert any(cell.startswith("'=cmd") for row in csv_rows(run.out / "misses.csv") for cell in row)
+
+
+def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run):
+    openpyxl = pytest.importorskip("openpyxl")
+    assert write_run_tables(run.out, "xlsx") == []
+    book = openpyxl.load_workbook(run.out / "tables.xlsx")
+    assert set(book.sheetnames) == {file.stem for file in run.out.glob("*.parquet")}
+    table, (head, *rows) = pq.read_table(run.out / "misses.parquet"), [*book["misses"].rows]
+    assert [cell.value for cell in head] == headings(table.column_names)
+    expected = [list(row.values()) for row in table.to_pylist()]
+    for cells, values in zip(rows, expected, strict=True):
+        # Excel keeps 15 digits of a number.
+        assert [_rounded(cell.value) for cell in cells] == [_rounded(value) for value in values]
+        assert all(cell.data_type != "f" for cell in cells)
+
+
+def _rounded(value):
+    return float(f"{value:.12g}") if isinstance(value, int | float) else value or None
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_no_text_becomes_a_formula(text, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    table = {"t": pa.table({text or "name": [text, "x"], "number": [-1.5, 2.0]})}
+    for form in ("csv", "xlsx"):
+        assert write_tables(table, tmp_path, form) == []
+    (head, first, _) = csv_rows(tmp_path / "t.csv")
+    assert not head[0].lstrip(" ").startswith(("=", "+", "-", "@", "\t"))
+    assert not first[0].lstrip(" ").startswith(("=", "+", "-", "@", "\t")) and first[1] == "-1.5"
+    for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows:
+        assert all(cell.data_type != "f" and cell.hyperlink is None for cell in row)
+
+
+def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    write_tables({"t": pa.table({"stamp_ns": [1709283600000000001, 5]})}, tmp_path, "xlsx")
+    values = [row[0].value for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows]
+    assert values == ["stamp_ns [ns]", "1709283600000000001", 5]
+
+
+def test_table_longer_than_a_sheet_is_left_out_by_name(tmp_path, monkeypatch):
+    pytest.importorskip("xlsxwriter")
+    monkeypatch.setattr("replay.show.results.spreadsheets.MOST_ROWS", 2)
+    (sentence,) = write_tables({"t": pa.table({"a": [1, 2, 3]}), "u": pa.table({"a": [1]})}, tmp_path, "xlsx")
+    assert sentence == "t has 3 rows, more than an Excel sheet holds: use its Parquet file"
+
+
+def test_missing_package_is_a_sentence(tmp_path, monkeypatch, run):
+    for name in ("xlsxwriter", "pandas", "polars"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(OutputError, match=r'Excel tables need XlsxWriter: pip install "vrlab-replay\[excel\]"'):
+        write_tables({"t": pa.table({"a": [1]})}, tmp_path, "xlsx")
+    for method, name in ((run.to_pandas, "pandas"), (run.to_polars, "polars")):
+        with pytest.raises(OutputError, match=f"{name} is not installed; pip install {name}"):
+            method("misses")
+
+
+def test_result_gives_data_frames_of_its_tables(run):
+    frame = run.to_pandas("misses")
+    assert len(frame) == len(run.misses["slow"]) and frame["student"].tolist() == [""] * len(frame)
+    assert set(run.to_pandas("metrics")["detector"]) == {"slow", "exact"}
+    with pytest.raises(OutputError, match="no table 'frame'; there are: episodes, misses, false, events, metrics"):
+        run.to_pandas("frame")
+    polars = pytest.importorskip("polars")
+    assert isinstance(run.to_polars("episodes"), polars.DataFrame)
+
+
+def test_every_state_has_spreadsheets(tmp_path):
+    for state in ("no contact", "no reference", "effects"):
+        result = replay.RunResult.of(STATES[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)
+        assert write_run_tables(result.out, "csv") == []
