@@ -339,12 +339,23 @@ TOTALS = {
     "H3BO3": "B", "Na2B4O7": "Na Na B B B B", "CaCO3": "Ca C(4)", "CuO": "Cu(2)", "CuSO4.5H2O": "Cu(2) S(6)",
     "AgCl": "Ag Cl", "Na2SO4.10H2O": "Na Na S(6)", "FeS": "Fe(2) S(-2)", "Mg(OH)2": "Mg", "NaHSO4": "Na S(6)",
     "Na2S": "Na Na S(-2)", "Na2B4O7.10H2O": "Na Na B B B B",
+    "C2H5COOH": "Propionate", "NH2CH2COOH": "Glycine", "CH3NH2": "Methylamine", "C7H6O3": "Salicylate",
+    "KCN": "K Cyanide", "KH2PO4": "K P", "Al2(SO4)3": "Al Al S(6) S(6) S(6)", "Na3C6H5O7": "Na Na Na Citrate",
+    "Hg(NO3)2": "Hg(2) N(5) N(5)", "C2H8N2": "Ethylenediamine", "Na2C10H14N2O8": "Na Na Edta", "Al(OH)3": "Al",
+    "Zn(OH)2": "Zn", "BaCO3": "Ba C(4)", "CaO": "Ca", "BaO": "Ba", "Na2O": "Na Na", "K2O": "K K", "MgO": "Mg",
+    "ZnO": "Zn", "Cu(OH)2": "Cu(2)", "KAl(SO4)2.12H2O": "K Al S(6) S(6)", "PbCl2": "Pb Cl Cl", "SrCO3": "Sr C(4)",
 }  # fmt: skip
 """Formula -> the elements of minteq.v4 that a mol of it brings; protons and hydroxide follow from the charges."""
 
 
-def answer(moles, phases, kilograms):
-    """pH, and mol of each phase, of so many mol of formulas in so much water at 25 degC."""
+WITHOUT_POLYSULFIDES = "SOLUTION_SPECIES\n" + "".join(
+    f"HS- = S{count}-2 + H+\n log_k -99\n -no_check\n" for count in range(2, 7)
+)
+"""minteq.v4 writes them unbalanced, beside solid sulfur: a solution without any has none."""
+
+
+def answer(moles, phases, kilograms, species=()):
+    """pH, and mol of each phase and species, of so many mol of formulas in so much water at 25 degC."""
     import phreeqc
 
     totals = Counter()
@@ -356,13 +367,18 @@ def answer(moles, phases, kilograms):
     if phases:
         lines += ["EQUILIBRIUM_PHASES 1", *(f" {phase} 0 0" for phase in phases.values())]
     names = " ".join(phases.values())
-    output = f"SELECTED_OUTPUT\n -reset false\n -pH true\n -high_precision true\n -equilibrium_phases {names}\n"
+    molal = {formula: f"m_{name}(mol/kgw)" for formula, name in dict(species).items()}
+    output = "SELECTED_OUTPUT\n -reset false\n -pH true\n -water true\n -high_precision true\n"
+    output += f" -equilibrium_phases {names}\n -molalities {' '.join(dict(species).values())}\n"
+    if "S(-2)" in totals:
+        output += f"{WITHOUT_POLYSULFIDES}END\n"
     library = phreeqc.Phreeqc()
     library.LoadDatabase(str(Path(phreeqc.__file__).parent / "databases" / "minteq.v4.dat"))
     if library.RunString(output + "\n".join([*lines, "END\n"])):
         raise ValueError(library.GetErrorString())
     columns = library.GetSelectedOutput()
-    return {"pH": columns["pH"][-1], **{formula: columns[phase][-1] for formula, phase in phases.items()}}
+    dissolved = {formula: columns[name][-1] * columns["mass_H2O"][-1] for formula, name in molal.items()}
+    return {"pH": columns["pH"][-1], **{formula: columns[phase][-1] for formula, phase in phases.items()}, **dissolved}
 
 
 def mixture(row):
@@ -382,5 +398,5 @@ if __name__ == "__main__":
     for row in tomllib.loads(Path(sys.argv[1]).read_text("utf-8"))["mixture"]:
         moles, litres = mixture(row)
         if row.get("by") == "PHREEQC":
-            found = answer(moles, row.get("phases", {}), litres)
+            found = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
             print(row["name"], {name: round(value, 6) for name, value in found.items()}, sep=": ")

@@ -42,6 +42,9 @@ Tables = Mapping[str, tuple[Declaration, ...]]
 SPARING_MOL_KG: Final = 0.1
 """What dissolves by less, by PHREEQC's constant, falls out where an equation makes it, without being marked (s)."""
 
+ALKALI: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+"))
+"""Ions whose oxides water takes apart at once."""
+
 UNWILLING_J: Final = 20e3
 """Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
 
@@ -144,6 +147,9 @@ class _Phases:
         entry = self.entry(formula, "s")
         if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
             return False
+        molecule = self.dissolved(formula)
+        if molecule is not None and entry.log_k + molecule.log_k > np.log10(SPARING_MOL_KG):
+            return False
         hydroxide = -entry.makeup.get(PROTON, 0.0)
         ions = [many for component, many in entry.makeup.items() if component not in (PROTON, WATER)] + [hydroxide]
         bare = sum(
@@ -154,6 +160,12 @@ class _Phases:
         log_product = entry.log_k + bare - 14.0 * hydroxide
         even = sum(many * np.log10(many) for many in ions if many > 0.0)
         return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
+
+    def dissolved(self, formula: str) -> Entry | None:
+        """PHREEQC's dissolved species of a formula."""
+        assert self.database is not None
+        mine = _dry(components_of(formula) or {})
+        return next((entry for entry in self.database.species.values() if mine and _dry(entry.makeup) == mine), None)
 
     def _log_k(self, component: str) -> float:
         """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
@@ -279,7 +291,8 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         unknown = [formula for formula in equation.reagents if phase.get(formula) == "s" and not phases.known(formula)]
         if unknown:
             raise table.fail(_UNKNOWN_SOLUBILITY.format(unknown[0]))
-        if not any(_can_settle(formula, phase) for formula in equation.formulas):
+        settling = any(_can_settle(formula, phase) for formula in equation.formulas)
+        if not settling and not _makes_neutral_complex(equation, phases):
             raise table.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
         if rate is not None:
             raise table.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
@@ -302,6 +315,15 @@ def _can_settle(formula: str, phase: Mapping[str, str]) -> bool:
         return True
     components = dissolved_components(formula)
     return PROTON in components or bool(charge_of(formula) and len(components) > 1) or bool(BASES & set(components))
+
+
+def _makes_neutral_complex(equation: Equation, phases: _Phases) -> bool:
+    """Whether an equation makes of ions a complex without charge that PHREEQC knows: ``Al3+ + 3 F- -> AlF3``."""
+    if phases.database is None or not any(charge_of(formula) for formula in equation.reagents):
+        return False
+    return any(
+        phases.dissolved(formula) is not None for formula in equation.products if len(heavy_components(formula)) > 1
+    )
 
 
 def _dissolving(equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Salt | None:
@@ -336,6 +358,9 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
     if {component: many for component, many in made.items() if component != WATER} == {
         component: many * coefficient for component, many in components.items() if component != WATER
     }:
+        # An oxide of an alkali metal does not dissolve, it reacts with water to its end.
+        if WATER in equation.reagents and components.get(WATER, 0) > 0 and set(components) <= ALKALI | {WATER, PROTON}:
+            return
         raise table.fail(_UNKNOWN_SOLUBILITY.format(solids[0]))
 
 

@@ -86,3 +86,12 @@ def test_a_warmer_solution_has_the_ion_product_of_its_temperature():
     solver, totals = made([{"NaCl": 1e-9}])
     assert 2.0 * solve(solver, totals, 25.0).ph[0] == pytest.approx(13.995, abs=0.01)
     assert 2.0 * solve(solver, totals, 60.0).ph[0] == pytest.approx(13.02, abs=0.06)
+
+
+def test_no_sulfide_is_a_polysulfide():
+    """minteq.v4 has them unbalanced: beside solid sulfur only, which a solution of sodium sulfide does not hold."""
+    data = database_of()
+    sulfides = [
+        entry for entry in data.species.values() if set(entry.makeup) <= {"S^2-", "H+"} and "S^2-" in entry.makeup
+    ]
+    assert sorted(entry.name for entry in sulfides) == ["H2S", "HS-", "S-2"]
