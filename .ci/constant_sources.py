@@ -54,7 +54,7 @@ def log_k(source, reaction, celsius=25.0):
             terms.append((sign * float(count or 1), name))
     elements = [ELEMENTS[name] for _, name in terms if name in ELEMENTS]
     return quotient(
-        source, [one if isinstance(one, str) else one.get(source, one[""]) for one in elements], terms, celsius
+        source, [item if isinstance(item, str) else item.get(source, item[""]) for item in elements], terms, celsius
     )
 
 
@@ -67,7 +67,7 @@ def quotient(source, elements, terms, celsius=25.0, pe=4.0):
     library = phreeqc.Phreeqc()
     library.LoadDatabase(str(FOLDER / FILES[source]))
     text = f"SOLUTION 1\n temp {celsius}\n units mol/kgw\n pH 7\n pe {pe}\n"
-    text += "".join(f" {one} 1e-6\n" for one in elements)
+    text += "".join(f" {item} 1e-6\n" for item in elements)
     text += f"USER_PUNCH\n -headings k\n 10 PUNCH {' + '.join(sums)}\n"
     if library.RunString(text + "SELECTED_OUTPUT\n -reset false\n -high_precision true\nEND\n"):
         raise ValueError(library.GetErrorString())

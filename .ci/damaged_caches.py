@@ -133,7 +133,7 @@ def take_foreign_cache(files: list[Path], foreign: Path, _: random.Random) -> No
     for file in files:
         file.unlink()
     for file in foreign.rglob("*.nb?"):
-        (target,) = {one.parent for one in files if one.parent.name == file.parent.name}
+        (target,) = {item.parent for item in files if item.parent.name == file.parent.name}
         shutil.copy(file, target / file.name)
 
 

@@ -55,9 +55,9 @@ def capsule(points: Points, start: ArrayLike, end: ArrayLike, start_radius: floa
     """Return the distance to a ball that moves from ``start`` to ``end`` while its radius changes."""
     a = np.asarray(start, dtype=np.float64)
     along = np.asarray(end, dtype=np.float64) - a
-    share = np.clip((points - a) @ along / (along @ along), 0.0, 1.0)
-    distance: Distance = np.linalg.norm(points - a - share[:, None] * along, axis=1)
-    return distance - (start_radius + share * (end_radius - start_radius))
+    fraction = np.clip((points - a) @ along / (along @ along), 0.0, 1.0)
+    distance: Distance = np.linalg.norm(points - a - fraction[:, None] * along, axis=1)
+    return distance - (start_radius + fraction * (end_radius - start_radius))
 
 
 def rounded_box(points: Points, centre: ArrayLike, half: ArrayLike, radius: float) -> Distance:
@@ -92,8 +92,8 @@ def hoop(
 
 def blended(a: Distance, b: Distance, width: float) -> Distance:
     """Return the union of two solids with the crease between them filled over about ``width``."""
-    share = np.clip(0.5 + 0.5 * (b - a) / width, 0.0, 1.0)
-    return b + (a - b) * share - width * share * (1.0 - share)
+    fraction = np.clip(0.5 + 0.5 * (b - a) / width, 0.0, 1.0)
+    return b + (a - b) * fraction - width * fraction * (1.0 - fraction)
 
 
 def carved(a: Distance, b: Distance, width: float) -> Distance:
@@ -132,8 +132,8 @@ def _marched(solid: Solid, low: Points, high: Points, spacing: float) -> tuple[P
     """Return vertices and faces of the zero level over a grid whose cells are cut into six tetrahedra each."""
     counts = np.ceil((high - low) / spacing).astype(np.int64) + 1
     axes = [low[k] + spacing * np.arange(counts[k]) for k in range(3)]
-    grid = np.stack([part.ravel() for part in np.meshgrid(*axes, indexing="ij")]).T  # see _evened
-    value = np.concatenate([solid(part) for part in np.array_split(grid, max(1, len(grid) // 200_000))])
+    grid = np.stack([piece.ravel() for piece in np.meshgrid(*axes, indexing="ij")]).T  # see _evened
+    value = np.concatenate([solid(piece) for piece in np.array_split(grid, max(1, len(grid) // 200_000))])
     on_border = ((grid <= grid[0]) | (grid >= grid[-1])).any(axis=1)
     value[on_border] = np.maximum(value[on_border], spacing)  # what reaches out of the box is cut off, and stays closed
     index = np.arange(len(grid)).reshape(counts)
@@ -145,8 +145,8 @@ def _marched(solid: Solid, low: Points, high: Points, spacing: float) -> tuple[P
     edges = np.concatenate([_cut_tetrahedra(cells, order, stride, value) for order in permutations(range(3))])
     keys, faces = np.unique(edges[..., 0] * len(grid) + edges[..., 1], return_inverse=True)
     a, b = keys // len(grid), keys % len(grid)
-    share = np.clip(value[a] / (value[a] - value[b]), LEAST_SHARE, 1.0 - LEAST_SHARE)[:, None]
-    return grid[a] + share * (grid[b] - grid[a]), faces.reshape(-1, 3).astype(np.int64)
+    fraction = np.clip(value[a] / (value[a] - value[b]), LEAST_SHARE, 1.0 - LEAST_SHARE)[:, None]
+    return grid[a] + fraction * (grid[b] - grid[a]), faces.reshape(-1, 3).astype(np.int64)
 
 
 def _slices(counts: NDArray[np.int64], corner: tuple[int, ...]) -> tuple[slice, ...]:
@@ -178,12 +178,12 @@ def _pattern(within: list[int]) -> list[list[tuple[int, int]]]:
         (a, b), (c, d) = within, without
         quad = [(a, c), (a, d), (b, d), (b, c)]
         faces = [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]
-        turned = _is_odd([a, b, c, d])
+        rotated = _is_odd([a, b, c, d])
     else:
         apex, rest = (within[0], without) if len(within) == 1 else (without[0], within)
         faces = [[(apex, k) for k in rest]]
-        turned = _is_odd([apex, *rest]) ^ (len(within) == 3)
-    return [face[::-1] for face in faces] if turned else faces
+        rotated = _is_odd([apex, *rest]) ^ (len(within) == 3)
+    return [face[::-1] for face in faces] if rotated else faces
 
 
 def _is_odd(order: list[int]) -> bool:
@@ -246,16 +246,16 @@ def _joints(finger: Finger, grip: float, side: float) -> NDArray[np.float64]:
     Each bone points along the tangent to the held cylinder, widened by the finger's radius, as links wrap a post.
     """
     post = grip + CLEARANCE + 1.1 * finger.radius
-    place = np.array([grip + CLEARANCE + 0.0115, finger.forward])
+    position = np.array([grip + CLEARANCE + 0.0115, finger.forward])
     heading = np.pi / 2.0
-    joints = [place]
+    joints = [position]
     for length in finger.lengths:
-        beyond = float(np.arccos(min(1.0, post / float(np.hypot(*place)))))
-        wanted = float(np.arctan2(place[1], place[0])) + beyond + np.pi / 2.0
-        bend = np.mod(wanted - heading + np.pi, 2.0 * np.pi) - np.pi
+        beyond = float(np.arccos(min(1.0, post / float(np.hypot(*position)))))
+        expected = float(np.arctan2(position[1], position[0])) + beyond + np.pi / 2.0
+        bend = np.mod(expected - heading + np.pi, 2.0 * np.pi) - np.pi
         heading += float(np.clip(bend, 0.0, MOST_BEND))
-        place = place + length * np.array([np.cos(heading), np.sin(heading)])
-        joints.append(place)
+        position = position + length * np.array([np.cos(heading), np.sin(heading)])
+        joints.append(position)
     heights = finger.height + finger.droop * np.arange(4)
     return np.array([[x, y, -side * forward] for (x, forward), y in zip(joints, heights, strict=True)])
 

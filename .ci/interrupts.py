@@ -69,7 +69,7 @@ def problems_of(work: Path, name: str, delay: float, limit: float) -> tuple[list
     seconds = time.monotonic() - began
     if process.returncode not in (0, 130, -signal.SIGINT, -signal.SIGKILL):
         problems.append(f"ended with {process.returncode}: {errors.strip()[-300:]}")
-    left = [one for one in group if one.is_running() and one.status() != psutil.STATUS_ZOMBIE]
+    left = [item for item in group if item.is_running() and item.status() != psutil.STATUS_ZOMBIE]
     _, alive = psutil.wait_procs(left, timeout=2)
     if alive:
         problems.append(f"left {len(alive)} processes")
@@ -108,8 +108,8 @@ def not_whole(made: Path) -> str:
             for table in made.glob("*.parquet"):
                 pq.read_table(table)
         elif made.is_dir():
-            parts = [entry for entry in made.iterdir() if entry.is_dir() and entry.name != "tables"]
-            return "; ".join(filter(None, map(not_whole, parts)))
+            pieces = [entry for entry in made.iterdir() if entry.is_dir() and entry.name != "tables"]
+            return "; ".join(filter(None, map(not_whole, pieces)))
     except Exception as error:
         return f"{made.name} is not whole: {error}"
     return ""
@@ -127,21 +127,21 @@ def main() -> int:
     names = [options.only] if options.only else [*COMMANDS]
     faults, slowest = Counter(), 0.0
     with tempfile.TemporaryDirectory() as made:
-        place = Path(made)
+        folder = Path(made)
         for number in range(3):
-            words = [*SCENE, "--seed", str(number), "--session-only", "-o", f"s{number}.mcap", "-q"]
-            subprocess.run(command(words), cwd=place, check=True)
+            arguments = [*SCENE, "--seed", str(number), "--session-only", "-o", f"s{number}.mcap", "-q"]
+            subprocess.run(command(arguments), cwd=folder, check=True)
         durations = {}
         for name in names:
-            (place / name).mkdir()
+            (folder / name).mkdir()
             began = time.monotonic()
-            subprocess.run(command(COMMANDS[name]), cwd=place / name, check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(command(COMMANDS[name]), cwd=folder / name, check=True, stdout=subprocess.DEVNULL)
             durations[name] = time.monotonic() - began
         for number in range(options.count):
             name = names[number % len(names)]
             delay = chance.uniform(0.0, durations[name])
-            with tempfile.TemporaryDirectory(dir=place) as work:
-                for file in place.glob("s?.mcap"):
+            with tempfile.TemporaryDirectory(dir=folder) as work:
+                for file in folder.glob("s?.mcap"):
                     os.link(file, Path(work) / file.name)
                 problems, seconds = problems_of(Path(work), name, delay, options.limit)
             slowest = max(slowest, seconds)

@@ -73,7 +73,7 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
     starts = [0]
     for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    found = []
+    result = []
     for left, operator, right in operators(ast.parse(source)):
         begin = starts[(left.end_lineno or 1) - 1] + (left.end_col_offset or 0)
         end = starts[right.lineno - 1] + right.col_offset
@@ -81,8 +81,8 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
         if between.count(word) == 1 and not between.replace(word, "").strip("() \n\t"):
             at = begin + between.index(word)
             name = file.relative_to(root).as_posix()
-            found.append(Fault(name, left.end_lineno or 1, at, at + len(word), word, FLIPPED[type(operator)]))
-    return found
+            result.append(Fault(name, left.end_lineno or 1, at, at + len(word), word, FLIPPED[type(operator)]))
+    return result
 
 
 def drawn(root: Path, count: int, seed: int, under: str = "") -> list[Fault]:
@@ -92,12 +92,12 @@ def drawn(root: Path, count: int, seed: int, under: str = "") -> list[Fault]:
     """
     files = [file for package in PACKAGES for file in (root / package).rglob("*.py")]
     files = [file for file in files if file.relative_to(root).as_posix().startswith(under)]
-    found = []
+    result = []
     for file in files:
         rng = random.Random(f"{seed} {file.relative_to(root).as_posix()}")
         if faults := faults_of(root, file):
-            found.append((rng.random(), rng.choice(faults)))
-    return [fault for _, fault in sorted(found, key=lambda one: one[0])][:count]
+            result.append((rng.random(), rng.choice(faults)))
+    return [fault for _, fault in sorted(result, key=lambda item: item[0])][:count]
 
 
 def judged_harmless(root: Path, fault: Fault) -> bool:
@@ -124,8 +124,8 @@ def own_tests(root: Path, fault: Fault) -> list[str]:
 def stages(root: Path, fault: Fault, suite: str = "tests") -> dict[str, list[str]]:
     """Which tests are asked, in turn; the last are those of the suite."""
     folder = root / "tests" / Path(fault.module).parent
-    asked = {"own": own_tests(root, fault), "folder": [str(folder.relative_to(root))] if folder.is_dir() else []}
-    return {**{name: tests for name, tests in asked.items() if tests}, "suite": ["-n", "auto", suite]}
+    requested = {"own": own_tests(root, fault), "folder": [str(folder.relative_to(root))] if folder.is_dir() else []}
+    return {**{name: tests for name, tests in requested.items() if tests}, "suite": ["-n", "auto", suite]}
 
 
 def noticed_by(
@@ -164,16 +164,18 @@ def noticed_by(
 
 def main() -> None:
     """Draw, run, and print each fault with who noticed it."""
-    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("--faults", type=int, default=200)
-    asked.add_argument("--seed", type=int, default=0)
-    asked.add_argument("--out", type=Path, default=Path("faults.json"))
-    asked.add_argument("--part", default="1/1", help="K/N: only every N-th fault, beginning with the K-th")
-    asked.add_argument("--stages", default=",".join(STAGES), help="which of own,folder,suite are asked")
-    asked.add_argument("--under", default="", help="only modules below this folder, asked by the tests of its package")
-    options = asked.parse_args()
+    requested = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    requested.add_argument("--faults", type=int, default=200)
+    requested.add_argument("--seed", type=int, default=0)
+    requested.add_argument("--out", type=Path, default=Path("faults.json"))
+    requested.add_argument("--part", default="1/1", help="K/N: only every N-th fault, beginning with the K-th")
+    requested.add_argument("--stages", default=",".join(STAGES), help="which of own,folder,suite are asked")
+    requested.add_argument(
+        "--under", default="", help="only modules below this folder, asked by the tests of its package"
+    )
+    options = requested.parse_args()
     suite = "tests/" + options.under.split("/")[0] if options.under else "tests"
-    part, parts = map(int, options.part.split("/"))
+    piece, pieces = map(int, options.part.split("/"))
     chosen = tuple(options.stages.split(","))
     done = json.loads(options.out.read_text()) if options.out.exists() else []
     with tempfile.TemporaryDirectory() as folder:
@@ -185,17 +187,17 @@ def main() -> None:
         environment = {**os.environ, "PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(kernels)}
         environment["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "bytecode")
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
-        for fault in drawn(root, options.faults, options.seed, options.under)[part - 1 :: parts]:
-            if any(one["module"] == fault.module and one["begin"] == fault.begin for one in done):
+        for fault in drawn(root, options.faults, options.seed, options.under)[piece - 1 :: pieces]:
+            if any(item["module"] == fault.module and item["begin"] == fault.begin for item in done):
                 continue
             by = noticed_by(root, fault, environment, chosen, suite)
             done.append({**asdict(fault), "noticed_by": by})
             print(f"{by:8} {fault.module}:{fault.line}  {fault.right} -> {fault.wrong}", flush=True)
             options.out.write_text(json.dumps(done, indent=1))
             shutil.rmtree(root / ".hypothesis", ignore_errors=True)
-    told = [one["noticed_by"] for one in done]
-    harmful = len(told) - told.count("harmless")
-    print(f"{harmful - told.count('nothing')} of {harmful} noticed; {told.count('harmless')} harmless left out")
+    reported = [item["noticed_by"] for item in done]
+    harmful = len(reported) - reported.count("harmless")
+    print(f"{harmful - reported.count('nothing')} of {harmful} noticed; {reported.count('harmless')} harmless left out")
 
 
 if __name__ == "__main__":

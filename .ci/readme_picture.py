@@ -85,15 +85,15 @@ def drawn_picture(result, out):
 def readme_picture(result):
     """The picture as SVG; all its figures are those of the run."""
     answer, rank = result.answers[0], result.ranking[0]
-    fault = next(one for one in result.false[answer.label] if one.number == answer.moment.number)
+    fault = next(item for item in result.false[answer.label] if item.number == answer.moment.number)
     still = str(fault_still(result, answer.label, fault, FIRST))
     still = still.replace("<svg ", f"<svg width={FIRST[0]} height={FIRST[1]} ", 1).replace("/>", f"/>{FADES}", 1)
     scale = 540 / FIRST[1]
-    share = words.share(rank.false.value)
+    fraction = words.share(rank.false.value)
     lines = [
         (770, 92, "", "The convex hull says:"), (770, 176, "big false", "contact."),
         (770, 262, "", f"The {fault.evidence.hollow} says:"), (770, 346, "big", f"{words.length(fault.metres)} apart."),
-        (770, 436, "strong", f"<tspan class='false bold'>{share}</tspan> of the hull's contact time is false."),
+        (770, 436, "strong", f"<tspan class='false bold'>{fraction}</tspan> of the hull's contact time is false."),
     ]  # fmt: skip
     texts = [f'<text class="{kind}" x="{x}" y="{y}">{text}</text>' for x, y, kind, text in lines]
     legend = (("reference", REFERENCE), ("right", RIGHT), ("late", LATE), ("false", INVENTED))
@@ -131,8 +131,8 @@ def lanes(result, label):
             for _, first, end in column_runs([state]).tolist():
                 start = LANE[1] * float(motion.times[first]) / last
                 width = max(THINNEST, LANE[1] * float(motion.times[end]) / last - start)
-                place = f'x="{LANE[0] + start:.1f}" y="{y}" width="{width:.1f}" height="46"'
-                yield f'<rect {place} fill="{hex_of(colour)}"/>'
+                rectangle = f'x="{LANE[0] + start:.1f}" y="{y}" width="{width:.1f}" height="46"'
+                yield f'<rect {rectangle} fill="{hex_of(colour)}"/>'
     for second in range(0, round(last), 10):
         x = LANE[0] + LANE[1] * second / last
         yield f'<text x="{x:.0f}" y="728" text-anchor="{"middle" if second else "start"}">{second}</text>'

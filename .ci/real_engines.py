@@ -83,31 +83,31 @@ class TwinCounts:
 
 def compare_twins(assembly: Assembly, engine: str, ours: str) -> TwinCounts:
     """Ask two rows, each as in ``--detectors``, about every pair-frame of a session, and count where they differ."""
-    asked, recreated = (
+    requested, recreated = (
         make_detector(parse_detector(row), assembly, 0).detect(assembly.motion).verdict for row in (engine, ours)
     )
     posed = assembly.motion.valid[:, assembly.pairs].all(axis=2)
-    decided = posed & ~is_undecided(asked) & ~is_undecided(recreated)
-    theirs, own = counts_as_contact(asked), counts_as_contact(recreated)
-    differ = decided & (theirs != own)
+    decided = posed & ~is_undecided(requested) & ~is_undecided(recreated)
+    other, own = counts_as_contact(requested), counts_as_contact(recreated)
+    differ = decided & (other != own)
     return TwinCounts(
         equal=int((decided & ~differ).sum()),
-        both=int((decided & theirs & own).sum()),
-        engine_only=int((differ & theirs).sum()),
+        both=int((decided & other & own).sum()),
+        engine_only=int((differ & other).sum()),
         ours_only=int((differ & own).sum()),
-        not_supported=int((posed & is_undecided(asked)).sum()),
+        not_supported=int((posed & is_undecided(requested)).sum()),
         gaps_mm=_gaps(assembly, differ),
     )
 
 
 def _gaps(assembly: Assembly, differ: BoolArray) -> tuple[float, float] | None:
-    places = np.argwhere(differ)
-    if not len(places):
+    indices = np.argwhere(differ)
+    if not len(indices):
         return None
     hulls = FclMeshes([hull_collider(body.mesh) for body in assembly.bodies])
     motion: Motion = assembly.motion
     gaps = []
-    for frame, pair in places[:: -(-len(places) // MOST_GAPS)].tolist():
+    for frame, pair in indices[:: -(-len(indices) // MOST_GAPS)].tolist():
         a, b = assembly.pairs[pair].tolist()
         for body in (a, b):
             hulls.place(body, motion.rotations[frame, body], motion.translations[frame, body])
@@ -133,20 +133,20 @@ def twin_table(title: str, rows: Mapping[Twin, TwinCounts]) -> str:
 
 
 def _row(twin: Twin, counts: TwinCounts) -> str:
-    asked = counts.equal + counts.engine_only + counts.ours_only
+    requested = counts.equal + counts.engine_only + counts.ours_only
     where = "-" if counts.gaps_mm is None else "{:.1f} to {:.1f}".format(*counts.gaps_mm)
-    numbers = (asked, counts.both, counts.engine_only, counts.ours_only, where, counts.not_supported)
+    numbers = (requested, counts.both, counts.engine_only, counts.ours_only, where, counts.not_supported)
     cells = (f"{cell:,}" if isinstance(cell, int) else cell for cell in numbers)
     return f"| `{twin.engine}` | `{twin.ours}` | " + " | ".join(cells) + " |"
 
 
 def tables(data: Path) -> str:
     """All tables of the page; takes ten minutes, most of them PhysX's."""
-    parts = []
+    pieces = []
     for title, assembly in sessions(data):
         chosen = [twin for twin in TWINS if twin.dense or title == DEMO]
-        parts.append(twin_table(title, {twin: compare_twins(assembly, twin.engine, twin.ours) for twin in chosen}))
-    return "\n\n".join(parts)
+        pieces.append(twin_table(title, {twin: compare_twins(assembly, twin.engine, twin.ours) for twin in chosen}))
+    return "\n\n".join(pieces)
 
 
 if __name__ == "__main__":

@@ -62,9 +62,9 @@ class Recording:
 
     def find(self, folder: Path | None) -> Path | None:
         """The copy in a folder or beside the checkout; ``None``: there is none."""
-        places = [folder / self.file] if folder is not None else []
-        places += [ROOT.parent / "shared" / "data" / self.shared] if self.shared else []
-        return next((place for place in places if place.is_file()), None)
+        files = [folder / self.file] if folder is not None else []
+        files += [ROOT.parent / "shared" / "data" / self.shared] if self.shared else []
+        return next((place for place in files if place.is_file()), None)
 
 
 AFRAME, MIT = "headset and two tracked controllers, WebVR (A-Frame)", "MIT"
@@ -133,12 +133,12 @@ TIMES = 2
 
 def wand(folder: Path | None) -> Path:
     """The mesh of a VIVE wand, from a folder or beside the checkout."""
-    places = [] if folder is None else [folder / WAND]
-    places.append(ROOT.parent / "shared" / "data" / "webxr-vive-controller" / WAND)
-    found = next((place for place in places if place.is_file()), None)
-    if found is None:
+    files = [] if folder is None else [folder / WAND]
+    files.append(ROOT.parent / "shared" / "data" / "webxr-vive-controller" / WAND)
+    result = next((place for place in files if place.is_file()), None)
+    if result is None:
         sys.exit(f"{WAND} is not there; `fetch` prints the command that gets it")
-    return found
+    return result
 
 
 def imported(file: Path, folder: Path | None) -> Session:
@@ -157,16 +157,16 @@ def cube_on_table(file: Path) -> Session:
     """A cube on the tracker and a table just below it: they touch in the middle one of all its poses."""
     rows = np.loadtxt(file)
     positions, quaternions = rows[:, :3], rows[:, [4, 5, 6, 3]]
-    seen = np.any(positions != 0.0, axis=1)
+    visited = np.any(positions != 0.0, axis=1)
     cube = trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M))
-    turns = Rotation.from_quat(quaternions[seen]).as_matrix()
-    lowest = (turns @ cube.vertices.T)[:, 1].min(axis=1) + positions[seen, 1]
+    rotations = Rotation.from_quat(quaternions[visited]).as_matrix()
+    lowest = (rotations @ cube.vertices.T)[:, 1].min(axis=1) + positions[visited, 1]
     table = trimesh.creation.box(TABLE_M)
-    x, _, z = np.median(positions[seen], axis=0)
-    place = np.tile([x, float(np.median(lowest)) - TABLE_M[1] / 2, z], (len(rows), 1))
+    x, _, z = np.median(positions[visited], axis=0)
+    position = np.tile([x, float(np.median(lowest)) - TABLE_M[1] / 2, z], (len(rows), 1))
     upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(rows), 1))
     times_ns = np.arange(len(rows)) * 4_000_000  # 250 Hz by its first line; its rows have no stamps
-    poses = {"cube": (positions, quaternions), "table": (place, upright)}
+    poses = {"cube": (positions, quaternions), "table": (position, upright)}
     meshes = {"cube": (cube.vertices, cube.faces), "table": (table.vertices, table.faces)}
     return Session.from_arrays(times_ns, poses, meshes=meshes)
 
@@ -176,17 +176,17 @@ def row(recording: Recording, file: Path, folder: Path | None) -> list[str]:
     begun = time.perf_counter()
     session = imported(file, folder)
     steps = np.diff(session.frames.stamp_ns) / 1e9
-    findings = Counter(one.code for one in examine(session) if one.severity > Severity.NOTE)
+    findings = Counter(item.code for item in examine(session) if item.severity > Severity.NOTE)
     result = replay.run(session, detectors=LINEUP, oracle="exact")
     table = ranking_table(result)
     ranks = {text_of(cells[0]): dict(zip(table.head, map(text_of, cells), strict=True)) for cells in table.cells()}
     contacts = len(result.episodes["exact"])
-    said = [_said(ranks[label], contacts) for label in LINEUP]
+    reported = [_said(ranks[label], contacts) for label in LINEUP]
     mean = f"{ranks['exact']['mean ms']} ms"
     length = f"{1 / np.median(steps):.0f} Hz, {len(steps) + 1:,} frames, {steps.sum():.0f} s"
     doctor = ", ".join(f"{code} {count}" if count > 1 else code for code, count in sorted(findings.items()))
     took = f"{time.perf_counter() - begun:.1f} s"
-    return [recording.name, length, doctor or "nothing", str(contacts), *said, mean, took]
+    return [recording.name, length, doctor or "nothing", str(contacts), *reported, mean, took]
 
 
 def _said(rank: dict[str, str], contacts: int) -> str:
@@ -207,17 +207,17 @@ def participant_session(file: Path, participant: str, mapping: Path) -> Session:
     """The headset of a participant between two posts that stand beside it as it rests."""
     headset = import_session("csv", file, mapping=mapping).tracks["H"]
     mesh = proxy_headset(HEADSET_FACES).mesh
-    turn = Rotation.from_quat(headset.quaternions_xyzw[:REST_FRAMES]).mean()
-    place = np.median(headset.positions[:REST_FRAMES], axis=0)
-    across = turn.apply([1.0, 0.0, 0.0]) * [1.0, 0.0, 1.0]
+    rotation = Rotation.from_quat(headset.quaternions_xyzw[:REST_FRAMES]).mean()
+    position = np.median(headset.positions[:REST_FRAMES], axis=0)
+    across = rotation.apply([1.0, 0.0, 0.0]) * [1.0, 0.0, 1.0]
     across /= np.linalg.norm(across)
-    beside = (mesh.vertices @ turn.as_matrix().T @ across).max() + POST_GAP_M + POST_M[0] / 2
+    beside = (mesh.vertices @ rotation.as_matrix().T @ across).max() + POST_GAP_M + POST_M[0] / 2
     post = trimesh.creation.box(POST_M)
     rows = len(headset.times_ns)
     yaw = Rotation.from_rotvec([0.0, np.arctan2(-across[2], across[0]), 0.0]).as_quat()
     poses = {"headset": (headset.positions, headset.quaternions_xyzw)}
     for name, side in (("left post", -1.0), ("right post", 1.0)):
-        poses[name] = (np.tile(place + side * beside * across, (rows, 1)), np.tile(yaw, (rows, 1)))
+        poses[name] = (np.tile(position + side * beside * across, (rows, 1)), np.tile(yaw, (rows, 1)))
     meshes = {"headset": (mesh.vertices, mesh.faces)} | dict.fromkeys(list(poses)[1:], (post.vertices, post.faces))
     return Session.from_arrays(headset.times_ns, poses, meshes=meshes, facts={"pseudonym": participant})
 
@@ -351,12 +351,12 @@ def write_section(folder: Path) -> None:
 def fetch_commands(folder: Path) -> Iterator[str]:
     """Shell commands that put every recording, and the mesh of the wand, into a folder."""
     yield f"mkdir -p {folder}"
-    for repository in dict.fromkeys(one.repository for one in RECORDINGS):
+    for repository in dict.fromkeys(item.repository for item in RECORDINGS):
         clone = repository.rpartition("/")[2]
         yield f"git clone https://github.com/{repository} {folder}/{clone}"
-        for one in RECORDINGS:
-            if one.repository == repository:
-                yield f"git -C {folder}/{clone} show {one.commit}:{one.path} > {folder}/{one.file}"
+        for item in RECORDINGS:
+            if item.repository == repository:
+                yield f"git -C {folder}/{clone} show {item.commit}:{item.path} > {folder}/{item.file}"
     clone = CLASS_REPOSITORY.rpartition("/")[2]
     yield f"git clone https://github.com/{CLASS_REPOSITORY} {folder}/{clone}"
     for number in sorted(sum(CLASS_FILES.values(), ())):

@@ -42,14 +42,14 @@ def sentences() -> Iterator[tuple[str, int, str]]:
         for path in sorted((ROOT / package).rglob("*")):
             name = str(path.relative_to(ROOT))
             if path.suffix == ".py":
-                found = _of_code(ast.parse(path.read_text("utf-8")))
+                result = _of_code(ast.parse(path.read_text("utf-8")))
             elif path.suffix == ".html":
-                found = _of_template(path.read_text("utf-8"))
+                result = _of_template(path.read_text("utf-8"))
             elif path.suffix == ".toml" and path.parent.name != "experiments":  # tasks of a made-up student
-                found = _of_catalogue(path.read_text("utf-8"))
+                result = _of_catalogue(path.read_text("utf-8"))
             else:
                 continue
-            for line, text in found:
+            for line, text in result:
                 if len(re.findall(r"[A-Za-z]{2,}", text)) >= LEAST_WORDS and " " in text.strip():
                     yield name, line, " ".join(text.split())
 
@@ -82,7 +82,7 @@ def _docstrings(node: ast.AST) -> list[ast.Constant]:
     """The string statements directly below a node: docstrings, those of constants too."""
     body = getattr(node, "body", None)
     statements = body if isinstance(body, list) else []
-    values = [one.value for one in statements if isinstance(one, ast.Expr)]
+    values = [item.value for item in statements if isinstance(item, ast.Expr)]
     return [value for value in values if isinstance(value, ast.Constant) and isinstance(value.value, str)]
 
 

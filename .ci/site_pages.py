@@ -52,15 +52,15 @@ def _body(text: str) -> str:
 
 
 def _relinked(link: re.Match[str]) -> str:
-    picture, words, target = link.groups()
+    picture, text, target = link.groups()
     if target.startswith(("http:", "https:")):
         return link[0]
     stem = Path(target).stem
     if picture:
-        return f"![{words}](pictures/{Path(target).name})"
+        return f"![{text}](pictures/{Path(target).name})"
     if target.endswith("guide/README.md") or target == "README.md":
-        return f"[{words}](guide.html)"
-    return f"[{words}]({stem}.html)" if stem in topics() else words
+        return f"[{text}](guide.html)"
+    return f"[{text}]({stem}.html)" if stem in topics() else text
 
 
 if __name__ == "__main__":

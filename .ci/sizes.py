@@ -88,9 +88,9 @@ def leaves(command: click.Command, name: str) -> Iterator[tuple[str, click.Comma
         return
     context = click.Context(command)
     for inner in command.list_commands(context):
-        found = command.get_command(context, inner)
-        if found is not None:
-            yield from leaves(found, f"{name} {inner}")
+        result = command.get_command(context, inner)
+        if result is not None:
+            yield from leaves(result, f"{name} {inner}")
 
 
 def own_options(command: click.Command) -> list[str]:

@@ -11,10 +11,10 @@ damaged_caches = script("damaged_caches")
 
 @pytest.mark.parametrize("damage", damaged_caches.DAMAGES, ids=lambda damage: damage.__name__)
 def test_each_kind_of_damage_changes_the_cache(tmp_path, damage):
-    for place in ("cache", "foreign"):
-        (tmp_path / place / "bvh").mkdir(parents=True)
+    for folder in ("cache", "foreign"):
+        (tmp_path / folder / "bvh").mkdir(parents=True)
         for name in ("a.nbi", "a.1.nbc", "b.nbi", "b.1.nbc", "b.2.nbc"):
-            (tmp_path / place / "bvh" / name).write_bytes(f"{place} {name}".encode() * 999)
+            (tmp_path / folder / "bvh" / name).write_bytes(f"{folder} {name}".encode() * 999)
     files = sorted((tmp_path / "cache").rglob("*.nb?"))
     before = [file.read_bytes() for file in files]
     damage(files, tmp_path / "foreign", random.Random(0))

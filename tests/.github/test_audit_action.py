@@ -50,8 +50,8 @@ def audited(folder, **given):
 @pytest.fixture
 def recordings(tmp_path):
     (tmp_path / "recordings").mkdir()
-    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    write_session(cubes(places), tmp_path / "recordings" / "bench.mcap")
+    positions = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    write_session(cubes(positions), tmp_path / "recordings" / "bench.mcap")
     return tmp_path
 
 

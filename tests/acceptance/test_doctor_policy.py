@@ -42,8 +42,8 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
     draft = touching()
     name, at = FAULTY[kind]
     planted = FAULTS[name](draft, 1, at)
-    words = f"{action}:2" if action in ("hold", "interpolate") else action
-    result = verdicts(draft, policy=[f"{kind}={words}"])
+    text = f"{action}:2" if action in ("hold", "interpolate") else action
+    result = verdicts(draft, policy=[f"{kind}={text}"])
     verdict, flag = result.detections["hybrid"].verdict, result.flags.of_pairs(result.assembly.pairs)
     first, last = planted.rows
     assert (flag[first : last + 1, [0, 2]] > 0).all() and (flag[:, 1] == 0).all()
@@ -53,11 +53,11 @@ def test_policy_changes_verdicts_in_the_flagged_interval_only(kind, action, soun
         assert (verdict[first : last + 1, 0] == Verdict.NO_POSE).all()
     else:
         assert not (verdict[:, 0] == Verdict.NO_POSE).any()
-    told = next(one for one in result.document.flagged if one.kind == kind)
-    assert (told.body, told.action, result.document.policy[kind]) == ("hand-left", words, words)
+    reported = next(item for item in result.document.flagged if item.kind == kind)
+    assert (reported.body, reported.action, result.document.policy[kind]) == ("hand-left", text, text)
     done = {"drop": "dropped", "hold": "held", "interpolate": "interpolated"}.get(action)
-    counts = {key: getattr(told, key) for key in ("dropped", "held", "interpolated")}
-    assert counts == {key: told.samples if key == done else 0 for key in counts}
+    counts = {key: getattr(reported, key) for key in ("dropped", "held", "interpolated")}
+    assert counts == {key: reported.samples if key == done else 0 for key in counts}
     stated = sum(result.document.flagged_verdicts["hybrid"].values())
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 
@@ -68,8 +68,8 @@ def test_run_folder_flags_every_verdict_on_a_doubtful_pose(tmp_path, capsys):
     file = draft.write(tmp_path / "frozen.mcap")
     out = tmp_path / "run"
     assert main(["run", str(file), "--out", str(out), "--detector", "hybrid", "--oracle", "none", "--no-picture"]) == 0
-    said = capsys.readouterr().err
-    assert "frozen of hand-left: 60 samples, keep" in said
+    output = capsys.readouterr().err
+    assert "frozen of hand-left: 60 samples, keep" in output
     rows = pq.read_table(out / "frames.parquet").to_pylist()
     doubt = [row for row in rows if row["flag"] is not None and "frozen" in row["flag"]]
     assert {row["frame"] for row in doubt} == set(range(400, 460))

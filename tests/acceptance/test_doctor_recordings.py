@@ -12,7 +12,7 @@ CAPTURES = DATA / "aframe-motion-capture"
 
 
 def of(findings, code, body=None):
-    return [one for one in findings if one.code == code and body in (None, one.body)]
+    return [item for item in findings if item.code == code and body in (None, item.body)]
 
 
 @pytest.fixture(scope="module")
@@ -33,10 +33,10 @@ def test_vive_log_has_159_identity_rows_and_a_jump(tracker):
     rows = np.flatnonzero((table[:, :3] == 0).all(axis=1))
     assert (lost.body, lost.count, lost.severity) == ("tracker", 159, Severity.ERROR)
     assert (lost.start_ns, lost.end_ns) == (int(rows[0]) * 4_000_000, int(rows[-1]) * 4_000_000)
-    away, back = sorted(of(findings, "teleport"), key=lambda one: one.start)
+    away, back = sorted(of(findings, "teleport"), key=lambda item: item.start)
     assert away.start_ns == lost.start_ns and back.start_ns == lost.end_ns + 4_000_000
     assert "2.93 m in one step" in (away.message, back.message)
-    assert {one.code for one in findings if one.severity > Severity.NOTE} == {
+    assert {item.code for item in findings if item.severity > Severity.NOTE} == {
         "identity-while-lost",
         "teleport",
         "no-mesh",
@@ -47,17 +47,17 @@ def test_right_hand_of_the_long_capture_is_frozen_74_frames():
     session = import_session("aframe", CAPTURES / "tracked-recording.json")
     (frozen,) = of(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)
-    place = session.frames.position[:, session.names.index("right")]
+    index = session.frames.position[:, session.names.index("right")]
     stamps = session.frames.stamp_ns
     first, last = np.searchsorted(stamps, [frozen.start_ns, frozen.end_ns])
-    assert (place[first - 1 : last + 1] == place[first]).all()
-    assert (place[first - 2] != place[first]).any() and (place[last + 1] != place[last]).any()
+    assert (index[first - 1 : last + 1] == index[first]).all()
+    assert (index[first - 2] != index[first]).any() and (index[last + 1] != index[last]).any()
 
 
 def test_no_capture_is_taken_for_a_broken_one():
     for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
         findings = examine(import_session("aframe", file))
-        assert [one for one in findings if one.severity > Severity.WARNING] == []
+        assert [item for item in findings if item.severity > Severity.WARNING] == []
         assert of(findings, "unit-suspect") + of(findings, "handedness") + of(findings, "up-axis") == []
 
 
@@ -78,5 +78,5 @@ def test_the_meshes_have_the_faults_their_notes_count(folder, name, code, count)
     path = DATA / folder / name
     if not path.exists():
         (path,) = (DATA / folder).rglob(path.name)
-    (found,) = of(examine(path), code)
-    assert (found.body, found.count) == (path.stem, count)
+    (result,) = of(examine(path), code)
+    assert (result.body, result.count) == (path.stem, count)

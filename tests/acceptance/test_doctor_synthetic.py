@@ -23,7 +23,7 @@ def test_without_noise_nothing_is_above_a_note(name, jitter):
         session, _ = make_analytic(name, noise="off", jitter=jitter)
     else:
         session, _ = make_scene_session(name, noise="off", jitter=jitter, faces=FACES[jitter])
-    assert [one for one in examine(session) if one.severity > Severity.NOTE] == []
+    assert [item for item in examine(session) if item.severity > Severity.NOTE] == []
 
 
 def as_identity(track):
@@ -47,13 +47,13 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
     tracked = [(fact.bodies[0], fact.start, fact.end) for fact in lost]
     planted = [(body, fact.start, fact.end) for fact in lost for body in fact.bodies]
     assert planted
-    spans = [(one.body, one.start, one.end) for one in findings if one.code in LOSSES]
+    spans = [(item.body, item.start, item.end) for item in findings if item.code in LOSSES]
     for body, start, end in tracked:
-        assert any(who == body and start <= low <= high <= end for who, low, high in spans), (body, start, end)
-    for who, low, high in spans:
-        assert any(who == body and start <= low <= high <= end for body, start, end in planted), (who, low, high)
-    assert {one.code for one in findings if one.severity > Severity.WARNING} <= set(LOSSES)
-    strange = [one for one in findings if one.severity > Severity.NOTE and one.code not in (*LOSSES, "teleport")]
+        assert any(who == body and start <= lower <= upper <= end for who, lower, upper in spans), (body, start, end)
+    for who, lower, upper in spans:
+        assert any(who == body and start <= lower <= upper <= end for body, start, end in planted), (who, lower, upper)
+    assert {item.code for item in findings if item.severity > Severity.WARNING} <= set(LOSSES)
+    strange = [item for item in findings if item.severity > Severity.NOTE and item.code not in (*LOSSES, "teleport")]
     assert strange == []
 
 
@@ -64,21 +64,21 @@ def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
     draft = clean()
     planted = FAULTS[name](draft, body, 300)
     findings = examine(draft.write(tmp_path / "one.mcap"))
-    assert planted.is_found(findings, draft), [(one.code, one.body, one.message) for one in findings]
-    found = next(one for one in findings if one.code == planted.code)
-    assert found.severity > Severity.NOTE and found.meaning and found.fix
+    assert planted.is_found(findings, draft), [(item.code, item.body, item.message) for item in findings]
+    result = next(item for item in findings if item.code == planted.code)
+    assert result.severity > Severity.NOTE and result.meaning and result.fix
     about = {planted.body, ""} if planted.body else set(BODIES) | {""}
-    assert {one.body for one in findings if one.severity > Severity.NOTE} <= about
+    assert {item.body for item in findings if item.severity > Severity.NOTE} <= about
 
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("size", [0.05, 0.1, 3.0])
 def test_teleports_are_found_from_five_centimetres(size):
     """Every one of ten centimetres and more is found."""
-    found = []
+    result = []
     for body in (0, 1, 2):
         for at in range(40, 880, 120):
             draft = clean()
             planted = teleport(size)(draft, body, at)
-            found.append(planted.is_found(examine(draft.session()), draft))
-    assert np.mean(found) >= (0.9 if size < 0.1 else 1.0)
+            result.append(planted.is_found(examine(draft.session()), draft))
+    assert np.mean(result) >= (0.9 if size < 0.1 else 1.0)

@@ -33,12 +33,17 @@ def heights(rng, times):
     """Of the tool's lowest corner: up, and down to a turning point where it stays for a moment, as fast as a hand."""
     keys = [(0.0, 0.1)]
     for start in np.linspace(0.3, SECONDS, VISITS, endpoint=False):
-        turn, stay, way = rng.uniform(-DEEPEST_M, HIGHEST_M), rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)
-        keys += [(start, 0.1), (start + way, turn), (start + way + stay + 0.01, turn), (start + 2 * way + stay, 0.1)]
+        rotation, stay, direction = rng.uniform(-DEEPEST_M, HIGHEST_M), rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)
+        keys += [
+            (start, 0.1),
+            (start + direction, rotation),
+            (start + direction + stay + 0.01, rotation),
+            (start + 2 * direction + stay, 0.1),
+        ]
     at, height = np.array(keys).T
-    part = np.clip(np.searchsorted(at, times, side="right"), 1, len(at) - 1)
-    p = np.clip((times - at[part - 1]) / (at[part] - at[part - 1]), 0.0, 1.0)
-    return height[part - 1] + (height[part] - height[part - 1]) * (10 * p**3 - 15 * p**4 + 6 * p**5)
+    piece = np.clip(np.searchsorted(at, times, side="right"), 1, len(at) - 1)
+    p = np.clip((times - at[piece - 1]) / (at[piece] - at[piece - 1]), 0.0, 1.0)
+    return height[piece - 1] + (height[piece] - height[piece - 1]) * (10 * p**3 - 15 * p**4 + 6 * p**5)
 
 
 def made_up(number):
@@ -46,10 +51,10 @@ def made_up(number):
     rng, times = np.random.default_rng([22, number]), np.arange(SECONDS * RATE_HZ) / RATE_HZ
     height = heights(rng, times)
     keys = np.linspace(0.0, SECONDS, 6)
-    turns = Slerp(keys, Rotation.from_rotvec(rng.normal(0, 0.6, (6, 3))))(times)
+    rotations = Slerp(keys, Rotation.from_rotvec(rng.normal(0, 0.6, (6, 3))))(times)
     corners = cube(TOOL).vertices
-    lowest = np.min(turns.as_matrix()[:, 2] @ corners.T, axis=1)
-    tool = np.stack([-0.1 + 0.02 * np.sin(times), 0.03 * np.cos(times), height - lowest], axis=1), turns.as_quat()
+    lowest = np.min(rotations.as_matrix()[:, 2] @ corners.T, axis=1)
+    tool = np.stack([-0.1 + 0.02 * np.sin(times), 0.03 * np.cos(times), height - lowest], axis=1), rotations.as_quat()
     still = np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
     slab = np.tile([0.0, 0.0, -0.01], (len(times), 1)), still
     glass = np.tile([0.1, 0.0, GLASS / 2 + rng.uniform(-1e-4, 1e-4)], (len(times), 1)), still
@@ -85,7 +90,7 @@ def test_holding_contacts_are_true_and_a_standing_glass_is_undecided(sessions):
             standing += [word] if span.pair == on_slab else []
             holds += [lowest] if span.pair != on_slab and word == "holds" else []
             deep += [word] if span.pair != on_slab and lowest < -DEEP_M else []
-        assert on_slab in {one.pair for one in result.noise.resting}
+        assert on_slab in {item.pair for item in result.noise.resting}
     false, undecidable = np.array(holds)[np.array(holds) > 0.0], deep.count("undecidable")
     count = len(sessions)
     print(

@@ -56,10 +56,10 @@ run_one = batch.run_one
 def run_measured(path, out, settings, request):
     """As the work of a batch; leaves processor time, its own process and the memory of that beside the run folder."""
     begun = time.process_time()
-    became = run_one(path, out, settings, request)
-    seen = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
-    out.with_name(f".{out.name}.seen").write_text(json.dumps(seen))
-    return became
+    outcome = run_one(path, out, settings, request)
+    visited = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
+    out.with_name(f".{out.name}.seen").write_text(json.dumps(visited))
+    return outcome
 
 
 def drive(folder, out, every, where):
@@ -82,23 +82,25 @@ def driven_by(folder, out, every, workers):
     batch.batch_digest(Path(folder).parent / "alone", ["s0000"])  # what reads and joins tables is loaded once
     rows_of_run(Path(folder).parent / "alone", "s0000", "metrics")
     batch.run_one = run_measured
-    told, begun, me = [], time.monotonic(), psutil.Process()
+    reported, begun, me = [], time.monotonic(), psutil.Process()
     last, killed, chance = begun, 0, random.Random(7)
     often, _, unit = every.partition(" ")
 
     def on_done(name, became):
         nonlocal last, killed
-        told.append((name, became, time.monotonic() - begun, me.memory_info().rss))
-        passed = time.monotonic() - last if unit == "s" else len(told) - 10 * killed
-        if every and passed >= float(often) and len(told) < 0.9 * SESSIONS:
-            chance.choice(sorted(spawned_by(me), key=lambda one: one.pid)).kill()
+        reported.append((name, became, time.monotonic() - begun, me.memory_info().rss))
+        passed = time.monotonic() - last if unit == "s" else len(reported) - 10 * killed
+        if every and passed >= float(often) and len(reported) < 0.9 * SESSIONS:
+            chance.choice(sorted(spawned_by(me), key=lambda item: item.pid)).kill()
             last, killed = time.monotonic(), killed + 1
 
     files, died = sorted(Path(folder).glob("*.mcap")), []
-    died_too = {"on_done": on_done, "on_died": lambda *one: died.append(one)}
+    died_too = {"on_done": on_done, "on_died": lambda *item: died.append(item)}
     made = batch.run_batch(files, out, settings=SETTINGS, **died_too, **workers)
     wall = time.monotonic() - begun
-    print(json.dumps([made.digest, made.done, made.kept, made.failed, told, killed, wall, me.memory_info().rss, died]))
+    print(
+        json.dumps([made.digest, made.done, made.kept, made.failed, reported, killed, wall, me.memory_info().rss, died])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -114,8 +116,8 @@ def made(tmp_path_factory):
 
 
 def driven(folder, out, every, where="here"):
-    words = [sys.executable, __file__, str(folder), str(out), every, where]
-    done = subprocess.run(words, env=environment(), capture_output=True, text=True)
+    arguments = [sys.executable, __file__, str(folder), str(out), every, where]
+    done = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -124,23 +126,25 @@ def driven(folder, out, every, where="here"):
 def test_killed_workers_do_not_change_the_digest(made, tmp_path):
     folder, alone = made
     names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
-    digest, done, kept, failed, told, killed, wall, memory, _ = driven(folder, out, EVERY)
+    digest, done, kept, failed, reported, killed, wall, memory, _ = driven(folder, out, EVERY)
     assert killed >= (min(5, wall // 75) if ON_DEMAND else 3) and failed == {} and digest == alone
-    assert done == names and kept == [] and sorted(one[0] for one in told) == names
-    assert {one[1] for one in told} == {"done"}
+    assert done == names and kept == [] and sorted(item[0] for item in reported) == names
+    assert {item[1] for item in reported} == {"done"}
     tables, expected = replay.read(out), replay.read(folder.parent / "alone")
     assert tables["episodes"].num_rows > SESSIONS
-    untimed = {name: [one for one in table.column_names if not one.endswith("_ms")] for name, table in tables.items()}
+    untimed = {
+        name: [item for item in table.column_names if not item.endswith("_ms")] for name, table in tables.items()
+    }
     assert all(tables[name].select(kept).equals(expected[name].select(kept)) for name, kept in untimed.items())
     rows = tables["metrics"].select(["run", "detector"]).to_pylist()
     assert rows == [{"run": name, "detector": label} for name in names for label in ("slow", "exact")]
     assert not [*out.glob(".*.partial")]
-    early = told[len(told) // 4][3]
+    early = reported[len(reported) // 4][3]
     assert memory - early < FLAT_BYTES, f"{(memory - early) / 2**20:.1f} MiB more than after a quarter"
-    seen = [json.loads((out / f".{one[0]}.seen").read_text()) for one in told]
-    gained = max(of_worker(seen, pid) for pid in {one[1] for one in seen})
-    tenth = max(len(seen) // 10, 2)
-    first, last = (median(one[0] for one in part) for part in (seen[:tenth], seen[-tenth:]))
+    visited = [json.loads((out / f".{item[0]}.seen").read_text()) for item in reported]
+    gained = max(of_worker(visited, pid) for pid in {item[1] for item in visited})
+    tenth = max(len(visited) // 10, 2)
+    first, last = (median(item[0] for item in piece) for piece in (visited[:tenth], visited[-tenth:]))
     print(
         f"\n{len(done)} sessions in {wall:.1f} s, {killed} killed; the driver gained"
         f" {(memory - early) / 2**20:.1f} MiB, a worker {gained / 2**20:.1f} MiB; processor time of a session"
@@ -153,15 +157,15 @@ def test_killed_workers_do_not_change_the_digest(made, tmp_path):
 @pytest.mark.slow
 def test_killed_scheduler_workers_are_named_without_changing_the_digest(made, tmp_path):
     folder, alone = made
-    digest, done, _, failed, told, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
-    assert killed >= 2 and failed == {} and digest == alone and len(done) == len(told) == SESSIONS
-    assert {name for name, _ in died} <= set(done) and all(place.startswith("tcp://") for _, place in died)
+    digest, done, _, failed, reported, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
+    assert killed >= 2 and failed == {} and digest == alone and len(done) == len(reported) == SESSIONS
+    assert {name for name, _ in died} <= set(done) and all(address.startswith("tcp://") for _, address in died)
 
 
 def of_worker(seen, pid):
     """What a worker gained from a quarter of its sessions to its last."""
-    held = [one[2] for one in seen if one[1] == pid]
-    return held[-1] - held[len(held) // 4]
+    kept = [item[2] for item in seen if item[1] == pid]
+    return kept[-1] - kept[len(kept) // 4]
 
 
 if __name__ == "__main__":

@@ -18,9 +18,9 @@ SESSION_SEEDS = (5101, 5102, 5103, 5104, 5105, 5106)
 
 
 def beaker():
-    low = [(r, 0.0) for r in np.linspace(0, 0.5, 6)]
+    lower = [(r, 0.0) for r in np.linspace(0, 0.5, 6)]
     outer, inner = ([(r, h) for h in np.linspace(0.03, 1.2, 17)] for r in (0.5, 0.47))
-    return revolved_mesh([*low, *outer, *inner[::-1], (0.0, 0.03)], 60)
+    return revolved_mesh([*lower, *outer, *inner[::-1], (0.0, 0.03)], 60)
 
 
 def rod():
@@ -35,19 +35,19 @@ SCENES = {
 
 def searched(meshes, poses, variant, budget, seed):
     search = search_of(*meshes, variant=variant, budget=budget, seed=seed)
-    looks = [search.look(pose, HERE, float(k)) for k, pose in enumerate(poses)]
-    return np.mean([look.hit is not None for look in looks]), np.mean([look.evaluations for look in looks])
+    queries = [search.look(pose, HERE, float(k)) for k, pose in enumerate(poses)]
+    return np.mean([query.hit is not None for query in queries]), np.mean([query.evaluations for query in queries])
 
 
 def test_default_detects_99_of_100_contacts_within_10000_evaluations():
-    found = {}
+    result = {}
     for scene, make in SCENES.items():
         meshes = make()
         assert min(len(mesh.faces) for mesh in meshes) > 4500
         for seed in FRESH_SEEDS:
             poses = colliding_poses(*meshes, 200, seed)
-            found[scene, seed] = searched(meshes, poses, "memetic", 10_000, seed)[0]
-    assert np.mean(list(found.values())) >= 0.99, found
+            result[scene, seed] = searched(meshes, poses, "memetic", 10_000, seed)[0]
+    assert np.mean(list(result.values())) >= 0.99, result
 
 
 def contact_frames():
@@ -70,13 +70,13 @@ def test_default_detects_99_of_100_session_contacts_cold_and_warm():
     for seed in SESSION_SEEDS:
         for warm in (True, False):
             settings = {"budget": 10_000, "seed": seed, "warm_start": warm}
-            found = create_detector("qaco", bodies, pairs=fine, **settings).detect(motion)
-            hit = found.verdict == Verdict.CONTACT
+            result = create_detector("qaco", bodies, pairs=fine, **settings).detect(motion)
+            hit = result.verdict == Verdict.CONTACT
             assert not (hit & ~contact).any()
-            assert found.work["evaluations"] <= 10_000 * found.work["looks"]
-            share = hit[contact].mean()
-            assert share >= (0.99 if warm else 0.98), (seed, warm)
-            cold += [] if warm else [share]
+            assert result.work["evaluations"] <= 10_000 * result.work["looks"]
+            fraction = hit[contact].mean()
+            assert fraction >= (0.99 if warm else 0.98), (seed, warm)
+            cold += [] if warm else [fraction]
     assert np.mean(cold) >= 0.99, cold
 
 

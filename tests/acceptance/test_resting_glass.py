@@ -60,25 +60,25 @@ def rested(*arguments):
     return json.loads(answer.stdout)
 
 
-def expect_contact(found):
-    assert found["faces"][0] == 5000 and 4600 <= found["faces"][1] <= 5000
-    assert found["contact"]
-    assert found["pairs"] >= 100
-    assert found["peak"] < 2**30
+def expect_contact(result):
+    assert result["faces"][0] == 5000 and 4600 <= result["faces"][1] <= 5000
+    assert result["contact"]
+    assert result["pairs"] >= 100
+    assert result["peak"] < 2**30
 
 
 @pytest.mark.slow
 def test_ten_minutes_of_exact_rest_are_a_query_per_segment():
-    found = rested("still")
-    expect_contact(found)
-    assert found["reused"] > 54_000 - 20  # a motion this long is asked in 18 stretches
-    assert found["seconds"] < 20
+    result = rested("still")
+    expect_contact(result)
+    assert result["reused"] > 54_000 - 20  # a motion this long is asked in 18 stretches
+    assert result["seconds"] < 20
 
 
 @pytest.mark.slow
 def test_trembling_rest_is_decided_exactly_in_every_frame():
-    found = rested("trembling")
-    expect_contact(found)
-    assert found["reused"] < 5_400
-    assert found["exact"] > 5_400 * 100
-    assert found["seconds"] < 20
+    result = rested("trembling")
+    expect_contact(result)
+    assert result["reused"] < 5_400
+    assert result["exact"] > 5_400 * 100
+    assert result["seconds"] < 20

@@ -32,11 +32,13 @@ def test_class_of_sixty_becomes_its_page_in_under_five_minutes(made):
     assert report["students"] == STUDENTS and report["detector"] == "exact" and report["recall"] == 1.0
     assert {row["detector"] for row in report["sensitivity"]} == {"hull50", "mesh50", "paper"}
     assert all(0.5 < row["recall"] <= 1.0 for row in report["sensitivity"])
-    found = {(row["predictor"], row["outcome"]): row for row in report["associations"] if row["regression"] == "simple"}
-    touches = found["ease of use", "unintended_contacts_per_min"]
+    result = {
+        (row["predictor"], row["outcome"]): row for row in report["associations"] if row["regression"] == "simple"
+    }
+    touches = result["ease of use", "unintended_contacts_per_min"]
     assert touches["associated"] and touches["beta"] < 0.0
-    assert found["ease of use", "motivation"]["associated"]
-    assert not found["near_misses", "motivation"]["associated"]
+    assert result["ease of use", "motivation"]["associated"]
+    assert not result["near_misses", "motivation"]["associated"]
 
 
 def test_metrics_count_what_each_student_was_made_to_do(made):

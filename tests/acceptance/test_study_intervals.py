@@ -41,11 +41,11 @@ def test_intervals_hold_the_truth(model, monkeypatch):
     # drawn after the interval, and not asked here
     monkeypatch.setattr("replay.studies.class_study.regression.permutation_p", lambda *_: None)
     truths, draw, *given = MODELS[model]
-    found = [draw(np.random.default_rng([number, len(model)]), *given) for number in range(CLASSES)]
-    for truth, figures in zip(truths, zip(*found, strict=True), strict=True):
-        share = np.mean([figure.low <= truth <= figure.high for figure in figures])
-        print(f"truth {truth:g} inside {share:.1%} of {CLASSES} intervals")
-        assert LOW <= share <= HIGH
+    result = [draw(np.random.default_rng([number, len(model)]), *given) for number in range(CLASSES)]
+    for truth, figures in zip(truths, zip(*result, strict=True), strict=True):
+        fraction = np.mean([figure.low <= truth <= figure.high for figure in figures])
+        print(f"truth {truth:g} inside {fraction:.1%} of {CLASSES} intervals")
+        assert LOW <= fraction <= HIGH
 
 
 def test_meaningless_answers_give_findings_in_five_percent_of_classes(monkeypatch):
@@ -61,7 +61,7 @@ def test_meaningless_answers_give_findings_in_five_percent_of_classes(monkeypatc
         answers = {item.name: random.integers(1, 6, STUDENTS).astype(float) for item in items}
         study = analyse(book, DataFrame(answers, index=names(STUDENTS)), metrics(np.zeros(STUDENTS)), seed=k)
         assert len(study.coefficients) == 8
-        false += any(one.associated for one in study.coefficients)
+        false += any(element.associated for element in study.coefficients)
     most = 0.05 + 2 * np.sqrt(0.05 * 0.95 / CLASSES)
     print(f"a finding in {false} of {CLASSES} classes of chance; at most {most:.1%} are allowed")
     assert false / CLASSES <= most

@@ -41,12 +41,12 @@ def test_ten_minute_audit_keeps_limits_of_time_memory_and_disk(tmp_path):
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "long.mcap"), str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout.splitlines()[-1])
-    print(found)
-    assert found["frames"] >= 590 * 90
-    assert found["audit"]["false_contact"]["count"] == 0
-    assert found["audit"]["time_missed"]["of"] > 1000
-    assert found["audit"]["time_missed"]["value"] < 0.05
-    assert found["gibibytes"] < GIBIBYTES
+    result = json.loads(done.stdout.splitlines()[-1])
+    print(result)
+    assert result["frames"] >= 590 * 90
+    assert result["audit"]["false_contact"]["count"] == 0
+    assert result["audit"]["time_missed"]["of"] > 1000
+    assert result["audit"]["time_missed"]["value"] < 0.05
+    assert result["gibibytes"] < GIBIBYTES
     assert (tmp_path / "run" / "run.rrd").stat().st_size < MEGABYTES * 1e6
-    assert found["seconds"] < SECONDS
+    assert result["seconds"] < SECONDS

@@ -29,8 +29,8 @@ def crossings(speed, aside=0.0):
 def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, missed):
     motion, frames, before = crossings(speed)
     exact = create_detector("exact", (CUBE, PLATE)).detect(motion)
-    seen = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)
-    assert 1000 - seen.sum() == missed
+    visited = counts_as_contact(exact.verdict.reshape(1000, frames)).any(axis=1)
+    assert 1000 - visited.sum() == missed
     detection = create_detector("continuous", (CUBE, PLATE)).detect(motion)
     verdict = detection.verdict.reshape(1000, frames)
     assert (verdict[:, 1:] == Verdict.CONTACT).any(axis=1).all()
@@ -50,9 +50,11 @@ def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, turns):
     # turning, nothing of the cube is further from its centre than half its diagonal across the axis it turns about
     reach = 0.0025 * (np.sqrt(2) if turns else 1.0)
     motion, frames, _ = crossings(speed, 0.1 + reach + np.geomspace(3e-6, 1e-3, 1000))
-    turn = motion.rotations.copy()
+    rotation = motion.rotations.copy()
     if turns:
-        turn[:, 0] = np.tile(Rotation.from_euler("y", np.linspace(0, 1.5, frames)[:, None]).as_matrix(), (1000, 1, 1))
-    beside = Motion(motion.times, motion.translations, turn, linked=motion.linked)
+        rotation[:, 0] = np.tile(
+            Rotation.from_euler("y", np.linspace(0, 1.5, frames)[:, None]).as_matrix(), (1000, 1, 1)
+        )
+    beside = Motion(motion.times, motion.translations, rotation, linked=motion.linked)
     verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
     assert (verdict[:, 1:] == Verdict.CLEAR).all()

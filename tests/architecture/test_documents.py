@@ -51,16 +51,16 @@ def shown_files(text):
 def lines_of(block):
     """The commands of a shell block, one a line, comments included."""
     joined = block.replace("\\\n", " ")
-    return [part.strip() for line in joined.splitlines() for part in line.split("&&")]
+    return [piece.strip() for line in joined.splitlines() for piece in line.split("&&")]
 
 
 def commands(block):
     """The ``replay`` commands of a shell block: their words, and the exit code they promise."""
     for line in lines_of(block):
-        words = shlex.split(line, comments=True)
-        if words[:1] == ["replay"]:
+        arguments = shlex.split(line, comments=True)
+        if arguments[:1] == ["replay"]:
             promised = re.search(r"# exits with (\d)$", line)
-            yield words[1:], int(promised[1]) if promised else 0
+            yield arguments[1:], int(promised[1]) if promised else 0
 
 
 def lay_out(name, folder):
@@ -128,8 +128,8 @@ def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch
     files, names = shown_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
     for language, body in BLOCK.findall(DOCUMENTS[name]):
         if language == "bash":
-            for words, promised in commands(body):
-                run_command(words, promised, sessions_made, capsys)
+            for arguments, promised in commands(body):
+                run_command(arguments, promised, sessions_made, capsys)
         elif language == "python" and body not in files:
             capsys.readouterr()
             run_cell(body, name, names)
@@ -181,24 +181,24 @@ def used_commands():
     for name, text in DOCUMENTS.items():
         for block, inline in re.findall(r"^```(?:bash|text)\n(.*?)^```$|`(replay [a-z][^`]*)`", text, re.M | re.S):
             for line in lines_of(block) if block else [" ".join(inline.split())]:
-                words = shlex.split(line, comments=True)
-                if words[:1] == ["replay"]:
-                    yield name, words[1:]
+                arguments = shlex.split(line, comments=True)
+                if arguments[:1] == ["replay"]:
+                    yield name, arguments[1:]
 
 
 def test_every_written_command_has_an_existing_verb_and_options():
     recorded = set()
-    for name, (verb, *words) in used_commands():
+    for name, (verb, *arguments) in used_commands():
         context = click.Context(cli)
         command = cli.get_command(context, verb) if verb in COMMANDS else None
         assert verb in COMMANDS or verb.isupper(), (name, verb)
         recorded.add(verb)
-        if isinstance(command, click.Group) and words:
-            command = command.get_command(context, words[0])
+        if isinstance(command, click.Group) and arguments:
+            command = command.get_command(context, arguments[0])
         if command is None:
             continue
         existing = {flag for option in command.params for flag in (*option.opts, *option.secondary_opts)}
-        flags = {word.split("=")[0] for word in words if word.startswith("-")}
+        flags = {word.split("=")[0] for word in arguments if word.startswith("-")}
         assert flags <= existing | {"--help"}, (name, verb, flags - existing)
     assert set(COMMANDS) - recorded == set(), "verbs that no page mentions"
 

@@ -22,8 +22,8 @@ def formats(tree):
     """Line and format of every formatted value, format string and ``show`` of a column in a syntax tree."""
     for node in ast.walk(tree):
         if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
-            parts = [part.value for part in node.format_spec.values if isinstance(part, ast.Constant)]
-            yield node.lineno, "".join(map(str, parts))
+            pieces = [piece.value for piece in node.format_spec.values if isinstance(piece, ast.Constant)]
+            yield node.lineno, "".join(map(str, pieces))
         elif isinstance(node, ast.keyword) and node.arg == "show" and isinstance(node.value, ast.Constant):
             yield node.value.lineno, str(node.value.value)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):

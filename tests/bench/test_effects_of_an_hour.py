@@ -23,7 +23,7 @@ AT_MOST_S = 2.0
 def an_hour(name):
     """Plan, session, assembly and detections of an hour."""
     result = compute(make_scene_session(name, faces=1500)[0])
-    one, motion = result.assembly, result.assembly.motion
+    item, motion = result.assembly, result.assembly.motion
     period = float(motion.times[-1]) + 1.0 / 90.0
     count = int(np.ceil(HOUR_S / period))
     starts = np.arange(count)
@@ -37,7 +37,7 @@ def an_hour(name):
     times = tiled(motion.times, period)
     whole = Motion(times, tiled(motion.translations), tiled(motion.rotations), tiled(motion.valid), linked=linked)
     step_ns = round(period * 1e9)
-    assembly = replace(one, motion=whole, stamp_ns=tiled(one.stamp_ns, step_ns), origin=tiled(one.origin))
+    assembly = replace(item, motion=whole, stamp_ns=tiled(item.stamp_ns, step_ns), origin=tiled(item.origin))
     hands = {
         who: HandTrack(tiled(hand.times_ns, step_ns), tiled(hand.trigger), tiled(hand.grip))
         for who, hand in result.session.hands.items()
@@ -60,6 +60,6 @@ def test_hour_of_the_effects_of_any_experiment_takes_two_seconds(name):
         runs = run_effects(*given)
         took.append(process_time() - begin)
     slow = Counter({kind: run.seconds for kind, run in runs.items()}).most_common(3)
-    words = ", ".join(f"{kind} {seconds:.2f}" for kind, seconds in slow)
-    print(f"\n{name}: {len(given[2].motion):,} frames in {min(took):.2f} s of processor time; wall clock: {words}")
+    text = ", ".join(f"{kind} {seconds:.2f}" for kind, seconds in slow)
+    print(f"\n{name}: {len(given[2].motion):,} frames in {min(took):.2f} s of processor time; wall clock: {text}")
     assert min(took) < AT_MOST_S

@@ -124,7 +124,7 @@ def test_live_sample_takes_at_most_its_fraction_of_the_loop():
         return seconds(lambda: [live.look(now) for now in frames])
 
     both = [{"loop": seconds(lambda: loop.query("bool"))} | {name: ask(name) for name in LIVE} for _ in range(4)][1:]
-    least = {name: min(one[name] for one in both) for name in both[0]}
+    least = {name: min(item[name] for item in both) for name in both[0]}
     for name, spent in least.items():
         print(f"\n{name}: {spent / len(motion) * 1e6:.1f} us a frame, {spent / least['loop']:.2f} of the loop", end="")
     assert {name for name, most in LIVE_AT_MOST.items() if least[name] > most * least["loop"]} == set()
@@ -133,33 +133,40 @@ def test_live_sample_takes_at_most_its_fraction_of_the_loop():
 @pytest.mark.bench
 @pytest.mark.parametrize(("faces", "what"), EXACT_AT_LEAST)
 def test_exact_is_as_many_times_faster_than_the_loop(faces, what):
-    speeds, shares = [], []
+    speeds, fractions = [], []
     for seed in SEEDS:
         work, loop, hybrid = session(faces, 5400, seed)
-        both = [create_detector("exact", hybrid.bodies, pairs=work.pairs, containment=asked) for asked in (True, False)]
+        both = [
+            create_detector("exact", hybrid.bodies, pairs=work.pairs, containment=requested)
+            for requested in (True, False)
+        ]
         expected = loop.query(what)
         assert all(np.array_equal(own(work, detector, what), expected) for detector in both)
         calls = [partial(loop.query, what), *(partial(own, work, detector, what) for detector in both)]
         # all have one thread, so the processor's time is that of a machine that does nothing else
-        turns = [[seconds(call, process_time) for call in calls] for _ in range(9)]
-        plain, default, surfaces = np.min(turns, axis=0)
+        rotations = [[seconds(call, process_time) for call in calls] for _ in range(9)]
+        plain, default, surfaces = np.min(rotations, axis=0)
         speeds.append(plain / default)
-        shares.append(default / surfaces)
-    print(f"\n{faces} faces, {what}: speeds {np.round(speeds, 1)}, with containment over without {np.round(shares, 2)}")
-    assert np.median(shares) <= CONTAINMENT_AT_MOST
+        fractions.append(default / surfaces)
+    print(
+        f"\n{faces} faces, {what}: speeds {np.round(speeds, 1)}, with containment over without {np.round(fractions, 2)}"
+    )
+    assert np.median(fractions) <= CONTAINMENT_AT_MOST
     assert np.median(speeds) >= EXACT_AT_LEAST[faces, what]
 
 
 @pytest.mark.bench
 def test_live_times_repeat_within_30_percent_or_are_explained():
     session, _ = make_scene_session("bench-bumps")
-    asked = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
-    runs = [compute(session, detectors=asked) for _ in range(3)]
+    requested = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],hybrid,obb"
+    runs = [compute(session, detectors=requested) for _ in range(3)]
     for label in runs[0].comparisons:
-        high = [1e3 * run.document.detectors[label].seconds.sample_times.p99 for run in runs]
+        upper = [1e3 * run.document.detectors[label].seconds.sample_times.p99 for run in runs]
         why = [note for run in runs for note in cost_table(run).notes if "busy" in note]
-        print(f"\n{label}: 99 % {', '.join(f'{ms:.3g}' for ms in high)} ms; {'; '.join(why) or 'nothing said'}", end="")
-        assert max(high) <= 1.3 * min(high) or why
+        print(
+            f"\n{label}: 99 % {', '.join(f'{ms:.3g}' for ms in upper)} ms; {'; '.join(why) or 'nothing said'}", end=""
+        )
+        assert max(upper) <= 1.3 * min(upper) or why
 
 
 @pytest.mark.bench
@@ -174,10 +181,10 @@ def test_exact_in_a_room_of_98_bodies_is_no_slower():
         for k in range(copies)
         for name, mesh in zip(work.names, work.meshes, strict=True)
     ]
-    motion, high = Motion.from_matrices(np.arange(len(frames)) / work.rate_hz, poses), {}
+    motion, upper = Motion.from_matrices(np.arange(len(frames)) / work.rate_hz, poses), {}
     for name in ("exact", "hybrid"):
         detector = create_detector(name, bodies)
         passes = [sum(detect_live(detector, motion).seconds.values()) for _ in range(4)]
-        high[name] = 1e3 * float(np.quantile(np.min(passes, axis=0), 0.99))
-        print(f"\n{name}: 99 % {high[name]:.2f} ms for {len(detector.pairs)} pairs", end="")
-    assert high["exact"] <= max(high["hybrid"], BUDGET_MS)
+        upper[name] = 1e3 * float(np.quantile(np.min(passes, axis=0), 0.99))
+        print(f"\n{name}: 99 % {upper[name]:.2f} ms for {len(detector.pairs)} pairs", end="")
+    assert upper["exact"] <= max(upper["hybrid"], BUDGET_MS)

@@ -48,12 +48,15 @@ def test_boolean_answer_of_ties_costs_three_times_obb_at_most(scene):
     build, size = SCENES[scene]
     bodies, motion, _ = build(size, FRAMES)
     exact, obb = (create_detector(name, bodies) for name in ("exact", "obb"))
-    for way, ask in {"whole": lambda one: one.detect(motion), "live": lambda one: detect_live(one, motion)}.items():
+    for mode, ask in {
+        "whole": lambda item: item.detect(motion),
+        "live": lambda item: detect_live(item, motion),
+    }.items():
         ask(exact)
         ask(obb)
-        ours, theirs = seconds_of(lambda ask=ask: ask(exact)), seconds_of(lambda ask=ask: ask(obb))
-        print(f"{scene}, {way}: exact {ours / FRAMES * 1e6:.1f} us a frame, obb {theirs / FRAMES * 1e6:.1f}")
-        assert ours < COST_AT_MOST * theirs
+        own, other = seconds_of(lambda ask=ask: ask(exact)), seconds_of(lambda ask=ask: ask(obb))
+        print(f"{scene}, {mode}: exact {own / FRAMES * 1e6:.1f} us a frame, obb {other / FRAMES * 1e6:.1f}")
+        assert own < COST_AT_MOST * other
 
 
 @pytest.mark.slow
@@ -63,8 +66,8 @@ def test_memory_of_ties_does_not_grow_with_their_number(scene):
     program = PEAK.format(scene=build.__name__, size=size, frames=FRAMES)
     # the first run may compile, which holds more than the answer does
     for _ in range(2):
-        said = subprocess.run(
+        output = subprocess.run(
             [sys.executable, "-c", program], env=environment() | {"OMP_NUM_THREADS": "1"}, check=True,
             capture_output=True, text=True, cwd=Path(__file__).parent,
         )  # fmt: skip
-    assert int(said.stdout) < PEAK_AT_MOST
+    assert int(output.stdout) < PEAK_AT_MOST

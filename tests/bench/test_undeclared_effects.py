@@ -33,6 +33,6 @@ def test_undeclared_effects_cost_as_little_as_removed_effects(monkeypatch):
     # Both runs of a round meet the same load: their ratio is steadier than the ratio of two medians.
     ratio = np.array(times["undeclared"][5:]) / np.array(times["removed"][5:])
     medians = np.median(ratio[rng.integers(0, ROUNDS, (2000, ROUNDS))], axis=1)
-    low, high = np.quantile(medians, [0.025, 0.975])
-    print(f"undeclared / removed: {np.median(ratio):.4f} [{low:.4f}, {high:.4f}]")
-    assert low <= 1.0 and high < BOUND
+    lower, upper = np.quantile(medians, [0.025, 0.975])
+    print(f"undeclared / removed: {np.median(ratio):.4f} [{lower:.4f}, {upper:.4f}]")
+    assert lower <= 1.0 and upper < BOUND

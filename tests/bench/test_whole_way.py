@@ -85,15 +85,15 @@ def test_audit_with_all_outputs_takes_a_multiple_of_the_loop(name, detectors, tm
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
     assert done.returncode == 0, done.stderr
-    found, most = json.loads(done.stdout.splitlines()[-1]), AT_MOST[name, detectors]
+    result, most = json.loads(done.stdout.splitlines()[-1]), AT_MOST[name, detectors]
     print(
-        f"\n{name}, {detectors}: {found['seconds']:.1f} s of processor time, {found['loops']:.0f} times the loop "
-        f"(at most {most:.0f}), {found['peak'] / 2**20:.0f} MiB"
+        f"\n{name}, {detectors}: {result['seconds']:.1f} s of processor time, {result['loops']:.0f} times the loop "
+        f"(at most {most:.0f}), {result['peak'] / 2**20:.0f} MiB"
     )
-    for stage, share in sorted(found["shares"].items(), key=lambda row: -row[1]):
-        print(f"  {100 * share:4.0f} %  {stage}")
-    assert found["loops"] <= most
-    assert found["peak"] < MOST_BYTES
+    for stage, fraction in sorted(result["shares"].items(), key=lambda row: -row[1]):
+        print(f"  {100 * fraction:4.0f} %  {stage}")
+    assert result["loops"] <= most
+    assert result["peak"] < MOST_BYTES
 
 
 def test_default_detectors_take_at_most_twice_the_papers_time(tmp_path):

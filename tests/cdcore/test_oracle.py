@@ -105,10 +105,10 @@ def long_motion(frames, away=0.0):
     """A soup that wanders to and fro beside a ball, turned a little more each frame; ``away``: how far off it stays."""
     rng, number = np.random.default_rng(4), np.arange(frames)
     bodies = bodies_of([SHAPES["soup"](rng), SHAPES["ball"](rng)])
-    position, turn = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
+    position, orientation = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
     position[:, 0] = np.stack([number * 37 % 101, number * 11 % 89, number * 7 % 97], axis=1) / 64 + [away, 0, 0]
-    turn[:, 0] = rotation(np.stack([number / 256, 1 + 0 * number, 0 * number, number / 512], axis=1))
-    return bodies, Motion(number / 90, position, turn)
+    orientation[:, 0] = rotation(np.stack([number / 256, 1 + 0 * number, 0 * number, number / 512], axis=1))
+    return bodies, Motion(number / 90, position, orientation)
 
 
 @pytest.mark.parametrize("far", [1e9, 1e15, 1e80])

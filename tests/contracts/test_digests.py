@@ -18,9 +18,9 @@ def changes(group):
     result = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
-        parts = [part for part, before, after in zip(PARTS, known, now, strict=True) if before != after]
-        if parts:
-            result[variant_name(*variant)] = parts
+        pieces = [piece for piece, before, after in zip(PARTS, known, now, strict=True) if before != after]
+        if pieces:
+            result[variant_name(*variant)] = pieces
     return result
 
 

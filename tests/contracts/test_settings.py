@@ -32,15 +32,15 @@ def settings_of(name):
 def answer(name, **settings):
     """What a detector says of a ball that passes a box, or the sentence with which it refuses a setting."""
     bodies = [Body("ball", ball_mesh(0.4, 4, 6)), Body("box", box_mesh())]
-    places = np.zeros((3, 2, 3))
-    places[:, 0, 0] = 0.6, 0.9, 1.2
+    positions = np.zeros((3, 2, 3))
+    positions[:, 0, 0] = 0.6, 0.9, 1.2
     try:
         detector = create_detector(name, bodies, **settings)
     except InvalidSettingError as error:
         return str(error)
     except CollisionCoreError:  # an engine that is not installed
         return None
-    return detector.detect(unturned(places))
+    return detector.detect(unturned(positions))
 
 
 def assert_one_sentence(said, setting):

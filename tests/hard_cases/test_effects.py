@@ -30,16 +30,16 @@ WORLDS = {
 }  # fmt: skip
 
 
-def world(places, valid, kind):
-    stamps = np.arange(len(places)) * 11_000_000
+def world(positions, valid, kind):
+    stamps = np.arange(len(positions)) * 11_000_000
     tracks = {
-        "hand-left": Track(stamps, *along_x(places), valid),
-        "pot": Track(stamps, *along_x([0.0] * len(places))),
+        "hand-left": Track(stamps, *along_x(positions), valid),
+        "pot": Track(stamps, *along_x([0.0] * len(positions))),
     }
     bodies = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("pot", extra={"mass": 0.2}))
     scene = Scene(bodies=bodies, effects=(SceneEffect(kind, DECLARED[kind]),))
     session = Session.from_tracks(tracks, {name: cube() for name in tracks}, scene)
-    return replace(session, hands={"ann/left": HandTrack(stamps, np.ones(len(places)))})
+    return replace(session, hands={"ann/left": HandTrack(stamps, np.ones(len(positions)))})
 
 
 @pytest.mark.sampled(3)

@@ -59,12 +59,12 @@ between = ["{0} a", "{0} b"]
 def hostile(word):
     """A session that says a word wherever a recording can."""
     times, still = np.arange(60) * 10_000_000, np.tile([0.0, 0.0, 0.0, 1.0], (60, 1))
-    places = {f"{word} a": [0] * 60, f"{word} b": [3, 2, 0.9, 2, 3, 4] * 10}
-    poses = {name: (np.outer(where, [1.0, 0.0, 0.0]), still) for name, where in places.items()}
+    positions = {f"{word} a": [0] * 60, f"{word} b": [3, 2, 0.9, 2, 3, 4] * 10}
+    poses = {name: (np.outer(where, [1.0, 0.0, 0.0]), still) for name, where in positions.items()}
     facts = {"pseudonym": word, "consent": word, "vr_type": word, "recovered": word, "assumed": word, word: word}
     made = Session.from_arrays(
         times, poses, {name: cube() for name in poses},
-        parse_scene(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in word))),
+        parse_scene(SCENE.replace("{0}", "".join(f"\\u{ord(item):04x}" for item in word))),
         events=[Event(20_000_000, word, word, f"{word} a")], intervals=[Interval(0, 500_000_000, word, word)],
         facts=facts,
     )  # fmt: skip
@@ -77,9 +77,9 @@ def report_of(word):
 
 def study_of(word):
     answers, contacts = a_class(40, seed=3)
-    asked = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
-    study = analyse(asked, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
-    study = replace(study, reliabilities={f"{name} {word}": one for name, one in study.reliabilities.items()})
+    requested = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
+    study = analyse(requested, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
+    study = replace(study, reliabilities={f"{name} {word}": item for name, item in study.reliabilities.items()})
     return page_of_class(word, study)
 
 
@@ -147,12 +147,12 @@ def recorded(*words):
     """The exit code of a verb, and the pieces that a terminal of 100 columns gets while it runs."""
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 100, 0, 0))
-    said, streams = [], (sys.stdout, sys.stderr)
+    output, streams = [], (sys.stdout, sys.stderr)
 
     def listen():
         try:
             while data := os.read(master, 65536):
-                said.append(data)
+                output.append(data)
         except OSError:  # the other end is closed
             pass
 
@@ -161,7 +161,7 @@ def recorded(*words):
     try:
         with os.fdopen(slave, "w", encoding="utf-8") as terminal:
             sys.stdout = sys.stderr = terminal
-            return main([str(word) for word in words]), said
+            return main([str(word) for word in words]), output
     finally:
         sys.stdout, sys.stderr = streams
         listener.join()
@@ -179,7 +179,7 @@ def places(tmp_path_factory):
     rows = [f"pose,{0.011 * k},{name},{0.01 * k},1,0,0,0,0,1,1,," for k in range(9)]
     head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
     files["csv"].write_text("\n".join([head, *(row.replace("\n", "").replace("\r", "") for row in rows), ""]), "utf-8")
-    files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in COMMANDS)), "utf-8")
+    files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(item):04x}" for item in COMMANDS)), "utf-8")
     files["obj"].write_bytes(b"\x1b[2J")
     return place, files
 
@@ -226,7 +226,7 @@ def test_every_verb_is_among_the_calls():
     from replay.cli.commands import COMMANDS as VERBS
 
     files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
-    assert {words(files, Path())[0] for words in CALLS.values()} >= VERBS.keys()
+    assert {arguments(files, Path())[0] for arguments in CALLS.values()} >= VERBS.keys()
 
 
 def test_text_is_displayed_without_its_control_commands():
@@ -235,15 +235,15 @@ def test_text_is_displayed_without_its_control_commands():
 
 @pytest.mark.slow
 def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
-    place, files = places
-    monkeypatch.chdir(place)
+    position, files = places
+    monkeypatch.chdir(position)
     monkeypatch.setenv("TERM", "xterm-256color")
-    for name, words in CALLS.items():
-        code, pieces = recorded(*words(files, place))
-        said = b"".join(pieces).decode("utf-8")
-        assert (code == 0) == (name in WORKS), (name, code, said)
-        assert "201m" not in said.replace("\\x1b[38;5;201m", ""), name
-        left = OURS.sub("", said)
-        assert left.strip() and all(one.isprintable() or one == "\n" for one in left), (name, ascii(said[-2000:]))
-        assert "should not have happened" not in left, (name, said)
-        assert "\ny" not in left, (name, said)
+    for name, arguments in CALLS.items():
+        code, pieces = recorded(*arguments(files, position))
+        output = b"".join(pieces).decode("utf-8")
+        assert (code == 0) == (name in WORKS), (name, code, output)
+        assert "201m" not in output.replace("\\x1b[38;5;201m", ""), name
+        left = OURS.sub("", output)
+        assert left.strip() and all(item.isprintable() or item == "\n" for item in left), (name, ascii(output[-2000:]))
+        assert "should not have happened" not in left, (name, output)
+        assert "\ny" not in left, (name, output)

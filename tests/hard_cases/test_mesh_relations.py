@@ -18,8 +18,8 @@ def scene(kind):
             motion.times, motion.translations[:, :3], motion.rotations[:, :3], motion.valid[:, :3]
         )
     bodies = [body(f"body {k}", KINDS[kind](rng)) for k in range(3)]
-    turn, move = motion_of(kind, rng, FRAMES, 3)
-    return bodies, Motion(np.arange(FRAMES) / 90, move, turn)
+    rotation, move = motion_of(kind, rng, FRAMES, 3)
+    return bodies, Motion(np.arange(FRAMES) / 90, move, rotation)
 
 
 def body(name, triangles):
@@ -31,7 +31,7 @@ def asked(bodies, motion, pairs=None):
 
 
 def remade(bodies, change):
-    return [Body(one.name, change(one.mesh)) for one in bodies]
+    return [Body(item.name, change(item.mesh)) for item in bodies]
 
 
 def same_faces(before, after, names=lambda faces: faces):
@@ -62,10 +62,10 @@ def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
 @by_kind
 def test_permuting_faces_permutes_the_face_pairs(kind):
     bodies, motion = scene(kind)
-    orders = [np.random.default_rng(k).permutation(len(one.mesh.faces)) for k, one in enumerate(bodies)]
+    orders = [np.random.default_rng(k).permutation(len(item.mesh.faces)) for k, item in enumerate(bodies)]
     changed = [
-        Body(one.name, TriangleMesh(one.mesh.vertices, one.mesh.faces[order]))
-        for one, order in zip(bodies, orders, strict=True)
+        Body(item.name, TriangleMesh(item.mesh.vertices, item.mesh.faces[order]))
+        for item, order in zip(bodies, orders, strict=True)
     ]
     before, after = asked(bodies, motion, [(0, 1)]), asked(changed, motion, [(0, 1)])
     assert before.digest == after.digest
@@ -83,8 +83,8 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
         t = one.mesh.triangles
         a, b, c = t[:, 0], t[:, 1], t[:, 2]
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        return body(one.name, np.concatenate([np.stack(part, axis=1) for part in parts]))
+        pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        return body(one.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
 
     before, after = asked(bodies, exact), asked([four(one) for one in bodies], exact)
     assert np.array_equal(before.verdict, after.verdict)
@@ -95,21 +95,21 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
 def test_union_of_two_query_sets_has_the_answers_of_both(kind):
     bodies, motion = scene(kind)
     both = asked(bodies, motion, [(0, 1), (1, 2)])
-    parts = [asked(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
-    assert np.array_equal(both.verdict, np.concatenate([part.verdict for part in parts], axis=1))
-    for column, part in enumerate(parts):
-        assert np.array_equal(both.face_counts[:, column], part.face_counts[:, 0])
+    pieces = [asked(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
+    assert np.array_equal(both.verdict, np.concatenate([piece.verdict for piece in pieces], axis=1))
+    for column, piece in enumerate(pieces):
+        assert np.array_equal(both.face_counts[:, column], piece.face_counts[:, 0])
 
 
 @pytest.mark.parametrize("relation", ["axes", "shift"])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate", "non-manifold"])
 def test_signed_axis_rotations_and_shifts_keep_every_face_pair(kind, relation):
     bodies, motion = scene(kind)
-    turn, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
-    before = asked(bodies, Motion(motion.times, move, turn))
+    rotation, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
+    before = asked(bodies, Motion(motion.times, move, rotation))
     if relation == "axes":
         quarter = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-        after = asked(bodies, Motion(motion.times, move @ quarter.T, quarter @ turn))
+        after = asked(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
     else:
-        after = asked(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), turn))
+        after = asked(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
     assert before.faces_digest == after.faces_digest

@@ -49,9 +49,9 @@ def polymul(p, q):
 def divided(p, q):
     """Quotient and remainder, each times some positive number, by which all is multiplied so that nothing is broken."""
     rest, below, quotient = p.tolist(), q[:-1].tolist(), []
-    size, turn = abs(q[-1]), 1 if q[-1] > 0 else -1
+    size, rotation = abs(q[-1]), 1 if q[-1] > 0 else -1
     while len(rest) > len(below):
-        top = turn * rest.pop()
+        top = rotation * rest.pop()
         rest, quotient = [size * c for c in rest], [top, *(size * c for c in quotient)]
         for k, c in enumerate(below, len(rest) - len(below)):
             rest[k] -= top * c
@@ -144,24 +144,24 @@ class Root:
 
 def roots(p):
     """Roots of a polynomial that is not zero in [0, 1], in order."""
-    found = []
+    result = []
     if value(p, 0) == 0:
-        found.append(Root(polynomial(0, 1), Fraction(0), Fraction(0)))
+        result.append(Root(polynomial(0, 1), Fraction(0), Fraction(0)))
     if len(p) < 2:
-        return found
+        return result
     chain = sturm_chain(p)
 
     def isolate(low, high):
         count = changes(chain, low) - changes(chain, high)
         if count == 1:
-            found.append(Root(chain[0], low, high))
+            result.append(Root(chain[0], low, high))
         elif count > 1:
             middle = (low + high) / 2
             isolate(low, middle)
             isolate(middle, high)
 
     isolate(Fraction(0), Fraction(1))
-    return found
+    return result
 
 
 # vectors of polynomials
@@ -191,17 +191,17 @@ def on_edge(root, q, x, y):
     return root.sign(dot(sub(q, x), sub(q, y))) <= 0
 
 
-def earliest(found, boundaries, touches):
+def earliest(result, boundaries, touches):
     """The first time at which ``touches`` holds among the roots of the contact polynomial, or where it vanishes always,
     among those of the boundaries and both ends.
     """
-    if found.any():
-        candidates = roots(found)
+    if result.any():
+        candidates = roots(result)
     else:
         candidates = [Root(polynomial(-end, 1), Fraction(end), Fraction(end)) for end in (0, 1)]
         candidates += [root for p in boundaries if p.any() for root in roots(p)]
     times = (root.narrowed() for root in candidates if touches(root))
-    return next(times, None) if found.any() else min(times, default=None)
+    return next(times, None) if result.any() else min(times, default=None)
 
 
 def point_face(p, a, b, c):
@@ -251,7 +251,7 @@ def first_meeting(before_a, after_a, before_b, after_b):
     """
     a = [moving(x, y) for x, y in zip(before_a, after_a, strict=True)]
     b = [moving(x, y) for x, y in zip(before_b, after_b, strict=True)]
-    found = [point_face(p, *b) for p in a] + [point_face(p, *a) for p in b]
+    result = [point_face(p, *b) for p in a] + [point_face(p, *a) for p in b]
     for i, j in product(range(3), range(3)):
-        found.append(edge_edge(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]))
-    return min((one for one in found if one is not None), default=None)
+        result.append(edge_edge(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]))
+    return min((item for item in result if item is not None), default=None)

@@ -134,13 +134,13 @@ def certainly_apart(pairs):
     middle = first[0]
     first, second = ([subtract(corner, middle) for corner in side] for side in (first, second))
     extent = np.max([np.abs(np.array(corner)).max(axis=0) for corner in first + second], axis=0)
-    apart = np.zeros(len(pairs), dtype=bool)
+    gap = np.zeros(len(pairs), dtype=bool)
     for direction_of in islice(candidate_directions(), GENERIC_DIRECTIONS):
         direction = direction_of(first, second)
         a, b = (np.array([dot(direction, corner) for corner in side]) for side in (first, second))
         bound = 32 * ROUNDOFF * np.abs(np.array(direction)).sum(axis=0) * extent + 1e-280
-        apart |= (a.max(axis=0) + bound < b.min(axis=0) - bound) | (b.max(axis=0) + bound < a.min(axis=0) - bound)
-    return apart
+        gap |= (a.max(axis=0) + bound < b.min(axis=0) - bound) | (b.max(axis=0) + bound < a.min(axis=0) - bound)
+    return gap
 
 
 def certain_sign(p, q, r):
@@ -162,10 +162,10 @@ def certainly_pierced(pairs):
             start, stop = edges[k], edges[(k + 1) % 3]
             crosses = height[k] * height[(k + 1) % 3] < 0
             along = subtract(stop, start)
-            turns = [
+            rotations = [
                 certain_sign(along, subtract(face[j], start), subtract(face[(j + 1) % 3], start)) for j in range(3)
             ]
-            pierced |= crosses & (np.abs(np.sum(turns, axis=0)) == 3)
+            pierced |= crosses & (np.abs(np.sum(rotations, axis=0)) == 3)
     return pierced
 
 
@@ -173,10 +173,10 @@ def meet(pairs):
     """Whether the two closed triangles of each pair (n, 2, 3, 3) of finite doubles meet, and how many took integers."""
     # A power of two changes no answer, where no coordinate loses a bit.
     exponent = np.frexp(np.abs(pairs).max(axis=(1, 2, 3), keepdims=True))[1]
-    near_one = np.ldexp(pairs, -exponent)
-    whole = (np.ldexp(near_one, exponent) == pairs).all(axis=(1, 2, 3))
-    answer = whole & certainly_pierced(near_one)
-    undecided = ~answer & ~(whole & certainly_apart(near_one))
+    near_item = np.ldexp(pairs, -exponent)
+    whole = (np.ldexp(near_item, exponent) == pairs).all(axis=(1, 2, 3))
+    answer = whole & certainly_pierced(near_item)
+    undecided = ~answer & ~(whole & certainly_apart(near_item))
     answer[undecided] = meet_exactly(pairs[undecided])
     return answer, int(undecided.sum())
 
@@ -186,8 +186,8 @@ def meet(pairs):
 
 def near(first, second):
     """Indices of faces (n, 2) whose boxes have a point in common."""
-    low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
-    overlap = (low_a[:, None] <= high_b[None]).all(axis=-1) & (low_b[None] <= high_a[:, None]).all(axis=-1)
+    lower_a, upper_a, lower_b, upper_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
+    overlap = (lower_a[:, None] <= upper_b[None]).all(axis=-1) & (lower_b[None] <= upper_a[:, None]).all(axis=-1)
     return np.argwhere(overlap)
 
 
@@ -213,8 +213,8 @@ def decide(world):
             rows[key] = near(first, second)
             pairs.append(np.stack([first[rows[key][:, 0]], second[rows[key][:, 1]]], axis=1))
     answer, integers = meet(np.concatenate([np.zeros((0, 2, 3, 3)), *pairs]))
-    parts = np.split(answer, np.cumsum([len(indices) for indices in rows.values()])[:-1])
-    faces = {key: indices[part] for (key, indices), part in zip(rows.items(), parts, strict=True)} if rows else {}
+    pieces = np.split(answer, np.cumsum([len(indices) for indices in rows.values()])[:-1])
+    faces = {key: indices[piece] for (key, indices), piece in zip(rows.items(), pieces, strict=True)} if rows else {}
     frames = product(range(len(motion)), range(len(PAIRS)))
     return Answers({moment: faces[keys[moment]] if moment in keys else None for moment in frames}, integers)
 
@@ -259,14 +259,14 @@ def differences(world, names, live=()):
         if name in live:
             detections.append(("live", detect_live(detector, world.motion)))
         for (frame, column), faces in answers.faces.items():
-            for way, detection in detections:
+            for mode, detection in detections:
                 verdict = Verdict(int(detection.verdict[frame, column]))
                 if faces is None:
                     right = verdict is Verdict.NO_POSE
                 else:
                     right = (verdict is Verdict.CONTACT) == (len(faces) > 0)
                 if not right:
-                    texts.append(f"{name} ({way}) frame {frame} pair {column}: {verdict.name}")
+                    texts.append(f"{name} ({mode}) frame {frame} pair {column}: {verdict.name}")
             if faces is not None and not np.array_equal(with_faces.faces(frame, column), faces):
                 texts.append(f"{name} frame {frame} pair {column}: other faces")
     return texts, answers.integers

@@ -49,12 +49,12 @@ def candidate_axes(first, second):
         return  # the difference is a solid or a flat polygon: these are the normals of all its sides
     yield from edges
     between = [minus(q, p) for p in first for q in second]
-    for apart in between:
+    for gap in between:
         # component of one difference point across an edge: apart (e.e) - e (apart.e)
         for edge in edges:
-            along, length = inner(apart, edge), inner(edge, edge)
-            yield tuple(a * length - e * along for a, e in zip(apart, edge, strict=True))
-        yield apart
+            along, length = inner(gap, edge), inner(edge, edge)
+            yield tuple(a * length - e * along for a, e in zip(gap, edge, strict=True))
+        yield gap
 
 
 def meets_by_axes(pair: np.ndarray) -> bool:

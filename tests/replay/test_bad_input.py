@@ -67,6 +67,6 @@ def test_bad_input_is_refused_in_a_sentence_with_its_cure(tmp_path, row, given):
             READERS[row["of"]](tmp_path / "given")
         else:
             CALLS[row["of"]](given)
-    words = str(refused.value)
-    assert type(refused.value).__name__ == row["error"] and words.isprintable()
-    assert re.search(row["words"], words), words
+    message = str(refused.value)
+    assert type(refused.value).__name__ == row["error"] and message.isprintable()
+    assert re.search(row["words"], message), message

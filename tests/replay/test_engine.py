@@ -52,12 +52,12 @@ def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
 
 
 def test_settings_in_the_summary_give_the_same_answers():
-    asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
-    first = compute(cubes(TWO_BUMPS), asked)
-    told = first.document.settings
-    assert set(told.__struct_fields__) == {field.name for field in fields(RunSettings)}
-    again = compute(cubes(TWO_BUMPS), RunSettings(**asdict(told)))
-    assert again.document.settings == told
+    requested = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
+    first = compute(cubes(TWO_BUMPS), requested)
+    reported = first.document.settings
+    assert set(reported.__struct_fields__) == {field.name for field in fields(RunSettings)}
+    again = compute(cubes(TWO_BUMPS), RunSettings(**asdict(reported)))
+    assert again.document.settings == reported
     digests = [{label: made.digest for label, made in run.document.detectors.items()} for run in (first, again)]
     assert digests[0] == digests[1] and len(digests[0]) == 3
 
@@ -84,26 +84,26 @@ def test_without_an_oracle_nothing_is_compared(detectors):
 
 
 def test_only_detectors_of_effects_alone_are_not_asked_live():
-    asked = {
+    requested = {
         "session": cubes(TWO_BUMPS, scene=TOUCHING),
         "detectors": "hybrid,sphere,image-space,continuous",
         "oracle": "static",
     }
-    live, offline = compute(**asked), compute(**asked, offline=True)
-    told = {label: made.live for label, made in live.document.detectors.items()}
-    assert told == {"hybrid": True, "sphere": True, "image-space": False, "static": True, "continuous": False}
+    live, offline = compute(**requested), compute(**requested, offline=True)
+    reported = {label: made.live for label, made in live.document.detectors.items()}
+    assert reported == {"hybrid": True, "sphere": True, "image-space": False, "static": True, "continuous": False}
     assert not any(made.live for made in offline.document.detectors.values())
-    for label, found in live.detections.items():
-        assert found.digest == offline.detections[label].digest
-        assert {np.shape(spent) for spent in found.seconds.values()} == {(12,) if told[label] else ()}
+    for label, result in live.detections.items():
+        assert result.digest == offline.detections[label].digest
+        assert {np.shape(spent) for spent in result.seconds.values()} == {(12,) if reported[label] else ()}
 
 
 def test_a_detector_that_effects_name_runs_live_with_faces():
     result = compute(cubes(TWO_BUMPS, scene=TOUCHING), detectors="exact", oracle="hybrid")
-    exact, told = result.detections["exact"], result.document.detectors["exact"]
-    assert told.live and not told.faces_queried, "the faces come from a pass that is not timed"
+    exact, reported = result.detections["exact"], result.document.detectors["exact"]
+    assert reported.live and not reported.faces_queried, "the faces come from a pass that is not timed"
     assert exact.face_counts[4, 0] > 0 and exact.seconds["rest"].shape == (12,)
-    assert told.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
+    assert reported.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
 def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
@@ -114,22 +114,22 @@ def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
 
 def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     def answers(result):
-        digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
+        digests = {label: (actual.digest, actual.face_sets is not None) for label, actual in result.detections.items()}
         return digests, result.misses, result.episodes
 
-    asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
+    requested = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
     freed = []
     monkeypatch.setattr("replay.engine.give_back_memory", lambda: freed.append(1))
-    held = answers(compute(cubes(TWO_BUMPS), **asked))
+    kept = answers(compute(cubes(TWO_BUMPS), **requested))
     assert not freed
     monkeypatch.setattr("replay.engine.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
-    assert answers(compute(cubes(TWO_BUMPS), **asked)) == held and freed
+    assert answers(compute(cubes(TWO_BUMPS), **requested)) == kept and freed
     monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
-    poor = compute(cubes(TWO_BUMPS), **asked)
+    poor = compute(cubes(TWO_BUMPS), **requested)
     assert poor.detections["hybrid"].face_sets is None
-    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in held[1]["slow"]]
+    assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in kept[1]["slow"]]
 
 
 def test_every_stage_of_a_run_advances_to_its_end():

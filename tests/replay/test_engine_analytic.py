@@ -50,12 +50,12 @@ def test_contact_intervals_match_the_closed_form_to_one_frame(name):
         nominal = sorted(episode.nominal for episode in truth.episodes if episode.pair == pair and episode.nominal)
         expected = [span for span in _joined(nominal) if ((times >= span[0]) & (times <= span[1])).any()]
         column = next(p for p in range(len(result.assembly.pairs)) if _names(result, p) == pair)
-        found = [(e.start, e.end) for e in result.episodes[ORACLE] if e.pair == column]
+        actual = [(e.start, e.end) for e in result.episodes[ORACLE] if e.pair == column]
         if name == "grazing-ball":  # a graze lasts a few frames, and the tessellation decides whether it touches
-            assert all(any(_overlap(one, span, step) for span in expected) for one in found)
+            assert all(any(_overlap(item, span, step) for span in expected) for item in actual)
             continue
-        assert len(found) == len(expected), (found, expected)
-        for (start, end), (first, last) in zip(found, expected, strict=True):
+        assert len(actual) == len(expected), (actual, expected)
+        for (start, end), (first, last) in zip(actual, expected, strict=True):
             assert start - step <= first + step and abs(start - first) <= step + 1e-9, (pair, start, first)
             assert abs(end - last) <= step + 1e-9, (pair, end, last)
 
@@ -64,8 +64,8 @@ def _names(result, pair):
     return tuple(sorted(result.assembly.names[k] for k in result.assembly.pairs[pair]))
 
 
-def _overlap(one, other, slack):
-    return one[0] <= other[1] + slack and other[0] <= one[1] + slack
+def _overlap(first, other, slack):
+    return first[0] <= other[1] + slack and other[0] <= first[1] + slack
 
 
 def _joined(spans):
@@ -96,7 +96,7 @@ def test_misses_at_7_5_hz_match_the_closed_form(name, seed):
 
 
 def _is(miss, episode):
-    low, high = episode.possibly
+    lower, upper = episode.possibly
     same_pair = tuple(sorted(miss.bodies)) == episode.pair
     # A contact lasts until the frame after its last.
-    return same_pair and low <= miss.start < high and miss.end <= high + 1.001 / 90.0
+    return same_pair and lower <= miss.start < upper and miss.end <= upper + 1.001 / 90.0

@@ -18,7 +18,7 @@ FAST = "sphere,aabb,hybrid,slow=discrete[rate_hz=7.5]"
 
 
 def answers(result):
-    digests = {label: found.digest for label, found in result.detections.items()}
+    digests = {label: actual.digest for label, actual in result.detections.items()}
     return digests, result.misses, result.causes, result.episodes
 
 
@@ -36,26 +36,26 @@ SLOW = [
 @pytest.mark.parametrize("name", [*QUICK, *SLOW])
 def test_a_detector_answers_alike_on_both_sides_of_an_hour(name, monkeypatch):
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame
-    asked = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}
-    asked.setdefault("detectors", "hybrid,slow=discrete[rate_hz=7.5]")
-    found = []
+    requested = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}
+    requested.setdefault("detectors", "hybrid,slow=discrete[rate_hz=7.5]")
+    result = []
     for limit in (frames, frames - 1):
         monkeypatch.setattr(detecting, "HELD_FRAMES", limit)
         monkeypatch.setattr(detecting, "WHOLE_FRAMES", frames // 3)
-        found.append(answers(compute(swinging_cubes(frames), **asked)))
-    assert repr(found[0]) == repr(found[1]) and any(found[0][3].values())
+        result.append(answers(compute(swinging_cubes(frames), **requested)))
+    assert repr(result[0]) == repr(result[1]) and any(result[0][3].values())
 
 
 @pytest.mark.slow
 def test_every_verb_reads_a_recording_of_more_than_an_hour(tmp_path):
     file, run, runs, frames = tmp_path / "long.mcap", tmp_path / "run", tmp_path / "runs", HELD_FRAMES + 1
     write_session(swinging_cubes(frames), file)
-    asked = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
+    requested = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
     window = ["--start", "1", "--end", "10"]
     lines = [
         ["info", file], ["doctor", file], ["recover", file, tmp_path / "again.mcap"],
-        ["run", file, "--out", run, *asked], ["run", file, "--out", tmp_path / "short", *window, *asked],
-        ["run", file, "--out", runs / "two", "--no-picture", *window, *asked],
+        ["run", file, "--out", run, *requested], ["run", file, "--out", tmp_path / "short", *window, *requested],
+        ["run", file, "--out", runs / "two", "--no-picture", *window, *requested],
         ["tradeoff", file, "--out", tmp_path / "costs", "--oracle", "hybrid", "--time-limit", "0.01", "--quiet"],
         ["diff", run, runs / "two"],
     ]  # fmt: skip

@@ -44,21 +44,21 @@ class Wandering:
         stamps = np.round(number * (1e9 / RATE_HZ)).astype(np.int64)
         time = (number / RATE_HZ)[:, None, None]
         position = np.sin(2 * np.pi * self._rate * time + self._phase) * [0.5, 0.2, 0.3]
-        turn = (
+        rotation = (
             Rotation.from_rotvec(np.sin(0.3 * time + self._phase).reshape(-1, 3))
             .as_quat()
             .reshape(*position.shape[:2], 4)
         )
         status = np.full(position.shape[:2], int(Status.VALID), dtype=np.uint8)
         sample = np.repeat(stamps[:, None], BODIES, axis=1)
-        return Frames(self.names, stamps, stamps.copy(), sample, position, turn, status)
+        return Frames(self.names, stamps, stamps.copy(), sample, position, rotation, status)
 
 
 def peak_of(frames, folder, *, picture):
     mesh = pointed_ball(0.05, 4)
     write_session(Session(Wandering(frames), dict.fromkeys(Wandering.names, mesh)), folder / "s.mcap")
-    words = [str(folder / "s.mcap"), str(folder / "run"), "yes" if picture else "no"]
-    command = [sys.executable, "-c", MEASURED, *words]
+    arguments = [str(folder / "s.mcap"), str(folder / "run"), "yes" if picture else "no"]
+    command = [sys.executable, "-c", MEASURED, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, env=environment())
     assert done.returncode == 0, done.stderr[-3000:]
     report = json.loads(done.stdout)

@@ -65,7 +65,7 @@ def ask(good, at, number, capsys):
     session = ["--session", str(good.parent / "s.mcap")]
     kind, label = random.Random(number).choice([("--miss", "slow"), ("--false", "hull")])
     faults = []
-    for words in (
+    for arguments in (
         ["diff", good, folder],
         ["diff", folder, good, "--different-sessions"],
         ["shrink", folder, kind, "1", "--detector", label, "-o", at / "case", *session],
@@ -74,11 +74,11 @@ def ask(good, at, number, capsys):
         ["study", "page", at / "class", "-o", at / "page"],
     ):
         faulthandler.dump_traceback_later(HANGS_AFTER_SECONDS, exit=True, file=sys.__stderr__)
-        code = main([str(word) for word in words])
+        code = main([str(word) for word in arguments])
         faulthandler.cancel_dump_traceback_later()
-        said = capsys.readouterr()
-        if code not in (0, 1, 2) or FOREIGN_WORDS.search(said.err):
-            faults.append(f"{number} ({what}): {words[0]} {words[1]} ends with {code}: {said.err.strip()}")
+        output = capsys.readouterr()
+        if code not in (0, 1, 2) or FOREIGN_WORDS.search(output.err):
+            faults.append(f"{number} ({what}): {arguments[0]} {arguments[1]} ends with {code}: {output.err.strip()}")
     shutil.rmtree(at)
     at.mkdir()
     return faults
@@ -87,10 +87,10 @@ def ask(good, at, number, capsys):
 def asked(good, at, numbers, capsys):
     at.mkdir()
     first, *others = numbers
-    faults, held = ask(good, at, first, capsys), peak_bytes()
+    faults, kept = ask(good, at, first, capsys), peak_bytes()
     for number in others:
         faults += ask(good, at, number, capsys)
-    return faults, peak_bytes() - held
+    return faults, peak_bytes() - kept
 
 
 # 992: the column of detectors has another name, which the page of a class once added to a word.

@@ -13,7 +13,7 @@ def test_a_clock_counts_the_gaps_that_the_doctor_finds():
     clock = ClockInfo.of(stamps)
     assert (clock.count, clock.gaps, clock.longest_gap, clock.not_forward) == (8, 1, 0.031, 0)
     assert clock.rate_hz == pytest.approx(100.0) and clock.duration == 0.117
-    (gap,) = (one for one in examine(framed(stamps, np.ones((8, 1)))) if one.code == "gap" and not one.body)
+    (gap,) = (item for item in examine(framed(stamps, np.ones((8, 1)))) if item.code == "gap" and not item.body)
     assert gap.count == clock.gaps
 
 

@@ -77,9 +77,9 @@ def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
     (tmp_path / "m.toml").write_text(case.get("mapping", MAPPING))
     with pytest.raises(SessionError) as raised:
         read(path)
-    words = str(raised.value)
-    assert re.search(case["words"], words), words
-    assert case.get("names", name) in words and words.isprintable()
+    message = str(raised.value)
+    assert re.search(case["words"], message), message
+    assert case.get("names", name) in message and message.isprintable()
 
 
 @pytest.mark.parametrize("reader", TABLE["good"])

@@ -26,8 +26,8 @@ def written(tmp_path_factory):
     frames = random_frames(1, 900, 3, absent=0.05, odd=0.1)
     first = int(frames.stamp_ns[0])
     path = tmp_path_factory.mktemp("written") / "s.mcap"
-    parts = {"events": [Event(first, "grasp")], "intervals": [Interval(first, first + 9, "task", "stir")]}
-    write_session(session_of(frames, meshes={"body 1": tetrahedron()}, **parts), path)
+    pieces = {"events": [Event(first, "grasp")], "intervals": [Interval(first, first + 9, "task", "stir")]}
+    write_session(session_of(frames, meshes={"body 1": tetrahedron()}, **pieces), path)
     return path
 
 
@@ -47,9 +47,9 @@ def test_session_file_of_earlier_version_is_read_exactly():
     frames = session.frames
     stamps = 1_700_000_000_000_000_000 + k * 11_111_111
     assert session.names == ("wand", "cup") and frames.stamp_ns.tolist() == stamps.tolist()
-    there = k != 9
-    assert np.array_equal(frames.position[there, 0], np.stack([k / 64, 1 + k / 128, -k / 32], axis=1)[there])
-    assert np.array_equal(frames.quaternion_xyzw[there, 0, 1], np.sin(k / 100)[there])
+    present = k != 9
+    assert np.array_equal(frames.position[present, 0], np.stack([k / 64, 1 + k / 128, -k / 32], axis=1)[present])
+    assert np.array_equal(frames.quaternion_xyzw[present, 0, 1], np.sin(k / 100)[present])
     assert (frames.sample_ns[:, 1] == stamps - 3_000_000).all() and (frames.log_ns == stamps + 700).all()
     assert (frames.status[9, 0], frames.status[5, 1]) == (Status.ABSENT, Status.LOST)
     assert session.events == (Event(int(stamps[3]), "grasp", "takes", "cup"),)

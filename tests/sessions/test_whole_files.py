@@ -49,8 +49,8 @@ def write(folder, word):
 
 def test_later_of_two_writers_replaces_the_whole_file(tmp_path):
     out = tmp_path / "out"
-    with whole_file(out, RefusalError) as one, whole_file(out, RefusalError) as two:
-        one.write(b"one" * 9)
+    with whole_file(out, RefusalError) as item, whole_file(out, RefusalError) as two:
+        item.write(b"one" * 9)
         two.write(b"two")
     assert out.read_bytes() == b"one" * 9 and names(tmp_path) == ["out"]
 

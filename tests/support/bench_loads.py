@@ -86,9 +86,9 @@ def follow(keys, seconds, rng, poses):
     start, end = table[leg - 1], table[leg]
     p = (clock - start[:, 0]) / (end[:, 0] - start[:, 0])
     blend = (p**3 * (10 - 15 * p + 6 * p * p))[:, None]
-    way = start[:, 1:] + (end[:, 1:] - start[:, 1:]) * blend + tremor(seconds, rng)
-    poses[:, :3, 3] = way[:, :3]
-    poses[:, :3, :3] = Rotation.from_rotvec(way[:, 3:]).as_matrix()
+    direction = start[:, 1:] + (end[:, 1:] - start[:, 1:]) * blend + tremor(seconds, rng)
+    poses[:, :3, 3] = direction[:, :3]
+    poses[:, :3, :3] = Rotation.from_rotvec(direction[:, 3:]).as_matrix()
 
 
 def tremor(seconds, rng):
@@ -160,13 +160,13 @@ class OwnExact:
         begin = perf_counter()
         motion = Motion.from_matrices(np.arange(len(self.load.poses)) / self.load.rate_hz, self.load.poses)
         checked = perf_counter() - begin
-        found = self._detector.detect(motion, faces=what == "faces")
-        return {"check": checked} | {name: float(np.sum(spent)) for name, spent in found.seconds.items()}, found
+        result = self._detector.detect(motion, faces=what == "faces")
+        return {"check": checked} | {name: float(np.sum(spent)) for name, spent in result.seconds.items()}, result
 
     def ask(self, what):
         """Of every pair in every frame (T, P): for "faces" how many pairs of faces meet, for "bool" 0 or 1."""
-        found = self.staged(what)[1]
-        return found.face_counts if what == "faces" else (found.verdict == Verdict.CONTACT).view(np.int8)
+        result = self.staged(what)[1]
+        return result.face_counts if what == "faces" else (result.verdict == Verdict.CONTACT).view(np.int8)
 
 
 class Candidate:
@@ -209,14 +209,14 @@ class FclLoop:
 
     def ask(self, what):
         """Every pair in every frame."""
-        faces, asked, collide = what == "faces", self._load.pairs.tolist(), self._fcl.collide
+        faces, requested, collide = what == "faces", self._load.pairs.tolist(), self._fcl.collide
         request = self._fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT if faces else 1, enable_contact=False)
 
         def fill(row):
-            for k, (i, j) in enumerate(asked):
-                found = FacePairs()
-                if collide(self._things[i], self._things[j], request, found):
-                    row[k] = len(set(found.faces)) if faces else 1
+            for k, (i, j) in enumerate(requested):
+                result = FacePairs()
+                if collide(self._things[i], self._things[j], request, result):
+                    row[k] = len(set(result.faces)) if faces else 1
 
         return frame_by_frame(self._load, self._place, fill)
 
@@ -246,13 +246,13 @@ class CoalLoop:
         request, result, collide = self._coal.CollisionRequest(), self._coal.CollisionResult(), self._coal.collide
         request.num_max_contacts = EVERY_CONTACT if what == "faces" else 1
         request.enable_contact = what == "faces"
-        trees, placed, asked = self._trees, self._placed, self._load.pairs.tolist()
+        trees, placed, requested = self._trees, self._placed, self._load.pairs.tolist()
 
         def place(body, pose):
             placed[body] = self._pose(pose)
 
         def fill(row):
-            for k, (i, j) in enumerate(asked):
+            for k, (i, j) in enumerate(requested):
                 result.clear()
                 if collide(trees[i], placed[i], trees[j], placed[j], request, result):
                     row[k] = len({(contact.b1, contact.b2) for contact in result.getContacts()})
@@ -296,10 +296,10 @@ class TrimeshLoop:
         def fill(row):
             if what == "faces":
                 contacts = manager.in_collision_internal(return_data=True)[1]
-                found = {(*sorted(c.names), *(c.index(name) for name in sorted(c.names))) for c in contacts}
+                result = {(*sorted(c.names), *(c.index(name) for name in sorted(c.names))) for c in contacts}
             else:
-                found = set(manager.in_collision_internal(return_names=True)[1])
-            for a, b, *_ in found:
+                result = set(manager.in_collision_internal(return_names=True)[1])
+            for a, b, *_ in result:
                 if frozenset((a, b)) in column:
                     row[column[frozenset((a, b))]] += 1
 
@@ -358,5 +358,5 @@ def ten_minutes():
 def repeated(track):
     times = track.times_ns
     span = times[-1] - times[0] + int(np.median(np.diff(times)))
-    poses = (np.concatenate([part] * MINUTES) for part in (track.positions, track.quaternions_xyzw, track.valid))
+    poses = (np.concatenate([piece] * MINUTES) for piece in (track.positions, track.quaternions_xyzw, track.valid))
     return Track(np.concatenate([times + k * span for k in range(MINUTES)]), *poses)

@@ -109,8 +109,8 @@ def digests(group, name, settings):
     """Of verdicts, faces and counters in all worlds of a group, 12 digits each, in one line."""
     totals = [hashlib.sha256() for _ in range(3)]
     for world in worlds(group):
-        for total, part in zip(totals, parts_of(world, name, settings), strict=True):
-            total.update(f"{part}\n".encode())
+        for total, piece in zip(totals, parts_of(world, name, settings), strict=True):
+            total.update(f"{piece}\n".encode())
     return " ".join(total.hexdigest()[:12] for total in totals)
 
 
@@ -131,8 +131,8 @@ def write(names):
     groups, detectors = [name for name in names if name in GROUPS], [name for name in names if name not in GROUPS]
     for group in groups or GROUPS:
         print(group, flush=True)
-        chosen = [one for one in asked_in(group) if one[0] in detectors or not detectors]
-        known[group] = known.get(group, {}) | {variant_name(*one): digests(group, *one) for one in chosen}
+        chosen = [item for item in asked_in(group) if item[0] in detectors or not detectors]
+        known[group] = known.get(group, {}) | {variant_name(*item): digests(group, *item) for item in chosen}
         worlds.cache_clear()
     kept = {group: known[group] for group in GROUPS if group in known}
     FILE.write_text(json.dumps(kept, indent=0) + "\n")
@@ -149,13 +149,13 @@ def laboratory():
 
 def answers(first, last):
     """Digests of verdicts and faces, and counters, by detector: of a laboratory and of random worlds."""
-    found = {}
+    result = {}
     for name, settings in VARIANTS:
         worlds = [laboratory()]
         if name in SCALE_FREE:
             worlds += [random_world(seed, shape) for seed in range(first, last) for shape in SHAPES]
-        found[variant_name(name, settings)] = [parts_of(world, name, settings) for world in worlds]
-    return found
+        result[variant_name(name, settings)] = [parts_of(world, name, settings) for world in worlds]
+    return result
 
 
 def interpreted_answers(first, last):

@@ -49,14 +49,16 @@ def nothing_written(but=Path("none")):
 def round_trips(session, folder):
     """Every stamp, number and name of an import comes back from its file."""
     write_session(session, folder / "written.mcap")
-    found = read_session(folder / "written.mcap")
-    for part in ("tracks", "fast_tracks", "hands", "gaze", "scalars"):
-        expected = getattr(session, part)
-        assert list(getattr(found, part)) == list(expected)
-        for key, one in expected.items():
-            for field, values in vars(one).items():
-                np.testing.assert_array_equal(vars(getattr(found, part)[key])[field], values, err_msg=f"{key} {field}")
-    assert (found.events, found.intervals) == (session.events, session.intervals)
+    result = read_session(folder / "written.mcap")
+    for piece in ("tracks", "fast_tracks", "hands", "gaze", "scalars"):
+        expected = getattr(session, piece)
+        assert list(getattr(result, piece)) == list(expected)
+        for key, item in expected.items():
+            for field, values in vars(item).items():
+                np.testing.assert_array_equal(
+                    vars(getattr(result, piece)[key])[field], values, err_msg=f"{key} {field}"
+                )
+    assert (result.events, result.intervals) == (session.events, session.intervals)
 
 
 def books(session):

@@ -28,8 +28,8 @@ def glass(name, volume_ml=0.0, *, cavity=None, properties=None, **liquid) -> Sce
         "capacity_ml": 50.0, "floor": 0.0, "mark": 50e-6 / (np.pi * RADIUS**2), "radius": RADIUS, "height": HEIGHT,
         "opening": [0.0, HEIGHT, 0.0], "opening_radius": RADIUS, "lip": [RADIUS, HEIGHT, 0.0],
     }  # fmt: skip
-    told = {"liquid": {"volume_ml": volume_ml, **liquid}, **(properties or {})}
-    return SceneBody(name, extra={"cavity": sizes | (cavity or {}), "properties": told})
+    reported = {"liquid": {"volume_ml": volume_ml, **liquid}, **(properties or {})}
+    return SceneBody(name, extra={"cavity": sizes | (cavity or {}), "properties": reported})
 
 
 def tilted(degrees, lip=(0.0, LOW, 0.0)):
@@ -38,11 +38,11 @@ def tilted(degrees, lip=(0.0, LOW, 0.0)):
     A tilt by some 50 degrees in one frame is a jump to the doctor: what it pours counts from the frame after.
     """
     half = -0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
-    turns = np.zeros((len(half), 4))
-    turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
+    rotations = np.zeros((len(half), 4))
+    rotations[:, 2], rotations[:, 3] = np.sin(half), np.cos(half)
     c, s = np.cos(2 * half), np.sin(2 * half)
     reach = np.stack([c * RADIUS - s * HEIGHT, s * RADIUS + c * HEIGHT, np.zeros_like(c)], axis=1)
-    return np.asarray(lip) - reach, turns
+    return np.asarray(lip) - reach, rotations
 
 
 def still(count, place=(0.0, 0.0, 0.0)):
@@ -53,7 +53,7 @@ def still(count, place=(0.0, 0.0, 0.0)):
 def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
     """A session of these bodies; every mesh is a small cube, for nobody looks at it."""
     count = len(next(iter(poses.values()))[0])
-    scene = Scene(bodies=tuple(bodies), effects=tuple(SceneEffect(kind, told) for kind, told in effects))
+    scene = Scene(bodies=tuple(bodies), effects=tuple(SceneEffect(kind, reported) for kind, reported in effects))
     meshes = {name: cube(0.01) for name in poses}
     stamps = np.arange(count) * step_ns
     tracks = {name: Track(stamps, *pose, (valid or {}).get(name)) for name, pose in poses.items()}
@@ -77,9 +77,9 @@ COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 def turned(degrees):
     """Poses of a tap turned about Z."""
     half = 0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
-    turns = np.zeros((len(half), 4))
-    turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
-    return np.tile((0.0, 0.25, 0.0), (len(half), 1)), turns
+    rotations = np.zeros((len(half), 4))
+    rotations[:, 2], rotations[:, 3] = np.sin(half), np.cos(half)
+    return np.tile((0.0, 0.25, 0.0), (len(half), 1)), rotations
 
 
 def run_in(degrees, *more, base=None, acid=None, settings=None, valid=None, step_ns=STEP_NS):
@@ -124,13 +124,13 @@ def scene(changes, without=()):
             SceneBody(name, tags=("vessel",) if name in HOLDS else (), instrument=made.get(name, ""), extra=extra)
             for name, extra in bodies.items()
         ),
-        effects=tuple(SceneEffect(told.pop("kind"), told) for told in tables.values()),
+        effects=tuple(SceneEffect(reported.pop("kind"), reported) for reported in tables.values()),
     )
 
 
 def scene_of(kinds):
     """The scene with a table of each of these kinds, and those without which they are refused."""
-    firsts = {told["kind"]: name for name, told in reversed(TABLES.items())}
+    firsts = {reported["kind"]: name for name, reported in reversed(TABLES.items())}
     kept = {name for kind in kinds for name in (firsts[kind], *WITH.get(kind, ()))}
     return scene({}, TABLES.keys() - kept)
 
@@ -141,8 +141,10 @@ TWO = (SceneBody("hand-left", tags=("hand", "left")), SceneBody("lamp", extra={"
 
 def small_session(*effects):
     """A hand that passes by a lamp, and what it pressed."""
-    places = [3.0 - 0.1 * k for k in range(22)] + [1.2] * 10
-    session = cubes({"hand-left": places, "lamp": [0.0] * len(places)}, scene=Scene("passing", TWO, effects=effects))
+    positions = [3.0 - 0.1 * k for k in range(22)] + [1.2] * 10
+    session = cubes(
+        {"hand-left": positions, "lamp": [0.0] * len(positions)}, scene=Scene("passing", TWO, effects=effects)
+    )
     object.__setattr__(session, "hands", {"ann/left": HandTrack(session.frames.stamp_ns)})
     return session
 

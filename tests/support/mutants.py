@@ -22,12 +22,12 @@ MESSAGE = struct.Struct("<HIQQ")
 
 def records(data):
     """(opcode, start, end) of every record of a whole file."""
-    at, found = 8, []
+    at, result = 8, []
     while at + HEAD.size <= len(data) - 8:
         opcode, length = HEAD.unpack_from(data, at)
-        found.append((opcode, at, at + HEAD.size + length))
-        at = found[-1][2]
-    return found
+        result.append((opcode, at, at + HEAD.size + length))
+        at = result[-1][2]
+    return result
 
 
 def chunks(data):
@@ -83,13 +83,13 @@ def with_messages(data, change, channel=None):
     def changed(content):
         parts = split(opened(content))
         messages = [
-            (kind, change(one) if kind == Opcode.MESSAGE and channel in (None, MESSAGE.unpack_from(one)[0]) else one)
-            for kind, one in parts
+            (kind, change(item) if kind == Opcode.MESSAGE and channel in (None, MESSAGE.unpack_from(item)[0]) else item)
+            for kind, item in parts
         ]
         return closed(joined(messages))
 
     return with_records(
-        data, lambda parts: [(kind, changed(one) if kind == Opcode.CHUNK else one) for kind, one in parts]
+        data, lambda parts: [(kind, changed(item) if kind == Opcode.CHUNK else item) for kind, item in parts]
     )
 
 
@@ -169,7 +169,7 @@ def mutant(good, out, number):
 def summary(out, chance):
     """A value anywhere in the summary, as likely near its root as near its leaves, is gone or another one."""
     file = out / "summary.json"
-    told = node = json.loads(file.read_text("utf-8"))
+    reported = node = json.loads(file.read_text("utf-8"))
     key = "files" if chance.random() < 0.05 else None
     while key is None:
         at = chance.choice(list(node) if isinstance(node, dict) else range(len(node)))
@@ -182,7 +182,7 @@ def summary(out, chance):
         del node[key]
     else:
         node[key] = MARK
-    file.write_text(json.dumps(told).replace(f'"{MARK}"', str(text)), encoding="utf-8")
+    file.write_text(json.dumps(reported).replace(f'"{MARK}"', str(text)), encoding="utf-8")
     return f"summary: {key} = {text or 'gone':.60}"
 
 
@@ -190,19 +190,19 @@ def table_of(out, chance):
     """A table of the folder, its words plain, and its file and one of its columns."""
     file = chance.choice(sorted(out.glob("*.parquet")))
     table = pq.read_table(file)
-    plain = [part.cast(pa.string()) if pa.types.is_dictionary(part.type) else part for part in table.columns]
+    plain = [piece.cast(pa.string()) if pa.types.is_dictionary(piece.type) else piece for piece in table.columns]
     table = pa.table(plain, table.column_names).replace_schema_metadata(table.schema.metadata)
     return file, table, chance.randrange(table.num_columns)
 
 
 def column(out, chance):
-    file, table, place = table_of(out, chance)
-    name = table.column_names[place]
+    file, table, position = table_of(out, chance)
+    name = table.column_names[position]
     changes = {
-        "gone": lambda: table.remove_column(place),
-        "twice": lambda: table.append_column(name, table.column(place)),
+        "gone": lambda: table.remove_column(position),
+        "twice": lambda: table.append_column(name, table.column(position)),
         "named x": lambda: table.rename_columns({name: "x"}),
-        "of another type": lambda: table.set_column(place, name, pa.nulls(len(table), chance.choice(TYPES))),
+        "of another type": lambda: table.set_column(position, name, pa.nulls(len(table), chance.choice(TYPES))),
     }
     what = chance.choice(list(changes))
     pq.write_table(changes[what](), file)
@@ -211,17 +211,17 @@ def column(out, chance):
 
 def cells(out, chance):
     """A cell of a table is another one; now and then all rows are there twice, or none."""
-    file, table, place = table_of(out, chance)
-    name, values = table.column_names[place], table.column(place)
+    file, table, position = table_of(out, chance)
+    name, values = table.column_names[position], table.column(position)
     wrong = next((some for is_kind, some in CELLS.items() if is_kind(values.type)), [])
     if len(table):
         row = chance.randrange(len(table))
         changed = values.to_pylist()
         changed[row] = chance.choice([*wrong, None])
-        table = table.set_column(place, name, pa.array(changed, values.type))
+        table = table.set_column(position, name, pa.array(changed, values.type))
     table = chance.choice([table, table, table, table, pa.concat_tables([table] * 2), table.slice(0, 0)])
     pq.write_table(table, file)
-    return f"{file.name}: {name} {str(table.column(place))[-60:]}, {len(table)} rows"
+    return f"{file.name}: {name} {str(table.column(position))[-60:]}, {len(table)} rows"
 
 
 def damage(out, chance):

@@ -28,7 +28,7 @@ class Planted:
         return self.spoilt(self._exact.detect(motion))
 
     def stream(self, motions, *, faces=False):
-        yield self.spoilt(join([self._exact.detect(part) for part in motions]))
+        yield self.spoilt(join([self._exact.detect(piece) for piece in motions]))
 
     def spoilt(self, detection):
         contact = self.spoil(counts_as_contact(detection.verdict))

@@ -57,7 +57,9 @@ class Planted:
         span = (None, None)
         if self.rows is not None:
             span = tuple(int(draft.arrays["stamp_ns"][row]) for row in self.rows)
-        return any((one.code, one.body, (one.start_ns, one.end_ns)) == (self.code, self.body, span) for one in findings)
+        return any(
+            (item.code, item.body, (item.start_ns, item.end_ns)) == (self.code, self.body, span) for item in findings
+        )
 
 
 def clean():

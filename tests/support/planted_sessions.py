@@ -85,7 +85,7 @@ def planted_session(seed, *, engines=False):
     stamps = (stamps + rng.integers(0, 10**12)).astype(np.int64)
     names = ["channel", *rng.choice(["rod", "block", "crumb"], int(rng.integers(1, 3)), replace=False)]
     poses = [path(rng, stamps, moves=number > 0) for number in range(len(names))]
-    positions, quaternions = (np.stack(part, axis=1) for part in zip(*poses, strict=True))
+    positions, quaternions = (np.stack(piece, axis=1) for piece in zip(*poses, strict=True))
     status = np.where(np.isnan(positions).any(axis=2), Status.LOST, Status.VALID)
     posed = framed(stamps, status, np.nan_to_num(positions), quaternions, names)
     session = replace(posed, meshes={name: SHAPES[name]() for name in names})
@@ -116,31 +116,31 @@ def path(rng, stamps, *, moves):
         return np.zeros((len(stamps), 3)), np.tile([0.0, 0.0, 0.0, 1.0], (len(stamps), 1))
     swing = np.sin(2 * np.pi * (rng.uniform(0.8, 3.0) * seconds + rng.random()))
     positions = 0.012 * rng.normal(size=3) + np.outer(swing, 0.09 * rng.normal(size=3))
-    turns = np.column_stack(
+    rotations = np.column_stack(
         [0.2 * np.sin(seconds[:, None] * rng.uniform(1, 4, 3) + rng.random(3)), np.ones(len(seconds))]
     )
-    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
     if rng.random() < 0.3:
         first = int(rng.integers(5, len(stamps) - 8))
         positions[first : first + int(rng.integers(1, 6))] = np.nan
-    return positions, turns
+    return positions, rotations
 
 
 def with_reports(rng, session):
     """The session, in half of the seeds with what an engine reports of its true contacts."""
     if rng.random() < 0.5:
         return session
-    found = compute(session, detectors="exact", oracle="none", offline=True)
+    result = compute(session, detectors="exact", oracle="none", offline=True)
     delay, hertz = rng.choice([0.0, 0.0, 0.03]), rng.choice([0.0, 50.0, 30.0])
     reports = []
-    for contact in found.episodes["exact"]:
-        a, b = found.assembly.bodies_of(contact.pair)
+    for contact in result.episodes["exact"]:
+        a, b = result.assembly.bodies_of(contact.pair)
         moments = np.array([contact.start, contact.end]) + rng.choice([0.0, 0.0, 0.04], 2)
         if hertz:
             moments = np.ceil(moments * hertz) / hertz
         if moments[0] < moments[1]:
             for seconds, phase in zip(moments + delay, ("enter", "exit"), strict=True):
-                reports.append(LiveContact(found.assembly.first_ns + round(1e9 * seconds), a, b, phase))
+                reports.append(LiveContact(result.assembly.first_ns + round(1e9 * seconds), a, b, phase))
     return replace(session, live_contacts=tuple(sorted(reports, key=lambda report: report.time_ns)))
 
 
@@ -161,16 +161,16 @@ STATES = {
 
 @cache
 def run(state):
-    truth, said, _ = STATES[state]
-    places = [0.99 if letter == "C" else 1.01 + 0.02 * (k % 2) for k, letter in enumerate(truth)]
-    session = cubes({"a": [0.0] * len(truth), "b": places})
-    return compute(session, detectors=f"it=support.planted_detectors:Scripted[says={said}]")
+    truth, answer, _ = STATES[state]
+    positions = [0.99 if letter == "C" else 1.01 + 0.02 * (k % 2) for k, letter in enumerate(truth)]
+    session = cubes({"a": [0.0] * len(truth), "b": positions})
+    return compute(session, detectors=f"it=support.planted_detectors:Scripted[says={answer}]")
 
 
-def stretches(letters):
+def stretches(codes):
     """First frame, number of frames, and value of each stretch of equal letters."""
     first = 0
-    for value, same in groupby(letters):
+    for value, same in groupby(codes):
         count = len(list(same))
         yield first, count, value
         first += count
@@ -250,10 +250,10 @@ def tool_places():
 def poses():
     """Translations (n, 3) and rotations of the tool and of the plate, in the room."""
     room = Rotation.from_euler("y", ROOM_YAW_DEG, degrees=True)
-    turn = Rotation.from_euler("y", TOOL_YAW_DEG, degrees=True)
+    rotation = Rotation.from_euler("y", TOOL_YAW_DEG, degrees=True)
     origin = np.array([0.2, 0.9, -0.1])
     tool = room.apply(tool_places()) + origin
-    return (tool, [room * turn] * FRAMES), (np.tile(origin, (FRAMES, 1)), [room] * FRAMES)
+    return (tool, [room * rotation] * FRAMES), (np.tile(origin, (FRAMES, 1)), [room] * FRAMES)
 
 
 def true_contact():
@@ -262,13 +262,15 @@ def true_contact():
     yaw = np.radians(TOOL_YAW_DEG)
     axes = [np.array([1.0, 0]), np.array([0, 1.0])]
     axes += [np.array([np.cos(yaw), -np.sin(yaw)]), np.array([np.sin(yaw), np.cos(yaw)])]  # of the turned tool, in x z
-    for frame, place in enumerate(tool_places()):
-        for low, high in TOOL_BOXES:
-            corners = [[x, z] for x in (low[0], high[0]) for z in (low[2], high[2])]
-            flat = np.array(corners) @ np.stack(axes[2:]) + place[[0, 2]]
-            for plate_low, plate_high in PLATE_BOXES:
-                other = np.array([[x, z] for x in (plate_low[0], plate_high[0]) for z in (plate_low[2], plate_high[2])])
-                overlap = low[1] + place[1] <= plate_high[1] and plate_low[1] <= high[1] + place[1]
+    for frame, position in enumerate(tool_places()):
+        for lower, upper in TOOL_BOXES:
+            corners = [[x, z] for x in (lower[0], upper[0]) for z in (lower[2], upper[2])]
+            flat = np.array(corners) @ np.stack(axes[2:]) + position[[0, 2]]
+            for plate_lower, plate_upper in PLATE_BOXES:
+                other = np.array(
+                    [[x, z] for x in (plate_lower[0], plate_upper[0]) for z in (plate_lower[2], plate_upper[2])]
+                )
+                overlap = lower[1] + position[1] <= plate_upper[1] and plate_lower[1] <= upper[1] + position[1]
                 for axis in axes:
                     first, second = flat @ axis, other @ axis
                     overlap &= first.min() <= second.max() and second.min() <= first.max()
@@ -305,10 +307,12 @@ def write_scene(folder, convention, kind, *, exported=False):
         write_mesh(folder / f"{name}.{kind}", points, faces[:, ::-1] if mirrored else faces, scale)
     lines = ["t,name,x,y,z,qx,qy,qz,qw"]
     for frame in range(FRAMES):
-        for name, (places, turns) in zip(("tool", "plate"), poses(), strict=True):
-            place = changed(places[frame], to_source)[0] / unit
-            turn = Rotation.from_matrix(matrix @ turns[frame].as_matrix() @ matrix.T).as_quat()
-            lines.append(f"{frame / RATE_HZ!r},{name}," + ",".join(repr(float(one)) for one in (*place, *turn)))
+        for name, (positions, rotations) in zip(("tool", "plate"), poses(), strict=True):
+            position = changed(positions[frame], to_source)[0] / unit
+            rotation = Rotation.from_matrix(matrix @ rotations[frame].as_matrix() @ matrix.T).as_quat()
+            lines.append(
+                f"{frame / RATE_HZ!r},{name}," + ",".join(repr(float(item)) for item in (*position, *rotation))
+            )
     (folder / "take.csv").write_text("\n".join([*lines, ""]))
     write_mapping(folder, convention)
     return axes

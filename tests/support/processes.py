@@ -38,12 +38,12 @@ def spawned_by(process=None):
     """Those that are alive below a process, by default this one."""
     import psutil
 
-    found = []
+    result = []
     for child in (process or psutil.Process()).children(recursive=True):
         with suppress(psutil.Error):  # it ended meanwhile
             if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
-    return found
+                result.append(child)
+    return result
 
 
 class Watched:

@@ -118,8 +118,8 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
     """A setting that takes ``ms`` a frame and gets so many of 18 contacts wrong; a count may be a range (low, high)."""
     counts = {}
     for name, count in {"missed": missed, "late": late, "false_contacts": false}.items():
-        low, high = count if isinstance(count, tuple) else (count, count)
-        counts |= {name: (low + high) / 2, f"{name}_smallest": low, f"{name}_largest": high}
+        lower, upper = count if isinstance(count, tuple) else (count, count)
+        counts |= {name: (lower + upper) / 2, f"{name}_smallest": lower, f"{name}_largest": upper}
     # Any order of losses will do for a front: here a contact missed, late or false costs the same.
     loss = sum(counts[name] for name in ("missed", "late", "false_contacts")) / 18
     return {
@@ -136,9 +136,9 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
 
 
 def surely_quicker(a, b):
-    apart = None not in (a["mean_high"], b["mean_low"]) and a["mean_high"] < b["mean_low"]
+    gap = None not in (a["mean_high"], b["mean_low"]) and a["mean_high"] < b["mean_low"]
     unknown = None in (a["mean_low"], b["mean_low"])
-    return apart or (unknown and a["mean_ms"] < b["mean_ms"])
+    return gap or (unknown and a["mean_ms"] < b["mean_ms"])
 
 
 def front(rows):
@@ -160,8 +160,8 @@ def tamper(folder, part, **changes):
     """Write other values into a part of the summary of a run; a table that is there keeps its other keys."""
     file = folder / "summary.json"
     summary = json.loads(file.read_text())
-    held = summary[part]
-    summary[part] |= {key: held[key] | new if isinstance(held.get(key), dict) else new for key, new in changes.items()}
+    kept = summary[part]
+    summary[part] |= {key: kept[key] | new if isinstance(kept.get(key), dict) else new for key, new in changes.items()}
     file.write_text(json.dumps(summary))
 
 
@@ -283,7 +283,7 @@ def with_steady_times(result, mean=4e-5):
     )
     answers = [structs.replace(answer, fix=answer.fix and timeless(answer.fix)) for answer in result.answers]
     ranks = ranking(document) if result.ranking else ()
-    detections = {label: replace(one, seconds=stages(one.seconds)) for label, one in result.detections.items()}
+    detections = {label: replace(item, seconds=stages(item.seconds)) for label, item in result.detections.items()}
     return replace(result, document=document, ranking=ranks, answers=tuple(answers), detections=detections)
 
 

@@ -58,12 +58,12 @@ def matrix(pose):
 def exact_pairs(search, mesh_a, mesh_b, pose_a, pose_b):
     """Face pairs that meet, as places in the order of the search."""
     faces = intersecting_faces(mesh_a, mesh_b, matrix(pose_a), matrix(pose_b))
-    places = []
+    indices = []
     for features, column in ((search.first, faces[:, 0]), (search.second, faces[:, 1])):
-        place = np.empty(len(features), dtype=np.int64)
-        place[features.face] = np.arange(len(features))
-        places.append(place[column].tolist())
-    return set(zip(*places, strict=True))
+        index = np.empty(len(features), dtype=np.int64)
+        index[features.face] = np.arange(len(features))
+        indices.append(index[column].tolist())
+    return set(zip(*indices, strict=True))
 
 
 def colliding_poses(mesh_a, mesh_b, count, seed):
@@ -72,16 +72,16 @@ def colliding_poses(mesh_a, mesh_b, count, seed):
     bodies = [Body("a", mesh_a), Body("b", mesh_b)]
     detector = create_detector("exact", bodies, containment=False)
     size = np.linalg.norm(mesh_a.vertices, axis=1).max() + np.linalg.norm(mesh_b.vertices, axis=1).max()
-    found = []
+    result = []
     tried = 8 * count
-    while len(found) < count:
-        turn, way = random_rotations(rng, tried), rng.normal(size=(tried, 3))
-        move = way / np.linalg.norm(way, axis=1)[:, None] * (size * rng.uniform(0.3, 1.0, (tried, 1)))
-        rotations = np.stack([turn, np.broadcast_to(I3, turn.shape)], axis=1)
+    while len(result) < count:
+        rotation, direction = random_rotations(rng, tried), rng.normal(size=(tried, 3))
+        move = direction / np.linalg.norm(direction, axis=1)[:, None] * (size * rng.uniform(0.3, 1.0, (tried, 1)))
+        rotations = np.stack([rotation, np.broadcast_to(I3, rotation.shape)], axis=1)
         motion = Motion(np.arange(tried), np.stack([move, np.zeros_like(move)], axis=1), rotations)
         meet = detector.detect(motion).verdict[:, 0] == Verdict.CONTACT
-        found += list(zip(turn[meet], move[meet], strict=True))
-    return found[:count]
+        result += list(zip(rotation[meet], move[meet], strict=True))
+    return result[:count]
 
 
 ROOM = 4096
@@ -99,12 +99,12 @@ def row_of_pair(trees, turn, move):
     tracks, marks = Tracks(trees, np.arange(2), len(turn)), np.zeros((1, 3, len(turn)), dtype=np.uint8)
     tracks.lay_out(np.ones((len(turn), 2), dtype=bool))
     tracks.fill(turn, move)
-    words = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(turn))
-    pair = words.view(layout(Pair))[:, 0]
+    integers = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(turn))
+    pair = integers.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
         pair[f"tree_{side}"] = trees[body].memory_row.view(layout(TreeMemory))
         pair[f"pose_{side}"] = tracks.rows[body]
-    return words[0], (tracks, marks)
+    return integers[0], (tracks, marks)
 
 
 class EightFrames:
@@ -121,17 +121,17 @@ class EightFrames:
         self.trees = build_box_trees(self.meshes)
         self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
-        doubles, words = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
+        doubles, integers = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
         candidates = np.empty(256, np.int64)
         self.scratch = Scratch(
             *doubles,
-            words,
+            integers,
             candidates,
             np.zeros(8, np.int64),
-            words,
-            words,
-            words,
-            words,
+            integers,
+            integers,
+            integers,
+            integers,
             keys_end=ROOM,
             later_end=ROOM,
         )

@@ -78,17 +78,17 @@ def any_frames(draw):
 
 def protobuf_messages(frames, parent="world"):
     """(publish, log, payload) of each frame as the protobuf library writes it: zeros left out, shortest varints."""
-    found = []
+    result = []
     for row in range(len(frames)):
         message = FrameTransforms()
         for column in np.flatnonzero(frames.status[row] != Status.ABSENT):
-            one = message.transforms.add(parent_frame_id=parent, child_frame_id=frames.names[column])
-            one.timestamp.seconds, one.timestamp.nanos = divmod(int(frames.sample_ns[row, column]), SECOND)
+            item = message.transforms.add(parent_frame_id=parent, child_frame_id=frames.names[column])
+            item.timestamp.seconds, item.timestamp.nanos = divmod(int(frames.sample_ns[row, column]), SECOND)
             p, q = frames.position[row, column].tolist(), frames.quaternion_xyzw[row, column].tolist()
-            one.translation.x, one.translation.y, one.translation.z = p
-            one.rotation.x, one.rotation.y, one.rotation.z, one.rotation.w = q
-        found.append((int(frames.stamp_ns[row]), int(frames.log_ns[row]), message.SerializeToString()))
-    return found
+            item.translation.x, item.translation.y, item.translation.z = p
+            item.rotation.x, item.rotation.y, item.rotation.z, item.rotation.w = q
+        result.append((int(frames.stamp_ns[row]), int(frames.log_ns[row]), message.SerializeToString()))
+    return result
 
 
 def write_foreign(path, messages, *, topic="/tf", schema=None, encoding="protobuf", profile="", **options):
@@ -142,8 +142,8 @@ def chunk(tag, content):
 def stream_header(number, name, kind, channels, form="double64"):
     """A stream's description; ``channels``: the elements of each."""
     desc = "".join(
-        "<channel>" + "".join(f"<{key}>{value}</{key}>" for key, value in one.items()) + "</channel>"
-        for one in channels
+        "<channel>" + "".join(f"<{key}>{value}</{key}>" for key, value in item.items()) + "</channel>"
+        for item in channels
     )
     xml = (
         f'<?xml version="1.0"?><info><name>{name}</name><type>{kind}</type><channel_count>{max(1, len(channels))}'

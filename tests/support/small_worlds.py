@@ -34,19 +34,19 @@ def cube(edge: float = 1.0) -> MeshData:
     return MeshData(corners, faces)
 
 
-def along_x(places, quaternion=STILL):
+def along_x(points, quaternion=STILL):
     """Positions (T, 3) on the X axis and one quaternion for all."""
-    positions = np.zeros((len(places), 3))
-    positions[:, 0] = places
-    return positions, np.tile(quaternion, (len(places), 1))
+    positions = np.zeros((len(points), 3))
+    positions[:, 0] = points
+    return positions, np.tile(quaternion, (len(points), 1))
 
 
-def cubes(places, *, step_ns=STEP_NS, first_ns=0, scene=None, **more) -> Session:
+def cubes(positions, *, step_ns=STEP_NS, first_ns=0, scene=None, **more) -> Session:
     """Unit cubes on the X axis: name -> where in each frame."""
-    count = len(next(iter(places.values())))
-    poses = {name: along_x(where) for name, where in places.items()}
+    count = len(next(iter(positions.values())))
+    poses = {name: along_x(where) for name, where in positions.items()}
     stamps = first_ns + np.arange(count) * step_ns
-    return Session.from_arrays(stamps, poses, {name: cube() for name in places}, scene, **more)
+    return Session.from_arrays(stamps, poses, {name: cube() for name in positions}, scene, **more)
 
 
 def swinging_cubes(frames, start=0) -> Session:
@@ -56,13 +56,13 @@ def swinging_cubes(frames, start=0) -> Session:
     return Session.from_arrays(start + since, poses, dict.fromkeys("ab", cube(0.02)))
 
 
-def jumping(places=(7, 3, -3, -6, -5, -0.9, -0.8, -3)) -> Session:
+def jumping(positions=(7, 3, -3, -6, -5, -0.9, -0.8, -3)) -> Session:
     """A cube of 2 cm and one on its X axis, ``places`` in edges: it flies through the first between the frames 1 and 2.
 
     Slow enough, at 12 m/s among steps of 8 and 6, to be believed: from rest it would be taken for lost tracking.
     """
-    poses = {"a": along_x([0.0] * len(places)), "b": along_x(0.02 * np.array(places))}
-    return Session.from_arrays(np.arange(len(places)) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
+    poses = {"a": along_x([0.0] * len(positions)), "b": along_x(0.02 * np.array(positions))}
+    return Session.from_arrays(np.arange(len(positions)) * STEP_NS, poses, {"a": cube(0.02), "b": cube(0.02)})
 
 
 def grazing(away, depth, turned=1.5) -> Session:
@@ -97,17 +97,17 @@ def verdicts(rows, *, name="fake", covers="instants", step=0.01, **more) -> Dete
     ``.`` CLEAR, ``C`` CONTACT, ``I`` CONTAINED, ``?`` CANDIDATE, ``n`` NOT_FOUND, ``u`` UNRESOLVED, ``-`` NO_POSE,
     ``x`` INVALID.
     """
-    letters = {".": Verdict.CLEAR, "C": Verdict.CONTACT, "I": Verdict.CONTAINED, "?": Verdict.CANDIDATE}
-    letters |= {"n": Verdict.NOT_FOUND, "u": Verdict.UNRESOLVED, "-": Verdict.NO_POSE, "x": Verdict.INVALID}
-    table = np.array([[letters[letter] for letter in row] for row in rows], dtype=np.uint8)
+    codes = {".": Verdict.CLEAR, "C": Verdict.CONTACT, "I": Verdict.CONTAINED, "?": Verdict.CANDIDATE}
+    codes |= {"n": Verdict.NOT_FOUND, "u": Verdict.UNRESOLVED, "-": Verdict.NO_POSE, "x": Verdict.INVALID}
+    table = np.array([[codes[letter] for letter in row] for row in rows], dtype=np.uint8)
     pairs = np.array([(0, k + 1) for k in range(table.shape[1])], dtype=np.int64)
     bodies = tuple("abcdefgh"[: table.shape[1] + 1])
     return Detection(name, bodies, pairs, np.arange(len(table)) * step, table, covers, **more)
 
 
-def verdict_column(letters, **more) -> Detection:
+def verdict_column(codes, **more) -> Detection:
     """A detection of one pair, a letter per frame."""
-    return verdicts(list(letters), **more)
+    return verdicts(list(codes), **more)
 
 
 def prism(sides, radius, length):
@@ -164,8 +164,8 @@ def ball_in_box(rng, seconds):
     profile = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
 
     def contact(level):
-        low, high = half - SMALL_BALL - level, half + SMALL_BALL + level
-        return joined([*profile.between(low, high, seconds), *profile.between(-high, -low, seconds)], seconds)
+        lower, upper = half - SMALL_BALL - level, half + SMALL_BALL + level
+        return joined([*profile.between(lower, upper, seconds), *profile.between(-upper, -lower, seconds)], seconds)
 
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},

@@ -43,7 +43,7 @@ def a_class(count=40, seed=0, slope=0.7, contacts=0.0):
         slope * ease + contacts * moved + np.sqrt(max(0.0, 1 - slope**2 - contacts**2)) * random.normal(size=count)
     )
     raw = [ease, ease, -ease, motivation, motivation, motivation]
-    answers = np.column_stack([np.clip(np.round(3 + one + 0.5 * random.normal(size=count)), 1, 5) for one in raw])
+    answers = np.column_stack([np.clip(np.round(3 + item + 0.5 * random.normal(size=count)), 1, 5) for item in raw])
     return answers, 6.0 + 1.5 * moved
 
 
@@ -116,15 +116,15 @@ class Session:
         for number in range(1, contacts + 1):
             a, b = PAIRS[int(self.random.integers(len(PAIRS)))]
             start, length = float(self.random.uniform(0, 30)), float(self.random.exponential(0.2))
-            missed = [label for label, share in self.detectors.items() if self.random.random() < share]
+            missed = [label for label, fraction in self.detectors.items() if self.random.random() < fraction]
             task, stage = self.one_of(self.tasks), self.one_of(STAGES)
-            place = {"body_a": a, "body_b": b, "held": bool(self.random.random() < 0.1), "task": task, "stage": stage}
-            place |= {"start": start, "end": start + length}
-            self.add("episodes", detector="exact", number=number, missed_by=",".join(missed), status="", **place)
+            row = {"body_a": a, "body_b": b, "held": bool(self.random.random() < 0.1), "task": task, "stage": stage}
+            row |= {"start": start, "end": start + length}
+            self.add("episodes", detector="exact", number=number, missed_by=",".join(missed), status="", **row)
             for label in missed:
                 lost[label] += 1
                 cut = {"kind": "never found", "cause": self.one_of(CAUSES), "cut_length": float(self.random.random())}
-                self.add("misses", detector=label, number=lost[label], episode=number, **cut, **place)
+                self.add("misses", detector=label, number=lost[label], episode=number, **cut, **row)
         for label in self.detectors:
             for number in range(1, int(self.random.poisson(1.0)) + 1):
                 gap = {"kind": "nothing there", "cause": "its collider", "gap": 0.01, "held": False}
@@ -133,9 +133,9 @@ class Session:
         shared = {"valid_minutes": minutes, "flagged_share": float(self.random.random() * 0.02), "scene": "lab"}
         shared |= {"oracle": "exact", "vr_type": vr_type}
         for label in ("exact", *self.detectors):
-            seen = contacts - lost.get(label, 0)
-            frames = {"contact_frames": 9 * contacts, "recall": seen / contacts if contacts else None}
-            self.add("metrics", detector=label, contacts_per_min=seen / minutes, settings="s", **shared, **frames)
+            visited = contacts - lost.get(label, 0)
+            frames = {"contact_frames": 9 * contacts, "recall": visited / contacts if contacts else None}
+            self.add("metrics", detector=label, contacts_per_min=visited / minutes, settings="s", **shared, **frames)
 
     def one_of(self, values):
         return values[int(self.random.integers(len(values)))]

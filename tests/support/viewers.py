@@ -59,21 +59,21 @@ class Page:
 
     def ask(self, script):
         """What an expression of JavaScript is, waited for if it is a promise."""
-        found = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"].get("value")
+        result = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in result, result
+        return result["result"].get("value")
 
     def wait_for(self, script, seconds=90):
         """Milliseconds after the page began at which an expression became true."""
         loop = f"const step = () => {script} ? done(performance.now()) : setTimeout(step, 50);"
-        found = self.ask(f"new Promise(done => {{ {loop} setTimeout(() => done(0), {1000 * seconds}); step(); }})")
-        assert found, f"never true: {script}"
-        return found
+        result = self.ask(f"new Promise(done => {{ {loop} setTimeout(() => done(0), {1000 * seconds}); step(); }})")
+        assert result, f"never true: {script}"
+        return result
 
     def processor_seconds(self):
         """What the browser has computed: on two idle cores no time is longer."""
         family = [self.process, *self.process.children(recursive=True)]
-        return sum(sum(one.cpu_times()[:2]) for one in family)
+        return sum(sum(item.cpu_times()[:2]) for item in family)
 
     def png(self):
         return base64.b64decode(self.call("Page.captureScreenshot")["data"])
@@ -82,15 +82,15 @@ class Page:
         """What it wrote to the console as an error, and what it threw."""
         self.ask("1")
         kind = {
-            "Runtime.exceptionThrown": lambda one: True,
-            "Log.entryAdded": lambda one: one["entry"]["level"] == "error",
-            "Runtime.consoleAPICalled": lambda one: one["type"] in ("error", "assert"),
+            "Runtime.exceptionThrown": lambda item: True,
+            "Log.entryAdded": lambda item: item["entry"]["level"] == "error",
+            "Runtime.consoleAPICalled": lambda item: item["type"] in ("error", "assert"),
         }
-        return [one for one in self.said if one.get("method") in kind and kind[one["method"]](one["params"])]
+        return [item for item in self.said if item.get("method") in kind and kind[item["method"]](item["params"])]
 
     def requests(self):
-        asked = (one["params"] for one in self.said if one.get("method") == "Network.requestWillBeSent")
-        return [one["request"]["url"] for one in asked]
+        requested = (item["params"] for item in self.said if item.get("method") == "Network.requestWillBeSent")
+        return [item["request"]["url"] for item in requested]
 
 
 AXE = "axe-core@4.14.1"
@@ -100,14 +100,14 @@ def serious_faults(page, folder):
     """What the accessibility checker axe calls serious or critical; skipped where npm cannot fetch it."""
     if shutil.which("npm") is None:
         pytest.skip("npm is not installed: install it to check accessibility")
-    words = ["npm", "pack", AXE, "--silent", "--pack-destination", str(folder)]
-    packed = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    arguments = ["npm", "pack", AXE, "--silent", "--pack-destination", str(folder)]
+    packed = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
     if packed.returncode:
         pytest.skip(f"npm cannot fetch {AXE}")
     with tarfile.open(folder / packed.stdout.split()[-1]) as archive:
         page.ask(archive.extractfile("package/axe.min.js").read().decode() + ";0")
-    found = json.loads(page.ask("axe.run().then(found => JSON.stringify(found.violations))"))
-    return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
+    result = json.loads(page.ask("axe.run().then(found => JSON.stringify(found.violations))"))
+    return [(item["id"], item["nodes"][0]["html"]) for item in result if item["impact"] in ("serious", "critical")]
 
 
 @contextmanager
@@ -116,15 +116,15 @@ def opened(url, folder, size=(1280, 800), scheme="light"):
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         pytest.skip("Chromium is not installed: install the package chromium to look at the page")
-    (asked, to), (back, answered) = os.pipe(), os.pipe()
-    words = [sys.executable, "-c", PIPED, str(asked), str(answered), browser, *FLAGS]
-    words += [f"--user-data-dir={folder / 'profile'}", "about:blank"]
-    process = subprocess.Popen(words, pass_fds=(asked, answered), stderr=subprocess.DEVNULL)
-    os.close(asked)
+    (requested, to), (back, answered) = os.pipe(), os.pipe()
+    arguments = [sys.executable, "-c", PIPED, str(requested), str(answered), browser, *FLAGS]
+    arguments += [f"--user-data-dir={folder / 'profile'}", "about:blank"]
+    process = subprocess.Popen(arguments, pass_fds=(requested, answered), stderr=subprocess.DEVNULL)
+    os.close(requested)
     os.close(answered)
     page = Page(psutil.Process(process.pid), to, back)
     try:
-        target = next(one for one in page.call("Target.getTargets")["targetInfos"] if one["type"] == "page")
+        target = next(item for item in page.call("Target.getTargets")["targetInfos"] if item["type"] == "page")
         at = page.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         page.session = {"sessionId": at["sessionId"]}
         for domain in ("Page", "Runtime", "Network", "Log"):
@@ -161,8 +161,8 @@ def pixels(png):
 
 def photographed(page, folder, size):
     """Pixels of a page, HTML text, in a window of that size, and what the browser said."""
-    said = _opened(page, folder, f"--screenshot={folder / 'page.png'}", f"--window-size={size}").stderr
-    return pixels((folder / "page.png").read_bytes()), said
+    output = _opened(page, folder, f"--screenshot={folder / 'page.png'}", f"--window-size={size}").stderr
+    return pixels((folder / "page.png").read_bytes()), output
 
 
 def page_after_its_scripts(page, folder):
@@ -175,25 +175,25 @@ def _opened(page, folder, *more):
     if browser is None:
         pytest.skip("Chromium is not installed: install the package chromium to look at the page")
     (folder / "page.html").write_text(page, encoding="utf-8")
-    words = [
+    text = [
         browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
         f"--user-data-dir={folder / 'profile'}", *more, (folder / "page.html").as_uri(),
     ]  # fmt: skip
-    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    return subprocess.run(text, capture_output=True, text=True, timeout=120, check=True)
 
 
 def recording_text(path):
     """Every text of a recording, of its layout too."""
     reader = RrdReader(path)
-    found = []
+    result = []
     for store in (*reader.blueprints(), *reader.recordings()):
         for chunk in reader.stream(store=store).to_chunks():
             batch = chunk.to_record_batch()
             for column in batch.columns:
                 if "string" in str(column.type):
-                    found += _texts(column.to_pylist())
-    return "\n".join(found)
+                    result += _texts(column.to_pylist())
+    return "\n".join(result)
 
 
 def _texts(values):

@@ -136,9 +136,9 @@ def of_heads(place, value):
 def with_poses(content, path, *values):
     """A message with a field of its transforms set to the values in turn."""
     poses = FrameTransforms.FromString(content[MESSAGE.size :])
-    *parts, name = path.split(".")
+    *pieces, name = path.split(".")
     for k, pose in enumerate(poses.transforms):
-        setattr(getattr(pose, parts[0]) if parts else pose, name, values[k % len(values)])
+        setattr(getattr(pose, pieces[0]) if pieces else pose, name, values[k % len(values)])
     return content[: MESSAGE.size] + poses.SerializeToString()
 
 
@@ -229,8 +229,8 @@ WRONG = {
 
 def redrawn(draw, opcode, content):
     """A record with one thing in it drawn anew: a message of a chunk, a field of the poses, a number or a byte."""
-    if opcode == Opcode.CHUNK and draw(st.booleans()) and (parts := split(opened(content))):
-        return chunk(edited(draw, parts))
+    if opcode == Opcode.CHUNK and draw(st.booleans()) and (pieces := split(opened(content))):
+        return chunk(edited(draw, pieces))
     if opcode == Opcode.MESSAGE and draw(st.booleans()):
         path = draw(st.sampled_from(sorted(FIELDS)))
         try:
@@ -241,9 +241,9 @@ def redrawn(draw, opcode, content):
     size = struct.calcsize(kind)
     if len(content) < size:
         return opcode, content
-    place = draw(st.integers(0, min(len(content) - size, 200)))
+    offset = draw(st.integers(0, min(len(content) - size, 200)))
     value = draw(st.sampled_from(NUMBERS)) & ((1 << 8 * size) - 1)
-    return opcode, content[:place] + struct.pack(kind, value) + content[place + size :]
+    return opcode, content[:offset] + struct.pack(kind, value) + content[offset + size :]
 
 
 def edited(draw, parts):
@@ -268,12 +268,12 @@ def wrong_bytes(draw, files):
     data = files[draw(st.sampled_from(sorted(files)))]
     if draw(st.booleans()):
         return draw(damaged_below_checksums(data))
-    parts, index = body_and_index(data)
+    pieces, index = body_and_index(data)
     for _ in range(draw(st.integers(1, 3))):
-        parts = edited(draw, parts)
+        pieces = edited(draw, pieces)
     if draw(st.booleans()):  # the index as it was: its offsets are wrong now
-        return data[:8] + joined(parts) + index
-    return without_index(parts, data[:8], draw(st.sampled_from(NUMBERS)))
+        return data[:8] + joined(pieces) + index
+    return without_index(pieces, data[:8], draw(st.sampled_from(NUMBERS)))
 
 
 # --- Small files that ask for much ---
@@ -338,7 +338,7 @@ def contradictions(data, folder):
         warnings.simplefilter("error", RuntimeWarning)
         answers = verbs(path, out)
     yes = {verb: accepted for verb, (accepted, _) in answers.items()}
-    words = {verb: sentence for verb, (_, sentence) in answers.items()}
+    labels = {verb: sentence for verb, (_, sentence) in answers.items()}
     wrong = {
         "the doctor passes what info refuses": yes["doctor"] and not yes["info"],
         "the doctor passes what run refuses": yes["doctor"] and not yes["run"],
@@ -346,10 +346,10 @@ def contradictions(data, folder):
         "info refuses what recover wrote": not yes.get("again", True),
         "the doctor sends what recover wrote to recover": not yes.get("healed", True),
         "nothing was lost or mended of a file that info refuses": (
-            yes.get("whole", False) and not yes["info"] and "mended" not in words["recover"]
+            yes.get("whole", False) and not yes["info"] and "mended" not in labels["recover"]
         ),
         "recover saves nothing of a file that info reads": yes["info"] and not yes["recover"],
-        "the doctor sees no MCAP, recover saves some": "not-mcap" in words["doctor"] and yes["recover"],
+        "the doctor sees no MCAP, recover saves some": "not-mcap" in labels["doctor"] and yes["recover"],
     }
     elsewhere = [f"left {file.name}" for file in folder.iterdir() if file not in (path, out)]
     return [f"{sentence}: {answers}" for sentence, holds in wrong.items() if holds] + elsewhere

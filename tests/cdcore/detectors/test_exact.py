@@ -95,8 +95,8 @@ def test_epsilon_does_not_ask_again_when_both_move_as_one():
 def test_within_epsilon_a_verdict_is_at_most_that_far_off():
     xs = 1.05 - 0.0004 * np.arange(300)
     exact = create_detector("static", BODIES).detect(along(xs)).verdict[:, 0]
-    loose = create_detector("static", BODIES, epsilon=2e-3).detect(along(xs)).verdict[:, 0]
-    first = [int(np.argmax(verdict == Verdict.CONTACT)) for verdict in (exact, loose)]
+    free = create_detector("static", BODIES, epsilon=2e-3).detect(along(xs)).verdict[:, 0]
+    first = [int(np.argmax(verdict == Verdict.CONTACT)) for verdict in (exact, free)]
     assert first[0] <= first[1] <= first[0] + 5
 
 

@@ -29,11 +29,11 @@ def searched(variant):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_contact_and_every_face_pair_is_true(variant):
-    found, exact = searched(variant), truth()
-    contact = found.verdict == Verdict.CONTACT
+    result, exact = searched(variant), truth()
+    contact = result.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()
     for frame, pair in np.argwhere(contact).tolist():
-        assert set(map(tuple, found.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
+        assert set(map(tuple, result.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
 
 
 @pytest.mark.sampled(3)
@@ -47,12 +47,12 @@ def test_where_spheres_overlap_it_never_says_clear(variant):
 
 
 def test_default_detects_nearly_all_lab_contact_and_counts_work():
-    found, exact = searched("memetic"), truth()
+    result, exact = searched("memetic"), truth()
     contact = exact.verdict == Verdict.CONTACT
-    assert (found.verdict[contact] == Verdict.CONTACT).mean() > 0.97
-    assert found.work["evaluations"] > found.work["exact_tests"] > 0
-    assert found.work["restarts"] > 0
-    assert all(word.startswith("refused") for word in found.containment)
+    assert (result.verdict[contact] == Verdict.CONTACT).mean() > 0.97
+    assert result.work["evaluations"] > result.work["exact_tests"] > 0
+    assert result.work["restarts"] > 0
+    assert all(word.startswith("refused") for word in result.containment)
 
 
 def test_the_equations_as_printed_are_counted_as_broken():

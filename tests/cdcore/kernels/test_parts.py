@@ -102,8 +102,8 @@ def test_operators_give_the_bits_and_the_type_that_numba_gives():
     def requested(a, b):
         return a + b, a - b, a * b, a / b, a // b, a % b, a**2, 2 - a, a < b, a == b, a >= 3.0 * b
 
-    ours, numbas = fresh(requested), njit(error_model="numpy")(requested)
+    own, numbas = fresh(requested), njit(error_model="numpy")(requested)
     for a, b in ((-7, 3), (np.uint8(200), -3), (True, 2)):
-        mine, expected = ours(a, b), numbas(a, b)
+        mine, expected = own(a, b), numbas(a, b)
         assert [type(first) for first in mine] == [type(first) for first in expected]
         assert np.array(mine, dtype=float).tobytes() == np.array(expected, dtype=float).tobytes()

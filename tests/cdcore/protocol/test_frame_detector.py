@@ -36,11 +36,11 @@ def test_one_method_makes_a_whole_detector_named_after_its_class():
     bodies, motion = lab(40)
     detector = made(Near, bodies)
     assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
-    found = detector.detect(motion)
-    assert found.verdict.shape == (40, 10) and found.seconds["look"].shape == (40,)
-    known = motion.valid[:, found.pairs[:, 0]] & motion.valid[:, found.pairs[:, 1]]
-    assert np.array_equal(found.verdict == Verdict.NO_POSE, ~known)
-    assert Verdict.CONTACT in found.verdict
+    result = detector.detect(motion)
+    assert result.verdict.shape == (40, 10) and result.seconds["look"].shape == (40,)
+    known = motion.valid[:, result.pairs[:, 0]] & motion.valid[:, result.pairs[:, 1]]
+    assert np.array_equal(result.verdict == Verdict.NO_POSE, ~known)
+    assert Verdict.CONTACT in result.verdict
 
 
 @pytest.mark.parametrize("block", [1, 7])
@@ -71,10 +71,10 @@ class Plain:
 def test_a_detector_without_live_is_asked_through_its_stream():
     bodies, motion = lab(40)
     inner, start = made(Near, bodies), perf_counter()
-    found = detect_live(Plain(inner), motion)
-    assert sum(stage.sum() for stage in found.seconds.values()) <= perf_counter() - start
-    assert found.digest == inner.detect(motion).digest
-    assert found.seconds["rest"].shape == (40,) and found.work["looks"] == 40
+    result = detect_live(Plain(inner), motion)
+    assert sum(stage.sum() for stage in result.seconds.values()) <= perf_counter() - start
+    assert result.digest == inner.detect(motion).digest
+    assert result.seconds["rest"].shape == (40,) and result.work["looks"] == 40
 
 
 def test_an_answer_of_another_shape_or_none_is_refused():
@@ -147,6 +147,8 @@ def test_an_exception_names_class_frame_file_and_line(block):
     bodies, motion = lab(40)
     lines = Path(__file__).read_text("utf-8").splitlines()
     line = next(k for k, text in enumerate(lines, 1) if "# the line to name" in text)
-    words = rf"^Breaks failed in look, frame 4: LinAlgError: Singular matrix \(.*test_frame_detector.py, line {line}\)$"
-    with pytest.raises(OwnDetectorError, match=words):
+    sentence = (
+        rf"^Breaks failed in look, frame 4: LinAlgError: Singular matrix \(.*test_frame_detector.py, line {line}\)$"
+    )
+    with pytest.raises(OwnDetectorError, match=sentence):
         list(made(Breaks, bodies).stream(motion.blocks(block)))

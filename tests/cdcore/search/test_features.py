@@ -66,8 +66,8 @@ def test_the_ball_around_a_face_holds_its_corners():
 
 
 def test_duplicate_vertices_merge_and_large_fans_are_cheap():
-    loose = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
-    assert np.array_equal(features_of(loose).near, features_of(torus_mesh()).near)
+    free = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
+    assert np.array_equal(features_of(free).near, features_of(torus_mesh()).near)
     angle = np.linspace(0, 2 * np.pi, 3001)
     rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3001)])
     fan = TriangleMesh(np.vstack([[0, 0, 0], rim]), [[0, k, k + 1] for k in range(1, 3001)])

@@ -15,13 +15,13 @@ def curve_from(search, pose, seeds):
 
 
 def components(search, pose, pairs):
-    left, parts = set(pairs), []
+    left, pieces = set(pairs), []
     while left:
         component = curve_from(search, pose, [min(left)])
         assert min(left) in component
-        parts.append(component)
+        pieces.append(component)
         left -= component
-    return parts
+    return pieces
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -30,9 +30,9 @@ def test_one_seed_per_curve_gives_the_whole_set(seed):
     search = search_of(torus, ball, variant="random")
     for pose in colliding_poses(torus, ball, 4, seed):
         truth = exact_pairs(search, torus, ball, pose, HERE)
-        parts = components(search, pose, truth)
-        assert set().union(*parts) == truth
-        assert curve_from(search, pose, [min(component) for component in parts]) == truth
+        pieces = components(search, pose, truth)
+        assert set().union(*pieces) == truth
+        assert curve_from(search, pose, [min(component) for component in pieces]) == truth
 
 
 def test_rod_through_a_ball_has_a_curve_per_seed():
@@ -40,9 +40,9 @@ def test_rod_through_a_ball_has_a_curve_per_seed():
     search = search_of(rod, ball, variant="random")
     pose = (I3, np.array([0.013, 0.007, -2.0]))
     truth = exact_pairs(search, rod, ball, pose, HERE)
-    parts = components(search, pose, truth)
-    assert len(parts) == 2
-    assert set().union(*parts) == truth
+    pieces = components(search, pose, truth)
+    assert len(pieces) == 2
+    assert set().union(*pieces) == truth
 
 
 @pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (1.0, 1.0, 0.5)])

@@ -20,11 +20,11 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
     for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):
-        look = search.look(pose, HERE, stamp)
+        query = search.look(pose, HERE, stamp)
         truth = exact_pairs(search, torus, ball, pose, HERE)
-        if look.hit is not None:
+        if query.hit is not None:
             hits += 1
-            assert look.hit in truth
+            assert query.hit in truth
             assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} <= truth
     assert hits > 0 or variant == "printed"
 
@@ -37,11 +37,11 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
     for stamp, rotation in enumerate(random_rotations(rng, 12)):
         pose = rotation, rng.uniform(-0.9, 0.9, 3)
         truth = exact_pairs(search, box, box, pose, HERE)
-        look, answer = search.look(pose, HERE, stamp), set()
-        while look.hit is not None:
-            assert look.hit not in answer, "a pair is found once"
-            answer.add(look.hit)
-            look = search.search_further()
+        query, answer = search.look(pose, HERE, stamp), set()
+        while query.hit is not None:
+            assert query.hit not in answer, "a pair is found once"
+            answer.add(query.hit)
+            query = search.search_further()
         assert answer == truth
 
 
@@ -74,8 +74,8 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
     box = TriangleMesh(box_mesh().vertices * scale, box_mesh().faces)
     search = search_of(box, box, variant="local", budget=2000)
     pose = (I3, np.array([0.75, 0.5, 0.25]) * scale)
-    look = search.look(pose, HERE, 0.0)
-    assert look.hit in exact_pairs(search, box, box, pose, HERE)
+    query = search.look(pose, HERE, 0.0)
+    assert query.hit in exact_pairs(search, box, box, pose, HERE)
     assert search.look((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
 
 
@@ -86,8 +86,8 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     pose = (I3, np.array([1.5, 0.1, 0.2]))
     assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))
     start = min(exact_pairs(search, ball, ball, pose, HERE))
-    look = search.look(pose, HERE, 0.0, start=start)
-    assert (look.hit, look.evaluations) == (start, 1)
+    query = search.look(pose, HERE, 0.0, start=start)
+    assert (query.hit, query.evaluations) == (start, 1)
     assert (int(search._state["start_a"]), int(search._state["start_b"])) == start
 
 

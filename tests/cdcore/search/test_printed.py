@@ -43,8 +43,8 @@ def test_the_amplitudes_run_from_the_first_feature_to_the_last():
 
 
 def test_printed_gate_differs_from_a_rotation_by_a_sign():
-    turn, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
-    rotated = (a + 1j * b) * np.exp(1j * turn)
+    rotation, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
+    rotated = (a + 1j * b) * np.exp(1j * rotation)
     assert np.allclose(
-        printed_17(turn, np.stack([a, b], axis=1)).T, [rotated.real, rotated.imag - 2 * np.cos(turn) * b]
+        printed_17(rotation, np.stack([a, b], axis=1)).T, [rotated.real, rotated.imag - 2 * np.cos(rotation) * b]
     )

@@ -48,11 +48,11 @@ def test_sampled_search_hits_within_the_sample_only(variant):
     truth = exact_pairs(search, ball, ball, pose, HERE)
     first, second = set(search.first.pick.tolist()), set(search.second.pick.tolist())
     left = {(i, j) for i, j in truth if i in first and j in second}
-    look = search.look(pose, HERE, 0.0)
+    query = search.look(pose, HERE, 0.0)
     if variant in ("memetic", "local"):
-        assert (look.hit is not None) == bool(left)
-    if look.hit is not None:
-        assert look.hit in left
+        assert (query.hit is not None) == bool(left)
+    if query.hit is not None:
+        assert query.hit in left
         assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 

@@ -49,15 +49,15 @@ def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     broke = []
     for seed in range(50):
         search = search_of(ball, ball, variant="printed", alpha=alpha, beta=2.0, budget=100_000, seed=seed)
-        look = search.look((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), 0.0)
-        assert look.reason == "broken"
-        broke.append(look.iterations)
+        query = search.look((I3, np.array([5.0, 0, 0])), (I3, np.zeros(3)), 0.0)
+        assert query.reason == "broken"
+        broke.append(query.iterations)
     assert 1 <= np.median(broke) <= 30
 
 
 def test_a_hit_on_the_way_is_still_a_confirmed_one():
     box = box_mesh()
     search = search_of(box, box, variant="printed", budget=100_000)
-    look = search.look((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), 0.0)
-    assert look.reason == "hit"
-    assert look.hit in {tuple(row) for row in search.curve(np.zeros((0, 2), dtype=np.int64)).tolist()}
+    query = search.look((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), 0.0)
+    assert query.reason == "hit"
+    assert query.hit in {tuple(row) for row in search.curve(np.zeros((0, 2), dtype=np.int64)).tolist()}

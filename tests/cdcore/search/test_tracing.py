@@ -23,8 +23,8 @@ def watch(name="qaco", frames=60, **settings):
 
 def some(noted, count=3):
     """Looks that found a pair and looks that did not, as many of each."""
-    hits = [position for position, look in noted.items() if look.result.hit is not None]
-    others = [position for position, look in noted.items() if look.result.hit is None]
+    hits = [position for position, query in noted.items() if query.result.hit is not None]
+    others = [position for position, query in noted.items() if query.result.hit is None]
     return [*hits[:: max(1, len(hits) // count)][:count], *others[:: max(1, len(others) // count)][:count]]
 
 
@@ -37,20 +37,20 @@ def placed(motion, frame, body, points):
 def test_traced_search_equals_the_untraced_search(settings):
     detector, motion, sample = watch(**settings)
     detection, noted = detector.detect(motion), sample.search.noted
-    assert sum(look.result.evaluations for look in noted.values()) == detection.work["evaluations"]
+    assert sum(query.result.evaluations for query in noted.values()) == detection.work["evaluations"]
     for frame, column in some(noted):
-        look, trace = noted[frame, column], sample.search.trace(motion, frame, column)
-        assert trace.result == look.result
-        assert len(trace.distance) == look.result.evaluations
-        assert (look.result.hit is not None) == (detection.verdict[frame, column] == 1)
-        assert settings.get("variant") == "printed" or trace.iteration.max() == look.result.iterations
+        query, trace = noted[frame, column], sample.search.trace(motion, frame, column)
+        assert trace.result == query.result
+        assert len(trace.distance) == query.result.evaluations
+        assert (query.result.hit is not None) == (detection.verdict[frame, column] == 1)
+        assert settings.get("variant") == "printed" or trace.iteration.max() == query.result.iterations
 
 
 def test_search_starts_at_the_last_best_pair():
     started = {}
-    for (_, column), look in sorted(watch()[2].search.noted.items()):
-        assert look.start == started.get(column)
-        started[column] = look.result.hit or look.result.closest
+    for (_, column), query in sorted(watch()[2].search.noted.items()):
+        assert query.start == started.get(column)
+        started[column] = query.result.hit or query.result.closest
     assert started
 
 
@@ -60,19 +60,19 @@ def test_search_starts_at_the_last_best_pair():
 def test_failed_live_searches_are_noted_without_searching_again(name, settings, monkeypatch):
     detector, motion, alone = watch(name, **settings)
     detect_live(detector, motion)
-    searched, look = [], PairSearch.search_from
+    searched, query = [], PairSearch.search_from
     monkeypatch.setattr(
-        PairSearch, "search_from", lambda *requested, **more: searched.append(1) or look(*requested, **more)
+        PairSearch, "search_from", lambda *requested, **more: searched.append(1) or query(*requested, **more)
     )
     again = detector.watch(motion)
     notes = [
-        {position: (look.result, look.start, look.budget) for position, look in noted.items()}
+        {position: (query.result, query.start, query.budget) for position, query in noted.items()}
         for noted in (alone.search.noted, again.search.noted)
     ]
     assert notes[0] == notes[1]
     for field in ("frame", "pair", "start", "stop", "faces"):
         assert np.array_equal(getattr(alone.face_sets, field), getattr(again.face_sets, field))
-    hits = sum(look.result.hit is not None for look in again.search.noted.values())
+    hits = sum(query.result.hit is not None for query in again.search.noted.values())
     assert 0 < hits < len(notes[0]) == len(searched) + len(notes[0]) - hits
 
 

@@ -37,11 +37,11 @@ def stirred(beaker, name="beaker"):
     meshes = {name: beaker, "rod": revolved_mesh(ROD, 8)}
     axis = int(np.argmax(np.ptp(beaker.vertices, axis=0)))
     count, side = 60, (axis + 1) % 3
-    places = {body: np.zeros((count, 3)) for body in meshes}
-    places["rod"][:, axis] = 0.05
-    places["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    positions = {body: np.zeros((count, 3)) for body in meshes}
+    positions["rod"][:, axis] = 0.05
+    positions["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
     still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-    poses = {body: (place, still) for body, place in places.items()}
+    poses = {body: (position, still) for body, position in positions.items()}
     data = {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()}
     return Session.from_arrays(np.arange(count) * STEP_NS, poses, data)
 
@@ -115,8 +115,8 @@ def test_only_bodies_that_are_not_convex_are_cut():
 def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
     write_session(stirred(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "Fix Split beaker into" in said and "measured here in" in said
+    output = " ".join(capsys.readouterr().out.split())
+    assert "Fix Split beaker into" in output and "measured here in" in output
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--fix-time", "0"]) == 0
     assert "Split beaker into" not in capsys.readouterr().out
 

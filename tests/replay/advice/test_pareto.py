@@ -23,8 +23,8 @@ def test_the_front_is_that_of_a_second_way(found):
 
 def test_what_gets_more_wrong_contends_only_where_it_is_quicker():
     undecided = price_row("undecided", 0.1, 9, contact_frames_undecided=1)
-    found = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
-    assert contenders_of(found) == ["right", "quicker"]
+    result = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
+    assert contenders_of(result) == ["right", "quicker"]
 
 
 def test_one_pass_ties_with_nothing_and_is_advised_never():
@@ -49,18 +49,18 @@ def test_fewer_than_three_prices_give_no_advice_and_say_why(found, share, why):
 
 def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
     usual = price_row("meshes at 50 Hz", 0.026, (0, 1), 7, (9, 10), rate_hz=50, p99=0.2)
-    found = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
-    assert advice_of(found) == [
+    result = [price_row("exact", 0.041, 0, p99=0.1), usual, price_row("meshes at 2 Hz", 0.002, 12, rate_hz=2)]
+    assert advice_of(result) == [
         "Missing nothing costs 0.041 ms a frame (exact), 0.37 % of a 90 Hz frame.",
         "At 0.026 ms (meshes at 50 Hz): 0-1 of 18 contacts missed, 7 late or cut short, "
         "19 % of its contact time false; slow samples (p99) get no cheaper.",
     ]
-    slow = [found[0], {**usual, "mean_high": 0.05}, found[2]]
+    slow = [result[0], {**usual, "mean_high": 0.05}, result[2]]
     assert advice_of(slow)[1].startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
-    for times, said in (
+    for times, reported in (
         ({"p99_ms": None}, "get no cheaper."), ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms.")
     ):  # fmt: skip
-        assert advice_of([found[0], usual | times, found[2]])[1].endswith(f"; slow samples (p99) {said}")
+        assert advice_of([result[0], usual | times, result[2]])[1].endswith(f"; slow samples (p99) {reported}")
     wrong = [price_row("paper", 0.2, 1), price_row("a", 0.3, 2), price_row("b", 0.4, 3)]
     assert advice_of(wrong)[0].startswith(
         "The smallest loss, 0.056, costs 0.2 ms a frame (paper), 1.8 % of a 90 Hz frame. It gets"

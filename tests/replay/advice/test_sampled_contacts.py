@@ -33,10 +33,10 @@ def imported(folder, convention, kind, exported=False, **options):
 )
 def test_samples_decide_only_what_a_full_replay_decides(tmp_path, convention, kind, exported):
     session = imported(tmp_path, convention, kind, exported)
-    asked = {question.assumption for question in examine_assumptions(session).questions}
+    requested = {question.assumption for question in examine_assumptions(session).questions}
     decided = {row: alternatives_differ(session, row) for row in open_rows(session)}
     for row, differs in decided.items():
-        assert differs is None or differs == (row in asked), row
+        assert differs is None or differs == (row in requested), row
 
 
 def test_wrong_guess_of_ros_meshes_is_decided_without_replay(tmp_path):
@@ -46,12 +46,12 @@ def test_wrong_guess_of_ros_meshes_is_decided_without_replay(tmp_path):
 
 def still(positions, mesh, value="body", alternatives=("body", "gltf")):
     """Two bodies of one mesh at these places, in ROS axes, with an open question on the mesh."""
-    turn = [[0.0, 0.0, 0.0, 1.0]] * 3
+    rotation = [[0.0, 0.0, 0.0, 1.0]] * 3
     row = Assumption(
         Subject.MESH_AXES, value, Origin.GUESS, Confidence.OPEN, bodies=("a", "b"), alternatives=alternatives
     )
     poses = Assumption(Subject.POSE_AXES, "ros", Origin.USER)
-    bodies = {name: ([place] * 3, turn) for name, place in zip("ab", positions, strict=True)}
+    bodies = {name: ([position] * 3, rotation) for name, position in zip("ab", positions, strict=True)}
     facts = {ASSUMPTIONS_FACT: assumptions_fact([poses, row])}
     return Session.from_arrays([0, 11, 22], bodies, dict.fromkeys("ab", mesh), facts=facts), row
 
@@ -78,7 +78,7 @@ def test_a_body_that_may_be_inside_another_is_left_undecided():
 def test_faces_cross_where_fcl_finds_a_contact(seed):
     rng = np.random.default_rng(seed)
     meshes = [trimesh.creation.icosphere(2, 0.1), trimesh.creation.box((0.3, 0.02, 0.1))]
-    place, turn = rng.uniform(-0.2, 0.2, 3), Rotation.random(random_state=seed)
+    position, rotation = rng.uniform(-0.2, 0.2, 3), Rotation.random(random_state=seed)
     models = []
     for mesh in meshes:
         model = fcl.BVHModel()
@@ -88,10 +88,10 @@ def test_faces_cross_where_fcl_finds_a_contact(seed):
         models.append(model)
     objects = [
         fcl.CollisionObject(models[0]),
-        fcl.CollisionObject(models[1], fcl.Transform(turn.as_matrix(), place)),
+        fcl.CollisionObject(models[1], fcl.Transform(rotation.as_matrix(), position)),
     ]
     contact = fcl.collide(*objects, fcl.CollisionRequest(), fcl.CollisionResult()) > 0
-    second = turn.apply(meshes[1].vertices) + place
+    second = rotation.apply(meshes[1].vertices) + position
     assert faces_cross(meshes[0].triangles, second[meshes[1].faces]) == contact
 
 

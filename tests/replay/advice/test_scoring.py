@@ -27,22 +27,22 @@ def figures(assembly, spec):
 
 def wrong_by_hand(touching, every, first):
     """Contacts missed, late or cut short, and false, of samples every so many frames that are held until the next."""
-    looks = [k for k in range(len(touching)) if k == 0 or k % every == first]
-    said = [touching[max(k for k in looks if k <= frame)] for frame in range(len(touching))]
-    spans = "".join("C" if one else "." for one in touching)
-    found = [sum(said[span.start() : span.end()]) / len(span[0]) for span in re.finditer("C+", spans)]
-    false = "".join("F" if one and not true else "." for one, true in zip(said, touching, strict=True))
-    return sum(not one for one in found), sum(0 < one < 1 for one in found), len(re.findall("F+", false))
+    queries = [k for k in range(len(touching)) if k == 0 or k % every == first]
+    reported = [touching[max(k for k in queries if k <= frame)] for frame in range(len(touching))]
+    spans = "".join("C" if item else "." for item in touching)
+    result = [sum(reported[span.start() : span.end()]) / len(span[0]) for span in re.finditer("C+", spans)]
+    false = "".join("F" if item and not true else "." for item, true in zip(reported, touching, strict=True))
+    return sum(not item for item in result), sum(0 < item < 1 for item in result), len(re.findall("F+", false))
 
 
 def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
-    told = figures(assembly, "discrete[rate_hz=20]")
-    by_hand = [wrong_by_hand([place < 1 for place in PLACES], 5, first) for first in range(5)]
+    reported = figures(assembly, "discrete[rate_hz=20]")
+    by_hand = [wrong_by_hand([position < 1 for position in PLACES], 5, first) for first in range(5)]
     for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):
-        assert (told[f"{name}_smallest"], told[f"{name}_largest"]) == (min(counts), max(counts)), name
-        assert told[name] == pytest.approx(sum(counts) / 5, abs=2 / 36)
-    assert told["loss"] == pytest.approx(told["missed"] / 2 + told["not_reported"] + told["false"])
-    assert told["offsets"] == 16
+        assert (reported[f"{name}_smallest"], reported[f"{name}_largest"]) == (min(counts), max(counts)), name
+        assert reported[name] == pytest.approx(sum(counts) / 5, abs=2 / 36)
+    assert reported["loss"] == pytest.approx(reported["missed"] / 2 + reported["not_reported"] + reported["false"])
+    assert reported["offsets"] == 16
 
 
 def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):

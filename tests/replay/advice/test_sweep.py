@@ -39,10 +39,10 @@ def counted(row):
 
 def effects_world():
     """A scene whose effects name their pairs, and a pose that the policy drops: what an audit would not ask of all."""
-    places = {"a": [0] * 8, "b": [3, 0.9, 3, 0.9, 3, 1.4, 0.9, 3], "c": [0.9, 3, 3, 3, 3, 3, 3, 0.9]}
+    positions = {"a": [0] * 8, "b": [3, 0.9, 3, 0.9, 3, 1.4, 0.9, 3], "c": [0.9, 3, 3, 3, 3, 3, 3, 0.9]}
     near = SceneEffect("contact", {"between": ["a", "b"]})
-    scene = Scene("room", bodies=tuple(SceneBody(name) for name in places), effects=(near,))
-    session = cubes(places, scene=scene)
+    scene = Scene("room", bodies=tuple(SceneBody(name) for name in positions), effects=(near,))
+    session = cubes(positions, scene=scene)
     quaternion = session.frames.quaternion_xyzw.copy()
     quaternion[3, 1] = 0.0
     return replace(session, source=replace(session.frames, quaternion_xyzw=quaternion))
@@ -88,9 +88,9 @@ def test_settings_are_timed_in_three_passes_and_sorted_by_loss(done):
 
 
 def test_compound_is_skipped_where_cutting_exceeds_time_limit(bumped, monkeypatch):
-    asked = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
+    requested = {"exact": "exact", "pieces": "collider[shape=compound,pieces=4]"}
     monkeypatch.setattr(trading, "seconds_to_cut", lambda bodies, settings: 1000.0 * settings["pieces"])
-    assert tradeoff(bumped, detectors=asked, time_limit=60.0).cut == ("pieces",)
+    assert tradeoff(bumped, detectors=requested, time_limit=60.0).cut == ("pieces",)
 
 
 def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatch):
@@ -114,10 +114,10 @@ def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatc
 
 
 def test_a_pose_that_the_policy_drops_is_no_contact():
-    places = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
-    turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
-    turns[5, 1] = 0.0
-    session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, places, turns)
+    positions = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
+    rotations = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
+    rotations[5, 1] = 0.0
+    session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, positions, rotations)
     done = tradeoff(session, detectors="hybrid", policy=["zero-quaternion=drop"], start=0.01)
     assert (done.rows[0]["contacts"], done.rows[0]["loss"]) == (1, 0)
     assert done.about["seconds"] == pytest.approx(0.06)

@@ -28,10 +28,10 @@ class Sleepy:
 
 def test_timed_pass_queries_frames_in_order_with_clock_outside():
     motion = unturned(np.zeros((12, 1, 3)))
-    one, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
-    asked = [Timed("", detector, motion) for detector in (one, two, whole)]
-    first, second, third = LiveFrames(motion, 10_000).live_pass(asked)
-    assert one.looks == two.looks == [1] * 12 and len(first) == len(second) == 12
+    item, two, whole = Sleepy(0.001), Sleepy(0.003), Sleepy(0.024, online=False)
+    requested = [Timed("", detector, motion) for detector in (item, two, whole)]
+    first, second, third = LiveFrames(motion, 10_000).live_pass(requested)
+    assert item.looks == two.looks == [1] * 12 and len(first) == len(second) == 12
     assert (first >= 0.001).all() and (second >= 0.003).all()
     assert not whole.looks and (third >= 0.002).all() and len(set(third)) == 1
 
@@ -49,19 +49,19 @@ def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
     assert [len(lead) for lead, _ in frames.turns] == [0] + [LEAD_FRAMES] * 4
     first, last = frames.turns[0][1], frames.turns[-1][1]
     assert first[0].start == 0 and last[-1].stop == 20 * TURN_FRAMES
-    assert all(lead[-1].stop == asked[0].start for lead, asked in frames.turns[1:])
+    assert all(lead[-1].stop == requested[0].start for lead, requested in frames.turns[1:])
     assert LiveFrames(Long(), 10**9).count == 20 * TURN_FRAMES and LiveFrames(Long(), -5).count == TURN_FRAMES
 
 
 def made(own, reference):
-    rows = [[np.array(one, dtype=float) for one in each] for each in (own, reference)]
+    rows = [[np.array(item, dtype=float) for item in each] for each in (own, reference)]
     return Timed("it", None, None, *rows)
 
 
 def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
     machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
-    value, _, high = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN)
-    assert value == pytest.approx(2.0) and high < 2.2
+    value, _, upper = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN)
+    assert value == pytest.approx(2.0) and upper < 2.2
     assert known(made([[2.0]], [[1.0]]).ratio(MEAN)) == [pytest.approx(2.0), None, None]
 
 
@@ -69,8 +69,8 @@ def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
     own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     hit = np.random.default_rng(3).random((7, 400)) < 0.03
-    middle, _, high = made(own + 50 * hit, np.ones((7, 400))).ratio(level)
-    assert middle == pytest.approx(value, abs=0.01) and high < 1.1 * value
+    middle, _, upper = made(own + 50 * hit, np.ones((7, 400))).ratio(level)
+    assert middle == pytest.approx(value, abs=0.01) and upper < 1.1 * value
 
 
 class Frames:
@@ -87,20 +87,20 @@ class Frames:
 
 
 def clocked(frames, compiled=None):
-    reference, twin, one = (Timed(name, None, None) for name in ("reference", "twin", "one"))
+    reference, twin, item = (Timed(name, None, None) for name in ("reference", "twin", "one"))
     clock = Clock(frames, reference, twin, compiled)
     for _ in frames.ratios:
-        clock.time([one, twin])
-    return clock, one
+        clock.time([item, twin])
+    return clock, item
 
 
 def test_repeated_setting_ties_by_widening_intervals():
-    clock, one = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
+    clock, item = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
     assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
-    assert clock.price(one, MEAN)[0] == pytest.approx(0.004) and one.passes == 7 == clock.twin.passes
-    clock, one = clocked(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
-    told, price = clock.as_json(), clock.price(one, MEAN)
-    assert not told["tie"] and told["widened"] == pytest.approx(1.4, rel=1e-3)
+    assert clock.price(item, MEAN)[0] == pytest.approx(0.004) and item.passes == 7 == clock.twin.passes
+    clock, item = clocked(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
+    reported, price = clock.as_json(), clock.price(item, MEAN)
+    assert not reported["tie"] and reported["widened"] == pytest.approx(1.4, rel=1e-3)
     assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
 
 
@@ -112,8 +112,8 @@ def test_pass_that_compiled_a_kernel_is_repeated():
             compiled.seconds += 5.0
 
     frames = Frames([1.0, 1.0, 1.0], compiles)
-    clock, one = clocked(frames, compiled)
-    assert frames.asked == 4 and one.passes == 3
+    clock, item = clocked(frames, compiled)
+    assert frames.asked == 4 and item.passes == 3
     assert 0.0 <= clock.at_work < 1.0
 
 
@@ -124,12 +124,12 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     samples = frames.samples(rate_hz)
     assert samples.sum() == sampled and samples[0]
     clock = Clock(frames, Timed("reference", None, None), Timed("twin", None, None))
-    one = made([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
-    one.rate_hz = rate_hz
-    clock.twin.reference = one.reference
-    clock.twin.own = one.reference
-    assert clock.price(one, P99)[0] == pytest.approx(0.28)
-    assert clock.price(one, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
+    item = made([np.where(samples, 0.28, 1e-6)] * 3, [np.full(60, 0.01)] * 3)
+    item.rate_hz = rate_hz
+    clock.twin.reference = item.reference
+    clock.twin.own = item.reference
+    assert clock.price(item, P99)[0] == pytest.approx(0.28)
+    assert clock.price(item, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
 
 
 def test_rate_without_timed_sample_has_no_p99():

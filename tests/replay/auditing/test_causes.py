@@ -37,12 +37,12 @@ PLANTED = {
 
 def reported(session, late_ns, digits=9, residual="0"):
     """The session with what an engine reports of it: its exact contacts, late by so much, with so many digits."""
-    found = compute(session, detectors="exact", oracle="none")
-    times = found.assembly.motion.times
+    result = compute(session, detectors="exact", oracle="none")
+    times = result.assembly.motion.times
     written = [
         (float(np.round((seconds * 1e9 + late_ns) / 1e9, digits)), phase)
-        for one in found.episodes["exact"]
-        for seconds, phase in ((times[one.first], "enter"), (one.end, "exit"))
+        for item in result.episodes["exact"]
+        for seconds, phase in ((times[item.first], "enter"), (item.end, "exit"))
     ]
     contacts = tuple(LiveContact(round(seconds * 1e9), "a", "b", phase) for seconds, phase in written)
     return replace(session, live_contacts=contacts, facts={RESIDUAL_FACT: residual})
@@ -70,10 +70,10 @@ def corners_first(nearest=0.42):
     """A unit cube comes at another one along the diagonal, corner first, and goes away, six times, a bit turned."""
     frames = 120
     depth = nearest + 0.3 + 0.3 * np.cos(2 * np.pi * np.arange(frames) / 20)
-    places = np.stack([depth, 0.93 * depth, 1.02 * depth], axis=1)
+    positions = np.stack([depth, 0.93 * depth, 1.02 * depth], axis=1)
     still = np.tile(STILL, (frames, 1))
-    turned = np.array([0.1, 0.05, 0.0, 1.0]) / np.linalg.norm([0.1, 0.05, 0.0, 1.0])
-    poses = {"a": (np.zeros((frames, 3)), still), "b": (places, np.tile(turned, (frames, 1)))}
+    rotated = np.array([0.1, 0.05, 0.0, 1.0]) / np.linalg.norm([0.1, 0.05, 0.0, 1.0])
+    poses = {"a": (np.zeros((frames, 3)), still), "b": (positions, np.tile(rotated, (frames, 1)))}
     return Session.from_arrays(np.arange(frames) * 10_000_000, poses, {"a": cube(), "b": cube()})
 
 
@@ -81,9 +81,9 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
     result = compute(corners_first(), detectors=list(PLANTED.values()), oracle="exact")
     labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
     for planted, label in labels.items():
-        told = result.causes[label]
-        assert told.examined > 5, planted
-        assert {cause for cause, count in told.pair_frames.items() if count} == {planted}
+        answer = result.causes[label]
+        assert answer.examined > 5, planted
+        assert {cause for cause, count in answer.pair_frames.items() if count} == {planted}
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
         figures = result.document.audit[label].causes
         assert figures.misses[planted] == len(result.misses[label]) and set(figures.misses) == set(MISS_CAUSES)
@@ -93,9 +93,9 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
 @pytest.mark.parametrize("planted", ELSEWHERE)
 def test_the_table_is_diagonal_in_other_sessions_too(planted):
     session, detector, oracle, cause = ELSEWHERE[planted]
-    (told,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
-    assert told.examined > 0
-    assert {one for one, count in told.pair_frames.items() if count and one != Cause.TOLERANCE} == {cause}
+    (answer,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
+    assert answer.examined > 0
+    assert {item for item, count in answer.pair_frames.items() if count and item != Cause.TOLERANCE} == {cause}
 
 
 NINETY_HZ_NS = 11_111_111
@@ -120,7 +120,7 @@ def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
     )
     for cause, label in zip(planted, result.causes, strict=True):
         assert result.causes[label].examined > 5
-        assert {told for told, count in result.causes[label].pair_frames.items() if count} == {cause}
+        assert {answer for answer, count in result.causes[label].pair_frames.items() if count} == {cause}
 
 
 def test_a_contact_that_no_instant_shows_is_lost_between_frames():
@@ -154,9 +154,9 @@ def test_disagreement_within_tolerance_is_no_miss():
     ],
 )
 def test_the_first_stage_that_failed_is_the_cause(told, cause):
-    said = told.pop("verdict", Verdict.CLEAR)
-    assert first_failed(Explanation(**told), said, at_instant=True) == cause
-    assert first_failed(Explanation(**told), said, at_instant=False) == Cause.BETWEEN_FRAMES
+    answer = told.pop("verdict", Verdict.CLEAR)
+    assert first_failed(Explanation(**told), answer, at_instant=True) == cause
+    assert first_failed(Explanation(**told), answer, at_instant=False) == Cause.BETWEEN_FRAMES
 
 
 def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
@@ -164,8 +164,8 @@ def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
     monkeypatch.setattr("replay.auditing.causes.CAUSE_BUDGET", budget)
     session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
     result = compute(session, detectors="support.planted_detectors:Blind")
-    words = Counter(miss.cause for miss in result.misses["Blind"])
-    assert words == {Cause.NOT_EXAMINED: 90, Cause.UNEXPLAINED: 10}
+    causes = Counter(miss.cause for miss in result.misses["Blind"])
+    assert causes == {Cause.NOT_EXAMINED: 90, Cause.UNEXPLAINED: 10}
     assert result.causes["Blind"].examined == 10 and result.causes["Blind"].missed == 200
 
 

@@ -20,29 +20,31 @@ def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
         for key, times in truth.items()
     }
     reported[BEGIN] = [*reported[BEGIN], -shift + 200.0]
-    found = estimate_offset(reported, truth)
-    assert found.seconds == pytest.approx(shift, abs=0.012)
-    assert found.residual < 0.025 and found.matched >= found.of - 4
+    result = estimate_offset(reported, truth)
+    assert result.seconds == pytest.approx(shift, abs=0.012)
+    assert result.residual < 0.025 and result.matched >= result.of - 4
 
 
 def test_the_offset_is_exact_where_the_reports_are():
-    found = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
-    assert (found.seconds, found.residual, found.matched, found.of) == (-10.0, 0.0, 3, 3)
-    assert str(found) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
+    result = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
+    assert (result.seconds, result.residual, result.matched, result.of) == (-10.0, 0.0, 3, 3)
+    assert str(result) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
 
 
 def test_of_shifts_that_fit_equally_the_smallest_is_taken():
     begins, ends = [0.0, 1.2, 5.0], [0.1, 1.3, 5.1]
-    found = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
-    assert found.seconds == pytest.approx(0.2) and found.rivals == 2
-    assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, say the offset with --" in str(found)
+    result = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
+    assert result.seconds == pytest.approx(0.2) and result.rivals == 2
+    assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, say the offset with --" in str(
+        result
+    )
     assert estimate_offset({BEGIN: [1.0, 2.0], END: [1.1]}, {BEGIN: [5.0, 6.0], END: [5.1]}).rivals == 0
 
 
 def test_a_given_offset_is_kept_and_its_fit_said():
-    found = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
-    assert (found.seconds, found.matched) == (0.0, 1) and found.residual == pytest.approx(0.01)
-    assert str(found).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
+    result = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
+    assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
+    assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
     lost = estimate_offset({BEGIN: [1.0]}, {}, 0.5)
     assert (lost.matched, lost.residual) == (0, None)
     assert str(lost).endswith("residual unknown: all 1 begins and ends are over 50 ms from a true one")
@@ -68,20 +70,20 @@ def drifting(contacts, span, drift, rng, jitter=0.008):
         key: ((moments + rng.uniform(-jitter, jitter, contacts) - 7.0) / (1 + drift))[rng.random(contacts) < 0.9]
         for key, moments in truth.items()
     }
-    return {key: one.tolist() for key, one in reported.items()}, {key: one.tolist() for key, one in truth.items()}
+    return {key: item.tolist() for key, item in reported.items()}, {key: item.tolist() for key, item in truth.items()}
 
 
 @pytest.mark.parametrize(("contacts", "span", "drift"), [(8, 10.0, 0.02), (20, 60.0, -0.02), (20, 300.0, 0.001)])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_drift_is_found_said_and_undone(contacts, span, drift, seed):
     reported, truth = drifting(contacts, span, drift, np.random.default_rng(seed))
-    found = estimate_offset(reported, truth)
-    assert found.drift == pytest.approx(drift, abs=0.02 / span)
-    assert found.residual < 0.016 and found.matched == found.of
-    assert f" at the first report, drift {100 * found.drift:+.3f} %, residual" in str(found)
+    result = estimate_offset(reported, truth)
+    assert result.drift == pytest.approx(drift, abs=0.02 / span)
+    assert result.residual < 0.016 and result.matched == result.of
+    assert f" at the first report, drift {100 * result.drift:+.3f} %, residual" in str(result)
     for key, moments in reported.items():
-        placed = [one + found.at(one) for one in moments]
-        assert all(min(abs(one - true) for true in truth[key]) < 0.02 for one in placed)
+        placed = [item + result.at(item) for item in moments]
+        assert all(min(abs(item - true) for true in truth[key]) < 0.02 for item in placed)
 
 
 @pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])

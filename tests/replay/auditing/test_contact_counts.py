@@ -22,19 +22,19 @@ def test_a_held_contact_is_found_missed_or_found_in_part(said, missed, part):
     subject, oracle = verdict_column(said), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)
-    told = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
+    reported = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
     frames = said.count("C")
-    assert [*told.values()] == [1, missed, part, frames, 3 - frames, 0]
+    assert [*reported.values()] == [1, missed, part, frames, 3 - frames, 0]
 
 
 def by_hand(oracle, subject):
     """(in part, missed, undecided, undecided in part, frames undecided) of one pair, by a walk over letters."""
     counts = np.zeros(5, dtype=int)
     for contact in re.finditer("C+", oracle):
-        said = subject[contact.start() : contact.end()]
-        found, lost, left = (letter in said for letter in "C.u")
-        known = found or lost
-        counts += [found and lost, lost and not found, not known, left and known, said.count("u")]
+        reported = subject[contact.start() : contact.end()]
+        result, lost, left = (letter in reported for letter in "C.u")
+        known = result or lost
+        counts += [result and lost, lost and not result, not known, left and known, reported.count("u")]
     return counts
 
 
@@ -46,15 +46,15 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     size = min(len(first), len(second))
     rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]
     oracle, subject = (verdicts(side) for side in rows)
-    comparison, truth, found = compare(subject, oracle), episodes(oracle), episodes(subject)
-    one = count_contacts(comparison, truth)
+    comparison, truth, result = compare(subject, oracle), episodes(oracle), episodes(subject)
+    item = count_contacts(comparison, truth)
     hand = sum(by_hand(*map("".join, zip(*column[:size], strict=True))) for column in (first, second))
-    told = [one.late_or_cut_short, one.missed, one.undecided, one.partly_undecided, one.frames_undecided]
-    assert told == hand.tolist() and one.contacts == len(truth)
-    assert one.missed_numbers == list(match_episodes(comparison, truth, found, one).missed)
+    reported = [item.late_or_cut_short, item.missed, item.undecided, item.partly_undecided, item.frames_undecided]
+    assert reported == hand.tolist() and item.contacts == len(truth)
+    assert item.missed_numbers == list(match_episodes(comparison, truth, result, item).missed)
     lost = missed_faults(comparison, truth, [("a", "b"), ("a", "c")], oracle.times)
-    assert one.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_REPORTED})
-    assert one.late_or_cut_short == len({miss.contact for miss in lost}) - one.missed
+    assert item.missed_numbers == sorted({miss.contact for miss in lost if miss.kind == FaultKind.NEVER_REPORTED})
+    assert item.late_or_cut_short == len({miss.contact for miss in lost}) - item.missed
 
 
 def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
@@ -68,12 +68,12 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
     lasting = np.column_stack([random.integers(20, 90, contacts), frames]).ravel()
     truth = np.append(np.repeat(np.tile([False, True], contacts), lasting), [False] * every)
     at = np.arange(len(truth))
-    said = truth[np.maximum(at - (at - random.integers(every)) % every, 0)]
-    said[:-every] &= np.repeat(np.column_stack([~lost, ~lost]).ravel(), lasting)
+    reported = truth[np.maximum(at - (at - random.integers(every)) % every, 0)]
+    reported[:-every] &= np.repeat(np.column_stack([~lost, ~lost]).ravel(), lasting)
     subject, oracle = (
         Detection("x", ("a", "b"), np.array([[0, 1]]), at / 90,
                   np.where(mask, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8)[:, None], "instants")
-        for mask in (said, truth)
+        for mask in (reported, truth)
     )  # fmt: skip
     comparison, faces = compare(subject, oracle), frames * random.integers(5, 50, contacts)
     return {
@@ -90,8 +90,8 @@ def test_intervals_cover_the_true_proportion_in_95_percent_of_sessions(contacts,
     truth = drawn(random, 20_000, every, longest)
     sessions = [drawn(random, contacts, every, longest) for _ in range(400)]
     for what, of_all in truth.items():
-        held = [one[what].lower <= of_all.value <= one[what].upper for one in sessions]
-        assert 0.93 <= np.mean(held) <= 0.97, (what, np.mean(held))
+        kept = [item[what].lower <= of_all.value <= item[what].upper for item in sessions]
+        assert 0.93 <= np.mean(kept) <= 0.97, (what, np.mean(kept))
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, le
     random = np.random.default_rng(16)
     truth = drawn(random, 20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
-    assert least <= np.mean([one.lower <= truth <= one.upper for one in sessions]) <= most
+    assert least <= np.mean([item.lower <= truth <= item.upper for item in sessions]) <= most
     assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
 
 
@@ -108,6 +108,6 @@ def test_reports_are_counted_by_segments_joined_by_tolerance():
     subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
     within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))
-    told = counts.proportion(Outcome.INVENTED)
+    reported = counts.proportion(Outcome.INVENTED)
     assert counts.pairs.tolist() == [0, 1, 0]
-    assert (told.count, told.of, told.clusters) == (4, 6, 3)
+    assert (reported.count, reported.of, reported.clusters) == (4, 6, 3)

@@ -31,8 +31,8 @@ def test_runs_are_in_order_of_time_then_column(mask):
 
 def test_an_episode_lasts_until_the_first_frame_without_contact():
     detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
-    got = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
-    assert got == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
+    actual = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
+    assert actual == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
 
 
 @example("C--C-CC")

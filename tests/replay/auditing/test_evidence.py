@@ -15,36 +15,36 @@ def miss(pair, first, last):
     return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_REPORTED, first, last, 0.0, 1.0, frame=first)
 
 
-def cuts_of(session, places):
+def cuts_of(session, positions):
     """Misses of these frames, measured, and how many frames were queried at a time."""
     assembly = assemble(session)
     detector = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
-    asked = []
+    requested = []
 
     def detect(motion):
-        asked.append(len(motion))
+        requested.append(len(motion))
         return detector.detect(motion, faces=True)
 
-    measured = measure_misses(assembly, detect, [miss(*place) for place in places])
-    return measured, asked
+    measured = measure_misses(assembly, detect, [miss(*index) for index in positions])
+    return measured, requested
 
 
-def offset_cubes(places):
+def offset_cubes(positions):
     """A unit cube at the origin and a second, turned and shifted so that faces cross in general position."""
-    turn = np.tile(np.array([0.1, 0.2, 0.3, 0.9]) / np.sqrt(0.95), (len(places), 1))
-    moving = along_x(places)[0] + [0, 0.13, 0.21]
+    rotation = np.tile(np.array([0.1, 0.2, 0.3, 0.9]) / np.sqrt(0.95), (len(positions), 1))
+    moving = along_x(positions)[0] + [0, 0.13, 0.21]
     return Session.from_arrays(
-        np.arange(len(places)) * 10_000_000,
-        {"a": along_x([0] * len(places)), "b": (moving, turn)},
+        np.arange(len(positions)) * 10_000_000,
+        {"a": along_x([0] * len(positions)), "b": (moving, rotation)},
         {"a": cube(), "b": cube(0.3)},
     )
 
 
 def test_the_longest_curve_has_a_normal_toward_the_second_body():
-    (whole, part), asked = cuts_of(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
-    assert (whole.frame, part.frame, asked) == (2, 1, [5]) and whole.metres > part.metres > 0.0
-    assert part.evidence.face_pairs > 0 and part.point[0] == pytest.approx(0.5, abs=1e-12)
-    assert part.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
+    (whole, piece), requested = cuts_of(offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68]), [(0, 0, 4), (0, 0, 1)])
+    assert (whole.frame, piece.frame, requested) == (2, 1, [5]) and whole.metres > piece.metres > 0.0
+    assert piece.evidence.face_pairs > 0 and piece.point[0] == pytest.approx(0.5, abs=1e-12)
+    assert piece.evidence.normal[0] == pytest.approx(1.0, abs=1e-9)
 
 
 def test_a_contained_body_has_a_point_and_no_curve():
@@ -92,11 +92,11 @@ def test_a_curve_is_as_long_as_its_segments():
     assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
 
 
-def between(places, *asked):
-    session = cubes({"a": [0.0] * len(places), "b": places})
+def between(positions, *asked):
+    session = cubes({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
-    misses = [miss(*place) for place in asked]
+    misses = [miss(*index) for index in asked]
     return measure_misses(assembly, lambda motion: exact.detect(motion, faces=True), misses, between=True)
 
 

@@ -21,11 +21,11 @@ N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome
 def world(outcomes, gaps=None):
     """Two cubes of 2 m, apart by ``gaps`` metres frame by frame, and what was said of them."""
     frames = len(outcomes)
-    places = np.zeros((frames, 2, 3))
-    places[:, 1, 0] = 2.0 + (np.ones(frames) if gaps is None else np.array(gaps))
+    positions = np.zeros((frames, 2, 3))
+    positions[:, 1, 0] = 2.0 + (np.ones(frames) if gaps is None else np.array(gaps))
     bodies = (Body("a", box_mesh((2.0, 2.0, 2.0))), Body("b", box_mesh((2.0, 2.0, 2.0))))
     times = np.arange(frames) * 0.01
-    motion = Motion(times, places, np.broadcast_to(np.eye(3), (frames, 2, 3, 3)), np.ones((frames, 2), bool))
+    motion = Motion(times, positions, np.broadcast_to(np.eye(3), (frames, 2, 3, 3)), np.ones((frames, 2), bool))
     stamps, origin = np.arange(frames) * 10_000_000, np.zeros((frames, 2), np.uint8)
     assembly = Assembly(bodies, motion, np.array([[0, 1]]), np.array([False]), stamps, origin)
     return assembly, Comparison("it", "truth", np.array(outcomes, dtype=np.uint8)[:, None])
@@ -33,9 +33,11 @@ def world(outcomes, gaps=None):
 
 def false_of(outcomes, gaps=None, detector=None):
     """What a detector that may explain itself says falsely; of all this alone says when."""
-    assembly, said = world(outcomes, gaps)
-    subject, oracle = (verdict_column(["C" if one in told else "." for one in outcomes]) for told in ((B, F), (B, M)))
-    return false_contacts(assembly, said, Audited(assembly.motion, detector, subject, oracle))
+    assembly, note = world(outcomes, gaps)
+    subject, oracle = (
+        verdict_column(["C" if item in reported else "." for item in outcomes]) for reported in ((B, F), (B, M))
+    )
+    return false_contacts(assembly, note, Audited(assembly.motion, detector, subject, oracle))
 
 
 @pytest.mark.parametrize(
@@ -47,18 +49,18 @@ def false_of(outcomes, gaps=None, detector=None):
     ],
 )  # fmt: skip
 def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
-    assert [one.kind for one in false_of(outcomes)] == kinds
+    assert [item.kind for item in false_of(outcomes)] == kinds
 
 
 def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
-    (one,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
-    assert (one.number, one.bodies, one.first, one.last, one.frames) == (1, ("a", "b"), 1, 3, 3)
-    assert (one.start, one.end, one.frame) == (0.01, 0.04, 2)
-    assert one.metres == pytest.approx(0.7) and one.point[0] == pytest.approx(1.0 + 0.35)
+    (item,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
+    assert (item.number, item.bodies, item.first, item.last, item.frames) == (1, ("a", "b"), 1, 3, 3)
+    assert (item.start, item.end, item.frame) == (0.01, 0.04, 2)
+    assert item.metres == pytest.approx(0.7) and item.point[0] == pytest.approx(1.0 + 0.35)
 
 
 def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
-    assert [(one.number, one.first) for one in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
+    assert [(item.number, item.first) for item in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
     assert false_of([H, H]) == ()
 
 
@@ -97,14 +99,14 @@ REPORTS = [
 @pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
 @pytest.mark.parametrize("steps", [50.0, None])
 def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes, steps):
-    outcomes = [{".": N, "B": B, "F": F}[one] for one in frames]
+    outcomes = [{".": N, "B": B, "F": F}[item] for item in frames]
     assembly, _ = world(outcomes)
     stamps = zip(("enter", "exit"), report, strict=True)
     contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
     known = {} if steps is None else {"rate_hz": steps}
     engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
-    late = [one if steps else one.replace(STEP, "late" if "F." in frames else "unexplained") for one in causes]
-    assert [one.cause for one in false_of(outcomes, None, engine)] == late
+    late = [item if steps else item.replace(STEP, "late" if "F." in frames else "unexplained") for item in causes]
+    assert [item.cause for item in false_of(outcomes, None, engine)] == late
 
 
 def test_clock_uncertainty_comes_before_late_and_shape_before_time():

@@ -20,9 +20,9 @@ STEP = 10_000_000
 FRAMES = 300
 
 
-def world(places, trigger, *, scene=None):
+def world(positions, trigger, *, scene=None):
     hands = {"p/right": HandTrack(np.arange(FRAMES) * STEP, trigger)}
-    session = replace(cubes(places, scene=scene), hands=hands)
+    session = replace(cubes(positions, scene=scene), hands=hands)
     return assemble(session), session
 
 
@@ -37,27 +37,27 @@ def carried():
 
 def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
     assembly, session = world(*carried())
-    (one,) = grasps(assembly, session)
-    assert assembly.names[one.thing] == "cube" and assembly.names[one.hand] == "hand-right"
-    assert (one.start, one.end) == pytest.approx((1.0, 2.0), abs=0.02)
+    (item,) = grasps(assembly, session)
+    assert assembly.names[item.thing] == "cube" and assembly.names[item.hand] == "hand-right"
+    assert (item.start, item.end) == pytest.approx((1.0, 2.0), abs=0.02)
     assert grasps(assembly, replace(session, hands={})) is None, "without a trigger nobody knows"
 
 
 def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
-    places, trigger = carried()
-    still, short = {**places, "cube": np.zeros(FRAMES)}, np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
-    for world_ in (world(still, trigger), world(places, short)):
-        assert [one.thing for one in grasps(*world_)] == [-1]
+    positions, trigger = carried()
+    still, short = {**positions, "cube": np.zeros(FRAMES)}, np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
+    for world_ in (world(still, trigger), world(positions, short)):
+        assert [item.thing for item in grasps(*world_)] == [-1]
     trigger[120:180] = np.where(np.arange(60) % 2, 0.45, 0.58)
-    assert len(grasps(*world(places, trigger))) == 1
+    assert len(grasps(*world(positions, trigger))) == 1
 
 
 def test_hands_are_those_tagged_so_and_else_those_named_so():
-    places, trigger = carried()
-    assembly, session = world(places, trigger)
+    positions, trigger = carried()
+    assembly, session = world(positions, trigger)
     assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}
     scene = Scene(bodies=(SceneBody("far", tags=("hand",)), SceneBody("hand-right"), SceneBody("cube")))
-    assembly, session = world(places, trigger, scene=scene)
+    assembly, session = world(positions, trigger, scene=scene)
     assert [assembly.names[k] for k in hand_bodies(assembly, session)] == ["far"]
 
 
@@ -67,28 +67,29 @@ def held(pair, first, last):
 
 def test_a_body_is_grasped_only_while_it_is_carried():
     assembly, session = world(*carried())
-    ((pair, first, last),) = [(one.pair, one.first, one.last) for one in holdings(assembly, session)]
+    ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
     before, during = held(pair, 40, 60), held(pair, 95, 120)
-    assert [one for one in holdings(assembly, session, (before, during)) if one.first < 100] == [during]
+    assert [item for item in holdings(assembly, session, (before, during)) if item.first < 100] == [during]
     assert holdings(assembly, None) == ()
 
 
 def test_stretches_share_a_frame_or_do_not():
-    one = (held(2, 10, 20),)
-    asked = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
-    assert within(one, *asked).tolist() == [False, True, True, False, False]
+    item = (held(2, 10, 20),)
+    requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
+    assert within(item, *requested).tolist() == [False, True, True, False, False]
 
 
 def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
     compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
-    assert [Outcome(one).name[0] for one in compared.outcome[:, 0]] == list("NBMHHHHNBN")
+    assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMHHHHNBN")
     counts = count_contacts(compared, episodes(oracle))
     assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
     assert count_reports(compared).contacts == 2
     matches = match_episodes(compared, episodes(oracle), episodes(subject), counts)
     assert (matches.grasped_truth, matches.missed, matches.false_contacts) == ((2,), (), ())
-    assert [(one.truth, one.reported) for one in matches.matched] == [(1, 1), (3, 3)] and matches.grasped_reports == (
-        2,
-    )
+    assert [(item.truth, item.reported) for item in matches.matched] == [
+        (1, 1),
+        (3, 3),
+    ] and matches.grasped_reports == (2,)

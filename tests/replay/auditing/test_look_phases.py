@@ -12,10 +12,10 @@ from replay.engine import compute
 def bumps(seed, frames=120):
     """Two cubes that meet now and then for one to six frames."""
     rng = np.random.default_rng(seed)
-    places = np.full(frames, 3.0)
+    positions = np.full(frames, 3.0)
     for first in np.cumsum(rng.integers(7, 20, 8)):
-        places[first : first + rng.integers(1, 7)] = 0.9
-    return cubes({"a": [0.0] * frames, "b": places.tolist()})
+        positions[first : first + rng.integers(1, 7)] = 0.9
+    return cubes({"a": [0.0] * frames, "b": positions.tolist()})
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -23,8 +23,8 @@ def bumps(seed, frames=120):
 def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector):
     rate = (12.0, 20.0, 33.0)[seed % 3]
     name, _, settings = detector.rstrip("]").partition("[")
-    asked = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"
-    result = compute(bumps(seed), detectors=asked)
+    requested = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"
+    result = compute(bumps(seed), detectors=requested)
     offsets, audit = result.phases["slow"], result.document.audit["slow"]
     displayed = result.document.detectors["slow"].settings["sampling_offset_s"]
     number = int(np.flatnonzero(offsets.seconds == displayed)[0])

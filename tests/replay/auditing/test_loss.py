@@ -34,11 +34,11 @@ def losses(contact, seen=None):
     contacts = episodes(truth)
     reference = SimpleNamespace(contacts=contacts, compare=lambda subject: compare(subject, truth))
     every = detection(contact if seen is None else seen)
-    found = []
+    result = []
     for rate in RATES:
-        shares = offset_counts(rate, every, reference).proportions()
-        found.append(loss(shares["contacts_missed"], shares["missed"], shares["false_contact"]))
-    return found
+        fractions = offset_counts(rate, every, reference).proportions()
+        result.append(loss(fractions["contacts_missed"], fractions["missed"], fractions["false_contact"]))
+    return result
 
 
 def at_every_phase(lengths):
@@ -74,14 +74,14 @@ def test_more_samples_rank_no_worse_than_chance_allows():
     random = np.random.default_rng(7)
     differences = []
     for _ in range(24):
-        contact, seen = np.zeros((2, 1500), np.bool_)
+        contact, visited = np.zeros((2, 1500), np.bool_)
         for start in np.sort(random.integers(0, 1450, 8)):
             length = 1 + int(random.exponential(14))
             contact[start : start + length] = True
             # A detector with faults of its own: it begins early, ends early, or sees nothing.
             if random.random() > 0.1:
-                seen[max(0, start - random.integers(0, 4)) : start + random.integers(1, length + 2)] = True
-        differences.append(np.diff(losses(contact, seen)))
+                visited[max(0, start - random.integers(0, 4)) : start + random.integers(1, length + 2)] = True
+        differences.append(np.diff(losses(contact, visited)))
     mean, error = np.mean(differences, axis=0), np.std(differences, axis=0, ddof=1) / sqrt(len(differences))
     assert (mean <= 2 * error).all() and mean[0] < 0
 

@@ -26,17 +26,17 @@ ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8")
 def test_a_row_of_letters_has_its_matches(row):
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
-    got = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
-    for one, told in zip(got.matched, row.get("matched", got.matched), strict=True):
-        figures = [one.truth, one.reported, one.overlap, one.onset_error, one.duration_error]
-        assert told is one or figures == pytest.approx(told)
-    rest = row.keys() & vars(got).keys() - {"matched"}
-    assert {name: list(getattr(got, name)) for name in rest} == {name: row[name] for name in rest}
+    actual = matched(*sides, lambda frames, _: np.isin(frames, row.get("within", [])), row.get("reach", 0))
+    for item, reported in zip(actual.matched, row.get("matched", actual.matched), strict=True):
+        figures = [item.truth, item.reported, item.overlap, item.onset_error, item.duration_error]
+        assert reported is item or figures == pytest.approx(reported)
+    rest = row.keys() & vars(actual).keys() - {"matched"}
+    assert {name: list(getattr(actual, name)) for name in rest} == {name: row[name] for name in rest}
 
 
 def test_each_report_of_a_split_contact_has_its_word():
-    found = matched(verdict_column(".C.CCC.C."), verdict_column(".CCCCCCC."))
-    assert found.status() == {1: "piece", 2: "matched", 3: "piece"}
+    result = matched(verdict_column(".C.CCC.C."), verdict_column(".CCCCCCC."))
+    assert result.status() == {1: "piece", 2: "matched", 3: "piece"}
 
 
 letters = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
@@ -46,13 +46,15 @@ letters = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
 def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     size = min(len(left), len(right))
     subject, oracle = verdict_column(left[:size]), verdict_column(right[:size])
-    truth, found = episodes(oracle), episodes(subject)
+    truth, result = episodes(oracle), episodes(subject)
     weight = np.array(
-        [[max(0, min(a.last, b.last) - max(a.first, b.first) + 1) for b in found] for a in truth]
-    ).reshape(len(truth), len(found))
+        [[max(0, min(a.last, b.last) - max(a.first, b.first) + 1) for b in result] for a in truth]
+    ).reshape(len(truth), len(result))
     rows, partners = linear_sum_assignment(weight, maximize=True)
-    got = matched(subject, oracle)
-    assert sum(m.overlap for m in got.matched) == weight[rows, partners].sum()
-    assert len({m.truth for m in got.matched}) == len({m.reported for m in got.matched}) == len(got.matched)
-    assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)
-    assert len(got.matched) + len(got.false_contacts) + len(got.pieces) + len(got.excused_reports) == len(found)
+    actual = matched(subject, oracle)
+    assert sum(m.overlap for m in actual.matched) == weight[rows, partners].sum()
+    assert len({m.truth for m in actual.matched}) == len({m.reported for m in actual.matched}) == len(actual.matched)
+    assert len(actual.matched) + len(actual.missed) + len(actual.absorbed) + len(actual.excused_truth) == len(truth)
+    assert len(actual.matched) + len(actual.false_contacts) + len(actual.pieces) + len(actual.excused_reports) == len(
+        result
+    )

@@ -25,8 +25,8 @@ WAVERING = [*FAR, *[0.3, -0.2, 0.1, -0.5] * 10, *FAR, -0.4, *FAR, 0.5, *FAR]
 
 def gaps(millimetres, names="ab"):
     """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
-    places = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
-    return cubes({name: places[name] for name in names})
+    positions = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
+    return cubes({name: positions[name] for name in names})
 
 
 def asked(session, **more):
@@ -37,40 +37,40 @@ def asked(session, **more):
 def test_copies_with_contact_follow_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
     wide = [-0.4, 0.0, 0.7, 0.8]
-    session = gaps([*FAR, *(one for gap in wide for one in (gap, *FAR))])
+    session = gaps([*FAR, *(item for gap in wide for item in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
         noise = asked(session, noise=sizes, noise_copies=4000).noise
-        share = [one.share for one in (*noise.contacts, *noise.near)]
-        assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
+        fraction = [item.share for item in (*noise.contacts, *noise.near)]
+        assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
-    assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
+    assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
     (hidden,) = noise.near
     assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.share < 0.95
     assert noise.resting == () and noise.asked == 122
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
-    places = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
-    (contact,) = asked(cubes(places), noise=[f"c={SIZE}"]).noise.contacts
+    positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
+    (contact,) = asked(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.share, contact.word) == (1.0, module.HOLDS)
 
 
 def test_61_of_64_copies_hold_and_3_are_absent():
-    spans = [module.NoisySpan(0, 0, 0, share / 64) for share in (0, 3, 4, 60, 61, 64)]
-    words = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
-    assert [one.word for one in spans] == words
+    spans = [module.NoisySpan(0, 0, 0, fraction / 64) for fraction in (0, 3, 4, 60, 61, 64)]
+    states = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
+    assert [item.word for item in spans] == states
 
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
     rest = 0.1 + 0.2 * np.sin(np.arange(400))
     result = asked(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
-    (stretch,) = result.noise.resting
-    assert (stretch.first, stretch.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
-    before, *words = result.noise.words
-    assert before == module.HOLDS and len(words) > 10 and set(words) == {module.UNDECIDABLE}
+    (interval,) = result.noise.resting
+    assert (interval.first, interval.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
+    before, *text = result.noise.words
+    assert before == module.HOLDS and len(text) > 10 and set(text) == {module.UNDECIDABLE}
     assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(beside(result))
 
 
@@ -91,12 +91,12 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     tables = result.tables
     assert tables["episodes"].where(detector="exact").column("noise") == ["holds", *["undecidable"] * 2]
     misses = zip(*(tables["misses"].column(name) for name in ("noise", "noise_share")), strict=True)
-    assert {(word, share == 1.0) for word, share in misses} == {("holds", True), ("undecidable", False)}
+    assert {(word, fraction == 1.0) for word, fraction in misses} == {("holds", True), ("undecidable", False)}
     assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
     figures = result.document.audit["slow"]
     assert figures.contacts_missed == 3 and figures.noise_proof.contacts == figures.noise_proof.contacts_missed == 1
-    (words, *_) = Gates(max_missed=0.5).broken(result.document.audit, [])
-    assert "slow missed" in words and " of 1" in words and words.endswith("counted is what holds in spite of the noise")
+    (text, *_) = Gates(max_missed=0.5).broken(result.document.audit, [])
+    assert "slow missed" in text and " of 1" in text and text.endswith("counted is what holds in spite of the noise")
 
 
 def test_without_noise_no_column_about_it_is_filled():

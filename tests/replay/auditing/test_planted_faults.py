@@ -31,45 +31,45 @@ def spans(mask):
 @pytest.mark.parametrize("fault", ["Dropping", "Late", "Inventing", "Blind"])
 def test_what_was_planted_is_what_is_counted(plate, fault):
     session, truth = plate
-    said = getattr(planted_detectors, fault).spoil(None, truth[:, None].copy())[:, 0]
+    reported = getattr(planted_detectors, fault).spoil(None, truth[:, None].copy())[:, 0]
     result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
     figures = result.document.audit["it"]
-    lost, extra, contacts, reports = (spans(mask) for mask in (truth & ~said, said & ~truth, truth, said))
+    lost, extra, contacts, reports = (spans(mask) for mask in (truth & ~reported, reported & ~truth, truth, reported))
     assert len(contacts) > 5 and lost + extra
     for counted, wrong, of in (
-        (figures.time_missed, truth & ~said, truth),
-        (figures.false_contact, said & ~truth, said),
+        (figures.time_missed, truth & ~reported, truth),
+        (figures.false_contact, reported & ~truth, reported),
     ):
         assert (counted.count, counted.of) == (wrong.sum(), of.sum())
-    assert [(one.first, one.last) for one in result.misses["it"]] == lost
-    assert [(one.first, one.last) for one in result.false["it"]] == extra
+    assert [(item.first, item.last) for item in result.misses["it"]] == lost
+    assert [(item.first, item.last) for item in result.false["it"]] == extra
     pieces = [sum(first <= end and begin <= last for begin, end in reports) for first, last in contacts]
     alone = sum(not truth[first : last + 1].any() for first, last in reports)
-    told = figures.matching
-    assert (told.reported_contacts, told.matched, told.false_contacts) == (
+    answer = figures.matching
+    assert (answer.reported_contacts, answer.matched, answer.false_contacts) == (
         len(reports),
         np.count_nonzero(pieces),
         alone,
     )
-    assert told.missed == figures.contacts_missed == pieces.count(0)
-    assert (told.split, told.pieces) == (sum(k > 1 for k in pieces), sum(max(0, k - 1) for k in pieces))
-    for part, count, of in (
-        (told.missed_proportion, pieces.count(0), len(contacts)),
-        (told.false_proportion, alone, len(reports)),
+    assert answer.missed == figures.contacts_missed == pieces.count(0)
+    assert (answer.split, answer.pieces) == (sum(k > 1 for k in pieces), sum(max(0, k - 1) for k in pieces))
+    for piece, count, of in (
+        (answer.missed_proportion, pieces.count(0), len(contacts)),
+        (answer.false_proportion, alone, len(reports)),
     ):
-        assert not of or (part.value, part.lower, part.upper) == (count / of, *wilson(count, of))
+        assert not of or (piece.value, piece.lower, piece.upper) == (count / of, *wilson(count, of))
     if fault == "Dropping":
-        counts = int((truth & ~said).sum()), int(truth.sum())
+        counts = int((truth & ~reported).sum()), int(truth.sum())
         assert (figures.time_missed.lower, figures.time_missed.upper) == wilson(*counts)
     if fault == "Late":
-        errors = np.array([(one.onset_error, one.duration_error) for one in result.matches["it"].matched])
+        errors = np.array([(item.onset_error, item.duration_error) for item in result.matches["it"].matched])
         assert errors == pytest.approx(np.tile([3 / 90, 0.0], (len(contacts), 1)), abs=1e-7)
-        assert {(one.kind, one.cause) for one in result.false["it"]} == {("ends late", "late")}
+        assert {(item.kind, item.cause) for item in result.false["it"]} == {("ends late", "late")}
 
 
 def test_what_spheres_alone_say_is_unconfirmed(plate):
     ball = compute(plate[0], detectors="ball=sphere")
-    assert {one.cause for one in ball.false["ball"]} == {"only bounding volumes overlap"}
+    assert {item.cause for item in ball.false["ball"]} == {"only bounding volumes overlap"}
     console = Console(width=200, record=True, file=StringIO())
     console.print(run_tables(ball))
     printed = console.export_text()

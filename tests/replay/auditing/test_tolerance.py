@@ -20,19 +20,19 @@ GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 
 """Of a ball's extreme vertex off the wall of a box; below 0 inside."""
 
 
-def world(places, first=None, turn=None):
+def world(positions, first=None, turn=None):
     """Two bodies, a ball if none is named and a box, the first at each of these places, both in a turned world."""
-    count, turn = len(places), np.eye(3) if turn is None else turn
+    count, turn = len(positions), np.eye(3) if turn is None else turn
     move = np.zeros((count, 2, 3))
-    move[:, 0] = np.array(places) @ turn.T
+    move[:, 0] = np.array(positions) @ turn.T
     motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
     nothing = np.zeros(count, dtype=np.int64)
     bodies = (Body("first", first or ball_mesh(0.5)), Body("box", box_mesh()))
     return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
 
 
-def beside(*places, **more):
-    return world([(place, 0, 0) for place in places], **more)
+def beside(*positions, **more):
+    return world([(position, 0, 0) for position in positions], **more)
 
 
 def judged(assembly, lie, tau=2e-6, **changed):
@@ -61,11 +61,11 @@ PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
 def test_flush_cubes_are_excused_to_tau_and_no_deeper(sideways, tau):
-    places = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
+    positions = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
     expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
-    assert judged(world(places, box_mesh()), Verdict.CONTACT, tau) == expected
-    turn = random_rotations(np.random.default_rng(3), 1)[0]
-    assert judged(world(places, box_mesh(), turn), Verdict.CONTACT, tau) == expected
+    assert judged(world(positions, box_mesh()), Verdict.CONTACT, tau) == expected
+    rotation = random_rotations(np.random.default_rng(3), 1)[0]
+    assert judged(world(positions, box_mesh(), rotation), Verdict.CONTACT, tau) == expected
 
 
 def test_cubes_that_are_exactly_tau_deep_are_excused():

@@ -34,8 +34,8 @@ def test_equal_fractions_in_every_contact_count_as_independent_frames():
 
 def test_contacts_lost_whole_say_no_more_than_their_number():
     lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
-    few_low, few_high = wilson(3, 20)
-    assert lower < few_low and few_high < upper < few_high + 0.05
+    few_lower, few_upper = wilson(3, 20)
+    assert lower < few_lower and few_upper < upper < few_upper + 0.05
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():
@@ -52,6 +52,6 @@ def test_several_sessions_say_what_their_contacts_say_together():
     random = np.random.default_rng(2)
     of = random.integers(1, 50, 30)
     counts = random.binomial(of, 0.3)
-    parts = [proportion_of_clusters(counts[a:b], of[a:b]) for a, b in ((0, 11), (11, 30))]
-    assert pooled(parts) == proportion_of_clusters(counts, of)
+    pieces = [proportion_of_clusters(counts[a:b], of[a:b]) for a, b in ((0, 11), (11, 30))]
+    assert pooled(pieces) == proportion_of_clusters(counts, of)
     assert pooled([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)

@@ -20,14 +20,14 @@ def file(tmp_path, monkeypatch):
 
 def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, capsys):
     out = tmp_path / "runs"
-    words = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
-    assert main(words) == 0
-    told, err = capsys.readouterr()
-    told = json.loads(told)
+    arguments = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
+    assert main(arguments) == 0
+    reported, err = capsys.readouterr()
+    reported = json.loads(reported)
     assert (
-        (told["engine"], told["version"]) == ("Unreal Engine", "5")
-        and told["advice"]
-        and told["rows"][0]["number"] == 1
+        (reported["engine"], reported["version"]) == ("Unreal Engine", "5")
+        and reported["advice"]
+        and reported["rows"][0]["number"] == 1
     )
     assert (out / "report.html").is_file() and str(out) in err
 

@@ -26,15 +26,15 @@ def own(tmp_path, monkeypatch):
         trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(tmp_path / f"{name}.obj")
     rows = ["t,x,y,z,zero,one"]
     for frame in range(60):
-        place = np.zeros(3)
-        place[axis], place[side] = 0.05, 0.031 if frame % 15 < 3 else 0.001 * (frame % 15)
-        rows.append(",".join(map(str, [0.011 * frame, *place.tolist(), 0, 1])))
+        position = np.zeros(3)
+        position[axis], position[side] = 0.05, 0.031 if frame % 15 < 3 else 0.001 * (frame % 15)
+        rows.append(",".join(map(str, [0.011 * frame, *position.tolist(), 0, 1])))
     (tmp_path / "own.csv").write_text("\n".join(rows), "utf-8")
-    turns = 'quaternion_xyzw = ["zero", "zero", "zero", "one"]'
+    rotations = 'quaternion_xyzw = ["zero", "zero", "zero", "one"]'
     bodies = {"cup": ["zero"] * 3, "rod": ["x", "y", "z"]}
     mapping = ['convention = "openxr"', 'units = "m"', "[time]", 'column = "t"', 'unit = "s"']
     for body, columns in bodies.items():
-        mapping += [f"[bodies.{body}]", f"position = {columns}", turns]
+        mapping += [f"[bodies.{body}]", f"position = {columns}", rotations]
     (tmp_path / "own.toml").write_text("\n".join(mapping), "utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -45,13 +45,13 @@ def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
     assert "Fix Split cup into" in " ".join(capsys.readouterr().out.split())
     assert main(["fix", "own.mcap", "--engine", "unity"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "Report card of each collider" in said and "Wrote fix-unity for Unity" in said
-    told = json.loads((own / "fix-unity" / "colliders.json").read_text("utf-8"))
-    assert told["after"]["false"] <= 0.2 < told["before"]["false"]
-    assert {"ColliderPieces.cs", "README.txt", "cup.glb", "rod.glb", "session.mcap"} <= set(told["files"])
+    output = " ".join(capsys.readouterr().out.split())
+    assert "Report card of each collider" in output and "Wrote fix-unity for Unity" in output
+    reported = json.loads((own / "fix-unity" / "colliders.json").read_text("utf-8"))
+    assert reported["after"]["false"] <= 0.2 < reported["before"]["false"]
+    assert {"ColliderPieces.cs", "README.txt", "cup.glb", "rod.glb", "session.mcap"} <= set(reported["files"])
     pieces = trimesh.load(own / "fix-unity" / "cup.glb", force="scene", process=False).geometry
-    assert len(pieces) == told["bodies"][0]["after"]["pieces"] > 1
+    assert len(pieces) == reported["bodies"][0]["after"]["pieces"] > 1
     assert all(len(piece.faces) <= 255 and piece.is_convex for piece in pieces.values())
 
 

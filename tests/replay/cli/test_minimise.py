@@ -44,8 +44,10 @@ between = ["{SERIAL}", "beaker"]
 def told():
     """A session that says a serial, a name and a path wherever one can be said."""
     stamps = 1_700_000_000 * 10**9 + np.arange(6) * STEP_NS
-    places = {SERIAL: [0.0] * 6, "beaker": [3, 0.9, 0.9, 1.0, 3, 3], "headset": [20.0] * 6}
-    poses = {name: (np.outer(x, [0.6, 0.0, 0.8]), np.tile([0.0, 0.0, 0.0, 1.0], (6, 1))) for name, x in places.items()}
+    positions = {SERIAL: [0.0] * 6, "beaker": [3, 0.9, 0.9, 1.0, 3, 3], "headset": [20.0] * 6}
+    poses = {
+        name: (np.outer(x, [0.6, 0.0, 0.8]), np.tile([0.0, 0.0, 0.0, 1.0], (6, 1))) for name, x in positions.items()
+    }
     scene = parse_scene(SCENE)
     start, hand = int(stamps[0]), f"{NAME}/left"
     facts = dict.fromkeys(
@@ -70,11 +72,11 @@ def found_in(path):
     """Which secrets the bytes of a file hold, as they are or unpacked, in whatever letters."""
     with path.open("rb") as file:
         reader = make_reader(file)
-        parts = [path.read_bytes(), repr(reader.get_summary()).encode()]
-        parts += [message.data + channel.topic.encode() for _, channel, message in reader.iter_messages()]
-        parts += [item.data + item.name.encode() for item in reader.iter_attachments()]
-        parts += [repr(item).encode() for item in reader.iter_metadata()]
-    return {word for word in SECRETS if any(word.encode() in part.lower() for part in parts)}
+        pieces = [path.read_bytes(), repr(reader.get_summary()).encode()]
+        pieces += [message.data + channel.topic.encode() for _, channel, message in reader.iter_messages()]
+        pieces += [item.data + item.name.encode() for item in reader.iter_attachments()]
+        pieces += [repr(item).encode() for item in reader.iter_metadata()]
+    return {word for word in SECRETS if any(word.encode() in piece.lower() for piece in pieces)}
 
 
 @pytest.fixture(scope="module")

@@ -85,7 +85,7 @@ def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, caps
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")
     write_session(cubes({"cup": [0.0] * 3}), tmp_path / "s.mcap")
-    places = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
-    assert main([word.format(**places) for word in words]) in (1, 2)
+    folders = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
+    assert main([word.format(**folders) for word in words]) in (1, 2)
     output = capsys.readouterr().err
     assert kind in output and "Traceback" not in output and not out.exists()

@@ -43,9 +43,9 @@ class Keeping(Console):
         super().__init__(file=io.StringIO())
         self.kept = kept
 
-    def print(self, shown, **_):
+    def print(self, displayed, **_):
         """Draw nothing."""
-        self.kept.append(shown)
+        self.kept.append(displayed)
 
 
 @pytest.fixture(scope="module")
@@ -78,10 +78,10 @@ def at_width(drawn, width):
 def test_every_word_and_number_is_whole_at_every_width(shown, verb, width):
     lines, wide = at_width(shown[verb], width), at_width(shown[verb], 1000)
     assert wide and max(map(len, lines)) <= width
-    sentence, all_words = (
+    sentence, all_text = (
         {item for text in some for item in text.split() if set(item) - set("─\\")} for some in (lines, wide)
     )
-    assert sentence == all_words
+    assert sentence == all_text
 
 
 SNAPSHOT = table(
@@ -137,8 +137,10 @@ def test_continued_command_reads_as_one_by_a_shell(width):
     console = Console(file=io.StringIO(), width=width)
     console.print(Command(COMMAND), crop=False)
     printed = console.file.getvalue()
-    words = subprocess.run(["sh", "-c", f"printf '%s\\n' {printed}"], capture_output=True, text=True, check=True).stdout
-    assert words.splitlines() == shlex.split(COMMAND)
+    arguments = subprocess.run(
+        ["sh", "-c", f"printf '%s\\n' {printed}"], capture_output=True, text=True, check=True
+    ).stdout
+    assert arguments.splitlines() == shlex.split(COMMAND)
     if width >= 60:
         assert max(map(len, printed.splitlines())) <= width
 

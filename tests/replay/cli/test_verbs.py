@@ -151,8 +151,8 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("day")
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]
-    places = {"a": range(200), "b": [9] * 200}
-    reported = cubes(places, first_ns=10**7, scene=scene, events=events, intervals=spans)
+    folders = {"a": range(200), "b": [9] * 200}
+    reported = cubes(folders, first_ns=10**7, scene=scene, events=events, intervals=spans)
     still = np.zeros((200, 3))
     sampled = GazeTrack(10_000_000 * np.arange(200), still, still - (0, 0, 1), np.arange(200) > 49)
     heart = ScalarTrack([0, 10**9, 5 * 10**9, 6 * 10**9], [70, np.nan, 72.5, 68], "1/min")
@@ -207,13 +207,13 @@ def folder(tmp_path_factory):
     (place / "m.json").write_text(json.dumps({"left": poses, "right": poses}), "utf-8")
     many = {"a": [0] * 80, "b": [3, 0.9] * 40}, {"a": [0] * 80, "b": [3, 2] * 40}
     few = {"a": [0] * 20, "b": [3, 3, 0.9, 0.9, 3, 0.9, 3, 3, 3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3, 3, 3]}
-    for name, places, requested in (
+    for name, folders, requested in (
         ("before", many[0], {"detectors": "hybrid", "oracle": "none"}),
         ("after", many[1], {"detectors": "hybrid", "oracle": "none"}),
         ("slow", few, {"detectors": "it=discrete[rate_hz=25]"}),
         ("fast", few, {"detectors": "it=discrete[rate_hz=100]"}),
     ):  # fmt: skip
-        with_steady_times(replay.run(cubes(places), **requested)).write(place / name, picture=False)
+        with_steady_times(replay.run(cubes(folders), **requested)).write(place / name, picture=False)
     return place
 
 

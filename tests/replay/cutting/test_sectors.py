@@ -24,7 +24,9 @@ def sector_pieces(mesh):
     ladder = sector_ladder(mesh)
     if ladder is None:
         return None
-    lists = {len(parts): [within_triangles(hull_of(part)) for part in parts] for parts in map(ladder.pieces, COUNTS)}
+    lists = {
+        len(pieces): [within_triangles(hull_of(piece)) for piece in pieces] for pieces in map(ladder.pieces, COUNTS)
+    }
     return [*lists.values()]
 
 
@@ -46,16 +48,16 @@ def spouted():
 
 def test_round_bodies_have_an_axis_and_long_boxes_none():
     for mesh in (BEAKER, spouted()):
-        point, way = round_axis(moved(mesh, (7.0, 7.0, 7.0)))
+        point, direction = round_axis(moved(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
-        assert way[height] == 1.0 and np.allclose(np.delete(point, height), 7.0, atol=1e-3)
+        assert direction[height] == 1.0 and np.allclose(np.delete(point, height), 7.0, atol=1e-3)
     assert round_axis(TriangleMesh(BEAKER.vertices * [1.0, 1.5, 1.0], BEAKER.faces)) is None
     ball = icosphere(subdivisions=4)  # with a nose: round about every axis, and best about that of the nose
     nose = ball.vertices + (ball.vertices > 0.9) * [0.0, 0.0, 0.1]
     assert round_axis(TriangleMesh(nose, ball.faces))[1].tolist() == [0.0, 0.0, 1.0]
-    turned = np.vstack([BEAKER.faces[:1, ::-1], BEAKER.faces[1:]])  # of such a mesh nobody knows the inside
+    rotated = np.vstack([BEAKER.faces[:1, ::-1], BEAKER.faces[1:]])  # of such a mesh nobody knows the inside
     assert sector_pieces(box_mesh((0.1, 0.05, 0.2))) is None
-    assert sector_pieces(TriangleMesh(BEAKER.vertices, turned)) is None
+    assert sector_pieces(TriangleMesh(BEAKER.vertices, rotated)) is None
 
 
 def judged(piece):

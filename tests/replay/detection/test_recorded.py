@@ -54,8 +54,8 @@ def test_blocks_give_the_answer_of_the_whole(block):
     assembly = assemble(session)
     make = lambda: recorded_detector(assembly.bodies, assembly.pairs, session.live_contacts, 0, 0.0, {})  # noqa: E731
     whole = make().detect(assembly.motion)
-    parts = join(make().stream(assembly.motion.blocks(block)))
-    assert np.array_equal(parts.verdict, whole.verdict)
+    pieces = join(make().stream(assembly.motion.blocks(block)))
+    assert np.array_equal(pieces.verdict, whole.verdict)
     assert whole.verdict[:, 0].tolist() == [0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1]
 
 
@@ -101,7 +101,7 @@ TAPS = {"a": [0] * 210, "b": [0.9 if frame in TOUCHED else 3 for frame in range(
 """Ten taps of four frames, and one of a single odd frame."""
 
 
-def engine_of(told, step=2):
+def engine_of(answer, step=2):
     """The session of the taps, of which an engine at 50 Hz reports the ten.
 
     Frames are 10 ms apart, its steps 20 ms: at the even frames. ``told`` makes (begin, end) of the first step in a tap
@@ -109,7 +109,7 @@ def engine_of(told, step=2):
     """
     reports = []
     for first in FIRST:
-        begin, end = told(first + first % step, first + 4 + (first + 4) % step)
+        begin, end = answer(first + first % step, first + 4 + (first + 4) % step)
         for frame, phase in ((begin, "enter"), (end, "exit")):
             reports.append(LiveContact(round(frame * STEP_NS), "b", "a", phase))
     return replace(cubes(TAPS), live_contacts=tuple(reports))

@@ -24,10 +24,10 @@ def inside():
 def in_hollow():
     """A crumb that stays in the hollow of a channel without a touch, and then falls onto its floor."""
     heights = np.concatenate([np.linspace(0.1, 0.01, 8), np.linspace(0.01, -0.015, 20), np.linspace(-0.02, -0.03, 4)])
-    places = np.zeros((len(heights), 3))
-    places[:, 1] = heights
+    positions = np.zeros((len(heights), 3))
+    positions[:, 1] = heights
     still = np.tile([0.0, 0.0, 0.0, 1.0], (len(heights), 1))
-    poses = {"a": (np.zeros_like(places), still), "b": (places, still)}
+    poses = {"a": (np.zeros_like(positions), still), "b": (positions, still)}
     return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(0.01)})
 
 

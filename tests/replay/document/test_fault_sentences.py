@@ -88,15 +88,15 @@ class Claim:
 
     def apart(self, margin=0.0):
         """Whether a plane has the hulls of both bodies on its sides, ``margin`` metres from each other at least."""
-        one, other = (self.corners(body, self.fault.frame) for body in self.fault.bodies)
-        return hulls_apart(one, other) > margin
+        first, other = (self.corners(body, self.fault.frame) for body in self.fault.bodies)
+        return hulls_apart(first, other) > margin
 
 
-def hulls_apart(one, other):
+def hulls_apart(first, other):
     """Metres by which the hulls of two sets of points are apart at least; below 0: no plane is between them."""
-    ways = (one[:, None] - other).reshape(-1, 3)
+    directions = (first[:, None] - other).reshape(-1, 3)
     # The origin is outside the hull of all differences by its largest distance from a face's plane.
-    return float(ConvexHull(ways).equations[:, 3].max())
+    return float(ConvexHull(directions).equations[:, 3].max())
 
 
 def surfaces_at_most(claim):
@@ -122,29 +122,29 @@ def gap_holds(claim):
 def became_holds(claim):
     """What became of the contact: never reported, late, cut short, or not reported in these frames."""
     fault, contact, reported = claim.fault, claim.contact, claim.reported
-    said = claim.said
+    claimed = claim.said
     if reported[fault.first : fault.last + 1].any():
         return False
-    if said.get("never"):
+    if claimed.get("never"):
         return not reported[contact.first : contact.last + 1].any()
-    if said.get("late"):
-        return fault.first == contact.first and reported[fault.last + 1] and int(said["late"]) == fault.frames
-    if said.get("short"):
-        return fault.last == contact.last and reported[fault.first - 1] and int(said["short"]) == fault.frames
-    return int(said["gone"]) == fault.frames
+    if claimed.get("late"):
+        return fault.first == contact.first and reported[fault.last + 1] and int(claimed["late"]) == fault.frames
+    if claimed.get("short"):
+        return fault.last == contact.last and reported[fault.first - 1] and int(claimed["short"]) == fault.frames
+    return int(claimed["gone"]) == fault.frames
 
 
 def between_two_samples(claim):
     """The contact lies between two samples, and is shorter than the time between them that is said."""
-    said, contact, frames = claim.said, claim.contact, claim.samples()
-    step = float(said["apart"] or said["step"])
+    answer, contact, frames = claim.said, claim.contact, claim.samples()
+    step = float(answer["apart"] or answer["step"])
     lasted = 1e3 * (contact.end - contact.start)
     inside = ((frames >= contact.first) & (frames <= contact.last)).any()
     around = (frames < contact.first).any() and (frames > contact.last).any()
     usual = f"{1e3 / claim.settings['rate_hz']:.3g}"
-    return around and not inside and float(said["lasted"]) <= step and said["step"] == usual and said["lasted"] == (
-        f"{lasted:.3g}" if lasted < 1000 else f"{lasted:,.0f}"
-    )  # fmt: skip
+    if inside or not around or float(answer["lasted"]) > step or answer["step"] != usual:
+        return False
+    return answer["lasted"] == (f"{lasted:.3g}" if lasted < 1000 else f"{lasted:,.0f}")
 
 
 def late_by_less_than_a_step(claim):
@@ -226,10 +226,10 @@ def answer_of_last_sample(claim):
 
 def in_hull(claim):
     """A corner of the other body is a convex sum of the corners of the one, and both surfaces are apart."""
-    one = claim.corners(claim.said["one"], claim.fault.frame)
-    rows = np.vstack([one.T, np.ones(len(one))])
+    item = claim.corners(claim.said["one"], claim.fault.frame)
+    rows = np.vstack([item.T, np.ones(len(item))])
     inside = any(
-        linprog(np.zeros(len(one)), A_eq=rows, b_eq=[*corner, 1.0]).success
+        linprog(np.zeros(len(item)), A_eq=rows, b_eq=[*corner, 1.0]).success
         for corner in claim.corners(claim.said["other"], claim.fault.frame)
     )
     return claim.settings["shape"] == "hull" and inside and gap_holds(claim)
@@ -238,7 +238,7 @@ def in_hull(claim):
 def shapes_meet(claim):
     """Of hulls and triangle meshes; other shapes are larger than hulls."""
     shape = claim.settings.get("shape", "hull")
-    words = {
+    labels = {
         "hull": "convex hulls",
         "box": "boxes",
         "sphere": "spheres",
@@ -246,7 +246,7 @@ def shapes_meet(claim):
         "mesh": "triangle meshes",
         "compound": "convex pieces",
     }
-    named = claim.said["shape"] == ("colliders" if claim.name == "mujoco" else words[shape])
+    named = claim.said["shape"] == ("colliders" if claim.name == "mujoco" else labels[shape])
     return named and gap_holds(claim) and (shape != "hull" or not claim.apart(1e-5))
 
 
@@ -291,7 +291,7 @@ def contained_and_not_asked(claim):
 
 def no_step_within(claim):
     """No stamp of the reports lies in the time of the miss."""
-    stamps = (np.array([one.time_ns for one in claim.run.session.live_contacts]) - claim.run.assembly.first_ns) / 1e9
+    stamps = (np.array([item.time_ns for item in claim.run.session.live_contacts]) - claim.run.assembly.first_ns) / 1e9
     first, last = claim.times[[claim.fault.first, claim.fault.last]]
     return claim.name == "recorded" and not ((stamps >= first) & (stamps <= last)).any()
 
@@ -360,7 +360,7 @@ FALSE = {
 def in_millimetres(text):
     """The text with every length in millimetres; very small ones are printed in smaller units."""
     units = {"µm": 1e-3, "nm": 1e-6}
-    return re.sub(r"([\d.]+) (µm|nm)\b", lambda found: f"{float(found[1]) * units[found[2]]:.9f} mm", text)
+    return re.sub(r"([\d.]+) (µm|nm)\b", lambda result: f"{float(result[1]) * units[result[2]]:.9f} mm", text)
 
 
 def claims(run):
@@ -410,7 +410,7 @@ def figures_of(words):
     missed = re.search(r"([\d,]+)(?:-([\d,]+))? of \d+ contacts? missed", words)
     late = re.search(r"([\d,]+)(?:-([\d,]+))?(?: of \d+ contacts?)? late or cut short", words)
     false = float(re.search(r"([\d.]+) % false", words)[1])
-    largest = [int((one[2] or one[1]).replace(",", "")) if one else 0 for one in (missed, late)]
+    largest = [int((item[2] or item[1]).replace(",", "")) if item else 0 for item in (missed, late)]
     return *largest, false
 
 

@@ -26,8 +26,8 @@ def test_a_gate_breaks_beyond_its_limit_and_not_at_it():
     assert Gates(max_missed=0.25).broken({"x": figures(1, 4)}, []) == []
     assert Gates().broken({"x": figures(9, 9, 4)}, []) == []
     assert len(Gates(max_missed=1.0, max_false=0.0).broken({}, [])) == 2, "an audit of nothing cannot pass"
-    (one,) = Gates(max_missed=0.24).broken({"x": figures(1, 4)}, [])
-    assert "x missed 1 of 4 pair-frames in contact (25 %" in one
+    (item,) = Gates(max_missed=0.24).broken({"x": figures(1, 4)}, [])
+    assert "x missed 1 of 4 pair-frames in contact (25 %" in item
     (two,) = Gates(max_missed=0.25).broken({"x": figures(1, 400, contacts=2)}, [])
     assert "x missed 2 of 4 contacts" in two
 
@@ -49,37 +49,37 @@ def test_the_slowest_frames_are_held_to_milliseconds():
     audit = {"x": figures(0, 4)}
     slow, fast = run(p99=0.012, mean=0.002), run(p99=0.011)
     assert Gates(max_p99_ms=11.1).broken(audit, [fast]) == []
-    (one,) = Gates(max_p99_ms=11.1).broken(audit, [fast, slow])
-    assert "12 ms" in one and "2 ms a frame in the mean" in one and "s.mcap" in one
-    (one,) = Gates(max_p99_ms=11.1).broken(audit, [run()])
-    assert one == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
+    (item,) = Gates(max_p99_ms=11.1).broken(audit, [fast, slow])
+    assert "12 ms" in item and "2 ms a frame in the mean" in item and "s.mcap" in item
+    (item,) = Gates(max_p99_ms=11.1).broken(audit, [run()])
+    assert item == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
     fast[1]["y"] = times_of()
-    (one,) = Gates(max_p99_ms=11.1).broken({**audit, "y": figures(0, 4)}, [fast])
-    assert "y was not timed" in one
+    (item,) = Gates(max_p99_ms=11.1).broken({**audit, "y": figures(0, 4)}, [fast])
+    assert "y was not timed" in item
 
 
 def test_undecided_contact_breaks_the_gate_about_misses():
-    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 0, total=8, undecided=43_104)}, [])
-    assert one == (
+    (item,) = Gates(max_missed=1.0).broken({"x": figures(0, 0, total=8, undecided=43_104)}, [])
+    assert item == (
         "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
     )
-    (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
-    assert one == "--max-missed cannot be checked: the reference left 3 pair-frames undecided"
+    (item,) = Gates(max_missed=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert item == "--max-missed cannot be checked: the reference left 3 pair-frames undecided"
 
 
 def test_false_contact_beyond_the_limit_breaks_the_gate():
     audit = {"x": figures(0, 4, false=(3, 4))}
     assert Gates(max_false=0.75).broken(audit, []) == []
-    (one,) = Gates(max_false=0.7).broken(audit, [])
-    assert one.startswith("x reports false contact: 3 of the 4 pair-frames in contact that it reports (75 %")
-    assert one.endswith("more than --max-false 0.7")
+    (item,) = Gates(max_false=0.7).broken(audit, [])
+    assert item.startswith("x reports false contact: 3 of the 4 pair-frames in contact that it reports (75 %")
+    assert item.endswith("more than --max-false 0.7")
 
 
 def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
-    (one,) = Gates(max_false=1.0).broken({"x": figures(0, 0, decided=0, undecided=5)}, [])
-    assert one == "--max-false cannot be checked: x was compared in no pair-frame"
-    (one,) = Gates(max_false=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
-    assert "the reference left 3" in one
+    (item,) = Gates(max_false=1.0).broken({"x": figures(0, 0, decided=0, undecided=5)}, [])
+    assert item == "--max-false cannot be checked: x was compared in no pair-frame"
+    (item,) = Gates(max_false=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
+    assert "the reference left 3" in item
     assert Gates(max_false=0.0).broken({"x": figures(4, 4)}, []) == []
 
 

@@ -83,6 +83,6 @@ def test_fault_of_a_group_names_it_and_measures_a_member(result):
     ],
 )
 def test_outcome_of_a_group_joins_those_of_members(members, expected):
-    letters = {outcome.name[0]: outcome for outcome in Outcome if outcome is not Outcome.BETWEEN_FRAMES}
-    row = np.array([[letters[letter] for letter in members]], dtype=np.uint8)
+    codes = {outcome.name[0]: outcome for outcome in Outcome if outcome is not Outcome.BETWEEN_FRAMES}
+    row = np.array([[codes[letter] for letter in members]], dtype=np.uint8)
     assert joined_outcome(row) == [expected]

@@ -61,9 +61,9 @@ def test_a_note_names_contacts_not_counted_while_grasped():
     ],
 )
 def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
-    parts = {str(k): (None,) * count for k, count in enumerate(counts)}
+    pieces = {str(k): (None,) * count for k, count in enumerate(counts)}
     shape = "compound" if counts else "hull"
-    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=parts)
+    detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=pieces)
     assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
 
 

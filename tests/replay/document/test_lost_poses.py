@@ -29,25 +29,25 @@ def session(lost):
 
 def test_a_touch_with_two_lost_segments_is_one_contact():
     result = compute(session([5, 7]), detectors="hybrid")
-    heads = [pair_table(one, "hybrid").head for one in (result, compute(session([1]), detectors="hybrid"))]
+    heads = [pair_table(item, "hybrid").head for item in (result, compute(session([1]), detectors="hybrid"))]
     assert [CUT in head for head in heads] == [True, False]
     audit = result.document.audit["hybrid"]
     assert (audit.contacts, audit.contacts_cut) == (2, 1)
-    assert [found.cut for found in result.document.pairs[0].contacts.values()] == [1, 1]
+    assert [actual.cut for actual in result.document.pairs[0].contacts.values()] == [1, 1]
     assert (audit.matching.matched, audit.matching.split) == (2, 0)
     assert headlines(result)[0].endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
-    told = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows
+    reported = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows
     both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
-    assert told == tuple((label, *one) for label in ("hybrid", "exact") for one in both)
+    assert reported == tuple((label, *item) for label in ("hybrid", "exact") for item in both)
     # A frame that nobody could see is no frame of contact left undecided.
     assert Gates(max_missed=0.0).broken(result.document.audit, []) == []
 
 
 def test_where_lost_poses_hide_every_contact_that_is_said_first():
-    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
-    assert words.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in words
-    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))
-    assert "poses are lost in 8 of 15 pair-frames" in words
+    (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
+    assert text.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in text
+    (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))
+    assert "poses are lost in 8 of 15 pair-frames" in text
 
 
 @pytest.mark.parametrize("every", [7])
@@ -62,4 +62,4 @@ def test_losing_every_seventh_pose_keeps_the_number_of_contacts(every):
     spans = runs(contact).tolist()
     assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == len(spans)
     assert f"Lost poses cut {len(spans)} of {len(spans)} contacts" in headlines(result)[0]
-    assert sum(one.frames for one in result.episodes["exact"]) == int((contact & ~lost).sum())
+    assert sum(item.frames for item in result.episodes["exact"]) == int((contact & ~lost).sum())

@@ -36,9 +36,9 @@ BENCH = {
 
 def test_the_largest_loss_comes_first_and_the_oracle_last():
     ranks = ranking(run(**BENCH))
-    assert [one.label for one in ranks] == ["hull50", "mesh50", "paper", "exact"]
-    assert [round(one.loss, 3) for one in ranks] == [0.977, 0.256, 0.01, 0.0]
-    assert {one.contacts for one in ranks} == {18} and ranks[0].grasped == (5324, 0)
+    assert [item.label for item in ranks] == ["hull50", "mesh50", "paper", "exact"]
+    assert [round(item.loss, 3) for item in ranks] == [0.977, 0.256, 0.01, 0.0]
+    assert {item.contacts for item in ranks} == {18} and ranks[0].grasped == (5324, 0)
     assert ranking(run()) == ()
 
 

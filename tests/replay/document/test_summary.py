@@ -40,9 +40,9 @@ def test_settings_digests_and_times_of_every_detector_are_in_it(document):
 
 def test_what_was_done_to_the_frames_is_counted():
     session = framed([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
-    told = compute(session, detectors="sphere", oracle="none").document.session
-    assert told.dropped_frames == DroppedFrames(repeated=1, backwards=1) and told.frames == 3
-    assert len(told.notes) == 2
+    reported = compute(session, detectors="sphere", oracle="none").document.session
+    assert reported.dropped_frames == DroppedFrames(repeated=1, backwards=1) and reported.frames == 3
+    assert len(reported.notes) == 2
 
 
 def test_seconds_of_a_frame_are_the_sum_of_stages():
@@ -58,9 +58,9 @@ def test_facts_about_a_person_stay_in_the_session_file():
     private = {"devices": "LHR-8F0A0C11 -> left", "student_name": "Anna Muster", "email": "anna@example.org"}
     session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
     result = compute(replace(session, origin="anna.muster/s.mcap"), detectors="hybrid", oracle="none")
-    told = result.document.session
-    assert told.facts == known and told.facts_withheld == 3 and "anna" not in str(told)
+    reported = result.document.session
+    assert reported.facts == known and reported.facts_withheld == 3 and "anna" not in str(reported)
     text = report_html(result)
     assert "3 facts withheld" in text
-    for words in (str(result.document), text):
-        assert not any(word in words.lower() for word in ("muster", "anna", "lhr"))
+    for arguments in (str(result.document), text):
+        assert not any(word in arguments.lower() for word in ("muster", "anna", "lhr"))

@@ -30,19 +30,22 @@ def test_two_approaches_are_two_and_a_flicker_is_one():
 
 
 def test_a_contact_within_half_a_second_is_no_near_miss():
-    found = near(approach(0.004))
-    assert without_contact(found, np.array([[0, 2.5, 2.6]])) == ()
-    assert without_contact(found, np.array([[0, 2.7, 2.8]])) == found
-    assert without_contact(found, np.array([[1, 2.0, 2.1]])) == found
-    assert without_contact(found, np.zeros((0, 3))) == found
+    result = near(approach(0.004))
+    assert without_contact(result, np.array([[0, 2.5, 2.6]])) == ()
+    assert without_contact(result, np.array([[0, 2.7, 2.8]])) == result
+    assert without_contact(result, np.array([[1, 2.0, 2.1]])) == result
+    assert without_contact(result, np.zeros((0, 3))) == result
 
 
-def fcl_gap(mesh, turns, places):
+def fcl_gap(mesh, turns, positions):
     tree = fcl.BVHModel()
     tree.beginModel(len(mesh.faces), len(mesh.vertices))
     tree.addSubModel(mesh.vertices, mesh.faces)
     tree.endModel()
-    objects = [fcl.CollisionObject(tree, fcl.Transform(turn, place)) for turn, place in zip(turns, places, strict=True)]
+    objects = [
+        fcl.CollisionObject(tree, fcl.Transform(rotation, position))
+        for rotation, position in zip(turns, positions, strict=True)
+    ]
     return fcl.distance(*objects, fcl.DistanceRequest(), fcl.DistanceResult())
 
 
@@ -57,7 +60,7 @@ def test_close_is_the_distance_by_fcl_at_every_sample(turns):
     mesh, truth = assembly.bodies[0].mesh, []
     for frame in range(count):
         # At rest for a second, so that every look sees this pose.
-        motion = Motion(np.arange(2.0), *(part[[frame, frame]] for part in (whole.translations, poses)))
+        motion = Motion(np.arange(2.0), *(piece[[frame, frame]] for piece in (whole.translations, poses)))
         truth.append(fcl_gap(mesh, poses[frame], whole.translations[frame]) < CLOSE_M)
         assert bool(close_intervals(replace(assembly, motion=motion), np.array([0]))) is truth[-1]
     assert 5 < sum(truth) < count - 5
@@ -65,8 +68,8 @@ def test_close_is_the_distance_by_fcl_at_every_sample(turns):
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_a_lost_pose_is_not_close_to_anything(lost):
-    places, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
-    places[:, 1, 0] = np.append(9.0, approach(0.004)[1:])
+    positions, status = np.zeros((FRAMES, 2, 3)), np.ones((FRAMES, 2))
+    positions[:, 1, 0] = np.append(9.0, approach(0.004)[1:])
     status[150:250, 1] = not lost
-    assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, places))
+    assembly = assemble(framed(np.arange(FRAMES) * 10_000_000, status, positions))
     assert (close_intervals(assembly, np.array([0])) == ()) == lost

@@ -81,7 +81,7 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
     result = run(cubes({"a": [0.0] * 40, "b": touching}), detectors="hybrid", oracle="exact")
     minutes = metric_rows(result)[0]["valid_minutes"]
     counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
-    assert counts == pytest.approx({label: len(found) for label, found in result.episodes.items()})
+    assert counts == pytest.approx({label: len(actual) for label, actual in result.episodes.items()})
     assert counts["exact"] == pytest.approx(10) == result.document.audit["hybrid"].contacts
 
 
@@ -110,9 +110,9 @@ def test_metrics_of_effects_are_sums_or_null():
         "breakage": [EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")],
     }
     effects = {kind: SimpleNamespace(events=events) for kind, events in effects.items()}
-    told = effect_metrics(replace(result, effects=effects))
-    assert (told["breakages"], told["spilled_ml"]) == (1, 2.5)
-    assert told["hazard_seconds"] == pytest.approx(0.03 + 0.02)
+    reported = effect_metrics(replace(result, effects=effects))
+    assert (reported["breakages"], reported["spilled_ml"]) == (1, 2.5)
+    assert reported["hazard_seconds"] == pytest.approx(0.03 + 0.02)
 
 
 class Unread(dict):

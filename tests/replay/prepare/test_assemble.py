@@ -92,8 +92,8 @@ def test_cut_leaves_interpolation_at_its_border_unchanged():
     assert cut.origin[0, 0] == PoseOrigin.INTERPOLATED
 
 
-def partly_meshed(meshed, bare, places):
-    tracks = {name: along_x(places) for name in (*meshed, *(f"b{k}" for k in range(bare)))}
+def partly_meshed(meshed, bare, positions):
+    tracks = {name: along_x(positions) for name in (*meshed, *(f"b{k}" for k in range(bare)))}
     return Session.from_arrays([0, 1], tracks, {name: cube() for name in meshed})
 
 

@@ -72,15 +72,15 @@ def told(result, low, high):
 
 @pytest.mark.parametrize("kind", ["file", "memory"])
 def test_window_of_a_long_recording_is_answered_as_the_whole(tmp_path, monkeypatch, kind):
-    session, part = two_cubes(lost=(700, 701, 760, 1500)), (7.6, 9.0)
+    session, piece = two_cubes(lost=(700, 701, 760, 1500)), (7.6, 9.0)
     if kind == "file":
         write_session(session, tmp_path / "long.mcap")
         session = read_session(tmp_path / "long.mcap")
     requested = {"detectors": "hybrid,slow=discrete[rate_hz=7.5]", "oracle": "exact"}
-    whole = compute(session, **requested, start=part[0], end=part[1])
+    whole = compute(session, **requested, start=piece[0], end=piece[1])
     monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
-    alone = compute(session, **requested, start=part[0], end=part[1])
-    assert told(alone, *part) == told(whole, *part) and len(told(whole, *part)[5]) == 2
+    alone = compute(session, **requested, start=piece[0], end=piece[1])
+    assert told(alone, *piece) == told(whole, *piece) and len(told(whole, *piece)[5]) == 2
     assert alone.episodes == whole.episodes and alone.misses == whole.misses
 
 

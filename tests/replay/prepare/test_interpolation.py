@@ -31,9 +31,9 @@ MS, NO = 1_000_000, np.nan
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, places):
     session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
-    parts = list(filled(session.blocks(100)))
+    pieces = list(filled(session.blocks(100)))
     actual, position, rotation = (
-        np.concatenate([getattr(part, name)[:, 0] for part in parts])
+        np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])
         for name in ("origin", "position", "quaternion_xyzw")
     )
     assert actual.tolist() == origin and np.allclose(position[:, 0], places, rtol=1e-12, equal_nan=True)

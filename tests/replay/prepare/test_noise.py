@@ -43,8 +43,8 @@ def test_noisy_copies_have_the_requested_size_and_correlation():
 def test_noisy_copy_is_independent_of_blocks_and_bodies():
     times = np.sort(np.random.default_rng(0).uniform(0, 3, 50))
     whole = one_tracker(VIVE, 5).errors(times)["cup"]
-    parts = one_tracker(VIVE, 5)
-    blocks = [parts.errors(part)["cup"] for part in np.split(times, [1, 7, 30])]
+    pieces = one_tracker(VIVE, 5)
+    blocks = [pieces.errors(piece)["cup"] for piece in np.split(times, [1, 7, 30])]
     other = NoisyCopies(BodyNoise(("jug", "cup"), (0, 1), {"jug": VIVE, "cup": VIVE}), 5, 1).errors(times)["cup"]
     assert whole.tobytes() == np.concatenate(blocks).tobytes() == other.tobytes()
     assert one_tracker(VIVE, 5, seed=2).errors(times)["cup"].tobytes() != whole.tobytes()
@@ -64,10 +64,10 @@ def test_children_move_with_their_trackers_noise_and_fixed_bodies_rest():
     assert set(noise.noise) == {"hand"} and noise.reach((0, 1), (0.1, 0.1)) == 0.0 < noise.reach((1, 2), (0.1, 0.1))
     drawn, every = NoisyCopies(noise, 3, 0), np.ones(4, dtype=bool)
     errors = drawn.errors(assembly.motion.times)
-    (rotation, position), (turn_rod, place_rod), (_, bench) = (
+    (rotation, position), (rotation_rod, position_rod), (_, bench) = (
         drawn.poses(assembly.motion, errors, assembly.names.index(name), every) for name in ("hand", "rod", "bench")
     )
     before = assembly.motion.translations[:, 1] - assembly.motion.translations[:, 0]
-    carried = place_rod - position - (rotation @ np.tile(before, (3, 1))[..., None])[..., 0]
-    assert np.abs(carried).max() < 1e-12 and np.array_equal(rotation, turn_rod)
+    carried = position_rod - position - (rotation @ np.tile(before, (3, 1))[..., None])[..., 0]
+    assert np.abs(carried).max() < 1e-12 and np.array_equal(rotation, rotation_rod)
     assert np.array_equal(bench, np.tile(assembly.motion.translations[:, 2], (3, 1)))

@@ -56,7 +56,7 @@ def test_kept_frames_are_running_maxima_and_others_are_counted(stamps, block):
         if stamp > latest:
             expected.append(stamp)
             latest = stamp
-    kept = [part.stamp_ns for part in in_order(session.blocks(block))]
+    kept = [piece.stamp_ns for piece in in_order(session.blocks(block))]
     recorded = scan(session)
     assert np.concatenate(kept).tolist() == expected == recorded.stamp_ns.tolist()
     assert (recorded.repeated, recorded.backwards) == (repeated, backwards)

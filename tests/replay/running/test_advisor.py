@@ -45,9 +45,9 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
 def test_recorded_colliders_get_a_row_distinct_from_hulls(plain):
     # A solid of half the size: contact at 0.74, none at 0.8 to 0.9, where the hull, which is the cube, has it.
     half = tuple(MeshData(0.5 * cube().vertices, cube().faces) for _ in "x")
-    places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
-    session = replace(cubes(places, step_ns=11_111_111), colliders={"a": half})
-    bare = replay.advise(cubes(places, step_ns=11_111_111), engine="unreal")
+    positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
+    session = replace(cubes(positions, step_ns=11_111_111), colliders={"a": half})
+    bare = replay.advise(cubes(positions, step_ns=11_111_111), engine="unreal")
     assert not any("shipped" in row["setting"] for row in bare.rows)
     advice = replay.advise(session, engine="unreal")
     (row,) = [row for row in advice.rows if "shipped" in row["setting"]]
@@ -66,8 +66,8 @@ def test_an_engine_that_is_not_installed_is_a_sentence(plain):
 
 
 def test_faultless_session_says_so_and_omits_the_reference_row(plain):
-    places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
-    session = cubes(places, step_ns=11_111_111)
+    positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
+    session = cubes(positions, step_ns=11_111_111)
     assert replay.advise(session, engine="unreal").sentences[0] == "Row 1 gets each of 1 contact right."
     assert [row["number"] for row in replay.advise(session, engine="unreal", oracle="row-2").rows] == [1, 3, 4]
     with pytest.raises(AuditError, match="needs a reference"):

@@ -32,12 +32,12 @@ def session():
     axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
     side = (axis + 1) % 3
     count = 60
-    places = {name: np.zeros((count, 3)) for name in meshes}
-    places["rod"][:, axis] = 0.05
-    places["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
-    places["cube*"][:, side] = np.where(np.arange(count) > 50, 0.044, 0.3)
+    positions = {name: np.zeros((count, 3)) for name in meshes}
+    positions["rod"][:, axis] = 0.05
+    positions["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    positions["cube*"][:, side] = np.where(np.arange(count) > 50, 0.044, 0.3)
     still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-    poses = {name: (place, still) for name, place in places.items()}
+    poses = {name: (position, still) for name, position in positions.items()}
     return Session.from_arrays(np.arange(count) * STEP_NS, poses, meshes)
 
 
@@ -51,34 +51,35 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
     assert names == {"beaker": "beaker.glb", "rod": "rod.glb", "cube*": "cube-2.glb"}
     for row in shipped.bodies:
         scene = trimesh.load(shipped.folder / row["file"], force="scene", process=False)
-        parts = [scene.geometry[name] for name in scene.geometry]
-        assert len(parts) == row["after"]["pieces"] and all(
+        pieces = [scene.geometry[name] for name in scene.geometry]
+        assert len(pieces) == row["after"]["pieces"] and all(
             name.startswith(f"UCX_{row['body']}_") for name in scene.geometry
         )
-        assert all(part.is_convex and len(part.faces) <= 255 for part in parts)
+        assert all(piece.is_convex and len(piece.faces) <= 255 for piece in pieces)
         mesh = session.meshes[row["body"]]
-        apart = [
-            ((mesh.vertices[:, None] - one.triangles[:, 0]) * one.face_normals).sum(axis=2).max(axis=1) for one in parts
+        gap = [
+            ((mesh.vertices[:, None] - item.triangles[:, 0]) * item.face_normals).sum(axis=2).max(axis=1)
+            for item in pieces
         ]
-        assert np.min(apart, axis=0).max() <= 1e-3 * row["after"]["outside_mm"] + 1e-6
+        assert np.min(gap, axis=0).max() <= 1e-3 * row["after"]["outside_mm"] + 1e-6
         assert load_mesh(shipped.folder / row["file"]) is not None
 
 
 def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
-    told = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
-    assert told["after"]["false"] <= 0.3 < told["before"]["false"] and told["reached"]
+    reported = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
+    assert reported["after"]["false"] <= 0.3 < reported["before"]["false"] and reported["reached"]
     again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
     audit = again.document.audit["it"]
-    assert told["after"]["false"] == audit.means_over_offsets.false_contact.value
+    assert reported["after"]["false"] == audit.means_over_offsets.false_contact.value
     over = audit.counts_over_offsets.contacts_missed
-    assert [told["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over.smallest, over.largest]
+    assert [reported["after"][f"missed_{end}"] for end in ("smallest", "largest")] == [over.smallest, over.largest]
 
 
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
     pieces = {row["body"]: row["after"]["pieces"] for row in shipped.bodies}
     assert pieces == {"beaker": 8, "rod": 1, "cube*": 1}
-    loose = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
-    assert all(row["after"]["pieces"] == 1 for row in loose.bodies) and loose.before["false"] == loose.after["false"]
+    free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
+    assert all(row["after"]["pieces"] == 1 for row in free.bodies) and free.before["false"] == free.after["false"]
 
 
 class Stages:
@@ -109,16 +110,16 @@ def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
 def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
     file = tmp_path / "s.mcap"
     write_session(session, file)
-    words = ["fix", str(file), "--engine", "unity", "-o", str(tmp_path / "made"), "--max-false"]
-    assert main([*words, "0.3", "-v"]) == 0
+    arguments = ["fix", str(file), "--engine", "unity", "-o", str(tmp_path / "made"), "--max-false"]
+    assert main([*arguments, "0.3", "-v"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "before: a hull a body" in out and "after: these pieces" in out and "Report card" in out
     assert "shape=shipped" in out and "of all choices that were tried" in out
     assert "com.unity.cloud.gltfast" in out and "The poses are not in axes of Unity" in out
-    assert main([*words, "0", "--force", "--format", "json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert not told["reached"] and told["after"]["false"] > 0
-    assert main([*words, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
+    assert main([*arguments, "0", "--force", "--format", "json"]) == 1
+    reported = json.loads(capsys.readouterr().out)
+    assert not reported["reached"] and reported["after"]["false"] > 0
+    assert main([*arguments, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
     assert main(["fix", str(file), "-o", str(tmp_path / "x")]) == 2
     assert main(["fix", str(file), "--max-false", "0.3"]) == 0 and not (tmp_path / "x").exists()
     assert "--engine unity" in capsys.readouterr().out
@@ -221,8 +222,8 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     (piece,) = [points for name, points in placed.items() if name == "UCX_Cup_00"]
     assert farthest(piece, in_engine) < 1e-6
     assert np.abs([piece.min(axis=0) - in_engine.min(axis=0), piece.max(axis=0) - in_engine.max(axis=0)]).max() < 1e-6
-    turned = piece @ np.diag([-1.0, 1.0, -1.0])
-    assert farthest(turned, in_engine) > 0.01  # the half circle by which they were wrong is seen here
+    rotated = piece @ np.diag([-1.0, 1.0, -1.0])
+    assert farthest(rotated, in_engine) > 0.01  # the half circle by which they were wrong is seen here
     assert ("Cup" in placed) == (engine == "unreal")
     if engine == "unreal":
         assert farthest(in_engine, placed["Cup"]) < 1e-6 and len(placed["Cup"]) == len(in_engine)

@@ -75,8 +75,8 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
     written = result.write(tmp_path / "run", picture=False)
     links = Tags(written._repr_html_()).links
     assert [link.rpartition("/")[2] for link in links] == ["report.html"]
-    *_, answer, place = repr(replace(result, out=Path("f" * 150))).split("\n")
-    assert place == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result)
+    *_, answer, position = repr(replace(result, out=Path("f" * 150))).split("\n")
+    assert position == f"Written to {'f' * 86}..." and not answer.endswith("...") and "more in" not in repr(result)
     assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result)
 
 

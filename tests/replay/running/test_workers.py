@@ -46,8 +46,8 @@ class Places:
 
     def finished(self, working):
         for task in working:
-            number, place, (name, what) = task
-            assert place == working[task]
+            number, position, (name, what) = task
+            assert position == working[task]
             first = self.working.index((name, what)) == number
             dies = {"die": True, "die once": first}.get(what, False)
             yield task, workers.LOST if dies else what.removeprefix("die once")

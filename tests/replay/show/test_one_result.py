@@ -29,10 +29,10 @@ from replay.show.results.run_folder import write_run_folder
 COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
 
 
-def printed(*shown):
+def printed(*displayed):
     console = Console(width=200, file=StringIO())
-    for part in shown:
-        console.print(part)
+    for piece in displayed:
+        console.print(piece)
     return console.file.getvalue()
 
 
@@ -95,7 +95,7 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
         ]
 
 
-def entered(doing):
+def entered(action):
     """File of the tool -> names of its functions that are called meanwhile; a quantile of numpy counts as one."""
     result = {}
 
@@ -112,7 +112,7 @@ def entered(doing):
 
     sys.setprofile(tell)
     try:
-        doing()
+        action()
     finally:
         sys.setprofile(None)
     return result

@@ -16,7 +16,7 @@ from sessions.model.scene import Pose, SceneBody
 
 
 def codes(path):
-    return [one.code for one in examine(path)]
+    return [item.code for item in examine(path)]
 
 
 def test_whatever_is_in_a_file_becomes_findings(tmp_path):
@@ -51,15 +51,15 @@ def test_all_that_is_said_of_a_session_full_of_faults(tmp_path, snapshot):
     for number, (name, plant) in enumerate(FAULTS.items()):
         if name != "millimetres":  # of such a body no jump is told
             plant(draft, number % 2, 40 + 50 * number)
-    turns, status = draft.arrays["quaternion_xyzw"], draft.arrays["status"]
+    rotations, status = draft.arrays["quaternion_xyzw"], draft.arrays["status"]
     draft.arrays["position"][1:700:7, 2] = np.inf
     draft.arrays["position"][850:880:4, 0] += 0.2
-    turns[820, 1] = quaternion_product(turns[820, 1], (0.8, 0.0, 0.0, 0.6))
-    turns[:800, 1] = np.round(turns[:800, 1], 5)
+    rotations[820, 1] = quaternion_product(rotations[820, 1], (0.8, 0.0, 0.0, 0.6))
+    rotations[:800, 1] = np.round(rotations[:800, 1], 5)
     status[830:840, 1], status[860:890, 2] = Status.LOST, Status.ABSENT
     path = draft.write(tmp_path / "a.mcap")
-    told = [{**one.as_json(), "meaning": one.code, "fix": ""} for one in examine(path)]
-    assert list(map(json.dumps, told)) == snapshot
+    reported = [{**item.as_json(), "meaning": item.code, "fix": ""} for item in examine(path)]
+    assert list(map(json.dumps, reported)) == snapshot
 
 
 def test_memory_and_file_give_the_same_findings(tmp_path):
@@ -69,7 +69,7 @@ def test_memory_and_file_give_the_same_findings(tmp_path):
 
 
 def said(scene, names, meshes):
-    return {(one.code, one.body, one.severity) for one in scene_findings(scene, names, meshes)}
+    return {(item.code, item.body, item.severity) for item in scene_findings(scene, names, meshes)}
 
 
 def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
@@ -94,30 +94,33 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
 def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, words):
     body = b"\x00\x01\x00\x00" + b"\x01" * 80
     messages = [(10 * k, 10 * k, body) for k in range(20)]
-    told = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
+    reported = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
     (tmp_path / "first.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
-    (found,) = examine(write_foreign(tmp_path / "second.mcap", messages, **told))
-    assert (found.code, found.message) == ("no-poses", words)
+    (result,) = examine(write_foreign(tmp_path / "second.mcap", messages, **reported))
+    assert (result.code, result.message) == ("no-poses", words)
     (older,) = examine(tmp_path / "first.bag")
-    for one in (found, older):
-        assert "recover" not in one.fix and "replay import" in one.fix
+    for item in (result, older):
+        assert "recover" not in item.fix and "replay import" in item.fix
 
 
 def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
-    place, turn = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
+    position, rotation = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
     stamps = 10**9 + 10_000_000 * np.arange(90)
     nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))
     nowhere[3], nowhere[7], valid = 0, np.nan, np.arange(90) != 7
-    gaze = {"anna": GazeTrack(stamps, place, nowhere, valid), "ben": GazeTrack(stamps, place, nowhere, ~(stamps > 0))}
+    gaze = {
+        "anna": GazeTrack(stamps, position, nowhere, valid),
+        "ben": GazeTrack(stamps, position, nowhere, ~(stamps > 0)),
+    }
     scalars = {
         "good": ScalarTrack([10**9, 10**10], [1, 2]), "apart": ScalarTrack([6 * 10**9, 8 * 10**9], [1, 2]),
         "empty": ScalarTrack([10**9], [np.nan]),
     }  # fmt: skip
-    session = replace(Session.from_arrays(stamps, {"a": (place, turn)}), gaze=gaze, scalars=scalars)
+    session = replace(Session.from_arrays(stamps, {"a": (position, rotation)}), gaze=gaze, scalars=scalars)
     write_session(session, tmp_path / "s.mcap")
     codes = ("gaze-nowhere", "stream-apart", "stream-empty")
-    for found in (examine(session), examine(tmp_path / "s.mcap")):
-        assert [(one.code, one.message, one.count) for one in found if one.code in codes] == [
+    for result in (examine(session), examine(tmp_path / "s.mcap")):
+        assert [(item.code, item.message, item.count) for item in result if item.code in codes] == [
             ("gaze-nowhere", "gaze 'anna': samples that are seen and hold no direction: 1", 1),
             ("stream-apart", "scalar 'apart': it lasts from 5.0 s to 7.0 s after the first pose, the poses 0.9 s", 1),
             ("stream-empty", "gaze 'ben': no sample of 90 holds anything", 1),
@@ -132,8 +135,8 @@ def test_unlisted_bodies_and_foreign_frames_are_examined(tmp_path):
     names = bodies_record(BODIES)["names"].encode()
     listed = bodies_record(("flask", *(f"{name[:-1]}_" for name in BODIES[1:])))["names"].encode()
     path.write_bytes(path.read_bytes().replace(names, listed))
-    found = [one for one in examine(path) if one.code == "unknown-frame"]
-    assert {(one.body, one.count): one.message for one in found} == {
+    result = [item for item in examine(path) if item.code == "unknown-frame"]
+    assert {(item.body, item.count): item.message for item in result} == {
         ("hand-left", 50): "50 samples are given in frame 'attic', the others in 'world'",
         ("hand-left", 850): "850 samples of a body that the file does not list",
         ("tray", 900): "900 samples of a body that the file does not list",

@@ -9,13 +9,13 @@ from sessions.glassware.catalogue import made_instrument
 
 
 def codes(mesh):
-    return {one.code: one.count for one in mesh_findings("m", mesh)}
+    return {item.code: item.count for item in mesh_findings("m", mesh)}
 
 
 @pytest.mark.parametrize("name", ["beaker_250", "erlenmeyer_flask", "hand_left"])
 def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
-    found = [*mesh_findings(name, made_instrument(name, 500).mesh)]
-    assert [one for one in found if one.severity > Severity.NOTE] == []
+    result = [*mesh_findings(name, made_instrument(name, 500).mesh)]
+    assert [item for item in result if item.severity > Severity.NOTE] == []
 
 
 def test_each_fault_of_a_mesh_is_counted():
@@ -45,5 +45,5 @@ def test_a_mesh_that_cannot_be_loaded_is_a_finding():
         def __getitem__(self, name):
             raise MeshFileError("the mesh is gone; find it")
 
-    (one,) = all_mesh_findings(Broken(a=None))
-    assert (one.code, one.body, one.severity) == ("mesh-unreadable", "a", Severity.ERROR)
+    (item,) = all_mesh_findings(Broken(a=None))
+    assert (item.code, item.body, item.severity) == ("mesh-unreadable", "a", Severity.ERROR)

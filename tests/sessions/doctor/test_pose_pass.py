@@ -25,11 +25,11 @@ def broken():
 @pytest.mark.parametrize("size", [1, 7, 100, 899])
 def test_the_marks_do_not_depend_on_blocks(size):
     session = broken()
-    whole, parts = run_pose_pass([session.frames]), run_pose_pass(session.frames.blocks(size))
-    assert np.array_equal(whole.marks, parts.marks)
-    assert np.array_equal(whole.steps, parts.steps, equal_nan=True)
-    assert np.array_equal(whole.worst_norm, parts.worst_norm)
-    assert whole.digest == parts.digest
+    whole, pieces = run_pose_pass([session.frames]), run_pose_pass(session.frames.blocks(size))
+    assert np.array_equal(whole.marks, pieces.marks)
+    assert np.array_equal(whole.steps, pieces.steps, equal_nan=True)
+    assert np.array_equal(whole.worst_norm, pieces.worst_norm)
+    assert whole.digest == pieces.digest
 
 
 def test_a_body_that_appears_later_gets_a_column():
@@ -38,9 +38,9 @@ def test_a_body_that_appears_later_gets_a_column():
         frames.names[:1], frames.stamp_ns[:50], frames.log_ns[:50], frames.sample_ns[:50, :1],
         frames.position[:50, :1], frames.quaternion_xyzw[:50, :1], frames.status[:50, :1],
     )  # fmt: skip
-    looked = run_pose_pass([few, frames.part(50, 900)])
-    assert looked.names == frames.names and looked.marks.shape == (900, 3)
-    assert not looked.has(Mark.PRESENT)[:50, 1].any() and looked.has(Mark.PRESENT)[50:, 1].all()
+    outcome = run_pose_pass([few, frames.part(50, 900)])
+    assert outcome.names == frames.names and outcome.marks.shape == (900, 3)
+    assert not outcome.has(Mark.PRESENT)[:50, 1].any() and outcome.has(Mark.PRESENT)[50:, 1].all()
 
 
 def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
@@ -48,27 +48,29 @@ def test_long_recording_keeps_fewer_poses_over_its_whole_length(monkeypatch):
     monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
     frames = clean().session().frames
     long = run_pose_pass(frames.blocks(100))
-    at = [int(np.flatnonzero((frames.position[:, 0] == place).all(axis=1))[0]) for place in long.position[:, 0]]
+    at = [int(np.flatnonzero((frames.position[:, 0] == index).all(axis=1))[0]) for index in long.position[:, 0]]
     assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
 
 def findings(draft, code):
-    return [one for one in examine(draft.session()) if one.code == code]
+    return [item for item in examine(draft.session()) if item.code == code]
 
 
 @pytest.mark.parametrize(("degrees", "frames", "found_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
 def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, found_at):
     draft = clean()
     half = np.radians(degrees) / 2.0
-    turns = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
-    turns[:] = quaternion_product(turns, (np.sin(half), 0.0, 0.0, np.cos(half)))
-    found = findings(draft, "turn-outlier")
-    assert all((one.body, one.count, one.severity) == ("hand-left", 1, Severity.WARNING) for one in found)
-    assert [round(one.start * 90) for one in found] == found_at
+    rotations = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
+    rotations[:] = quaternion_product(rotations, (np.sin(half), 0.0, 0.0, np.cos(half)))
+    result = findings(draft, "turn-outlier")
+    assert all((item.body, item.count, item.severity) == ("hand-left", 1, Severity.WARNING) for item in result)
+    assert [round(item.start * 90) for item in result] == found_at
 
 
 def spans(draft):
-    return [(one.code, one.column, one.first, one.last) for one in pose_spans(run_pose_pass([draft.session().frames]))]
+    return [
+        (item.code, item.column, item.first, item.last) for item in pose_spans(run_pose_pass([draft.session().frames]))
+    ]
 
 
 def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
@@ -89,10 +91,10 @@ def test_sudden_start_or_blow_is_no_teleport(place):
 
 
 def test_close_stamps_cause_no_jump():
-    times, place = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
-    place[:, 0] = 0.011 * np.arange(200)
+    times, position = 10**9 + 11_111_111 * np.arange(200), np.zeros((200, 3))
+    position[:, 0] = 0.011 * np.arange(200)
     times[100] = times[99] + 100_000
-    session = Session.from_arrays(times, {"a": (place, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))})
+    session = Session.from_arrays(times, {"a": (position, np.tile([0.0, 0.0, 0.0, 1.0], (200, 1)))})
     assert not (run_pose_pass([session.frames]).marks & Mark.TELEPORT).any()
 
 
@@ -116,9 +118,9 @@ def test_a_jump_is_seen_in_a_recording_of_three_frames():
 @given(st.lists(st.booleans(), max_size=40))
 def test_the_runs_of_a_mask_make_the_mask_again(mask):
     again = np.zeros(len(mask), dtype=bool)
-    found = runs(np.array(mask, dtype=bool))
-    for first, last in found.tolist():
+    result = runs(np.array(mask, dtype=bool))
+    for first, last in result.tolist():
         assert not again[first : last + 1].any()
         again[first : last + 1] = True
     assert again.tolist() == mask
-    assert (found[1:, 0] > found[:-1, 1] + 1).all()
+    assert (result[1:, 0] > result[:-1, 1] + 1).all()

@@ -16,11 +16,11 @@ def test_only_heads_and_hands_are_recognised_by_name():
 
 
 def test_facts_that_admit_a_left_handed_source_are_believed():
-    looked = run_pose_pass([clean().session().frames])
-    assert [one.code for one in scale_findings(looked, Scene(), {"handedness": "left"})] == ["handedness"]
-    told = {"handedness": "left", "conversions": "handedness mirrored along Z"}
-    assert [*scale_findings(looked, Scene(), told)] == []
-    assert np.isfinite(looked.position).all()
+    outcome = run_pose_pass([clean().session().frames])
+    assert [item.code for item in scale_findings(outcome, Scene(), {"handedness": "left"})] == ["handedness"]
+    reported = {"handedness": "left", "conversions": "handedness mirrored along Z"}
+    assert [*scale_findings(outcome, Scene(), reported)] == []
+    assert np.isfinite(outcome.position).all()
 
 
 def headed(height, away):
@@ -28,34 +28,36 @@ def headed(height, away):
     count = 200
     walk = np.stack([np.linspace(-2, 2, count), 0.05 * np.sin(np.arange(count)), np.linspace(3, -1, count)], axis=1)
     walk[:, 1] += height
-    place = walk if away == "y" else walk[:, [0, 2, 1]]
-    poses = {"head": (place, np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))}
+    position = walk if away == "y" else walk[:, [0, 2, 1]]
+    poses = {"head": (position, np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))}
     return Session.from_arrays(np.arange(count) * 11_111_111, poses)
 
 
 @pytest.mark.parametrize(("factor", "looks"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
 def test_a_wrong_unit_alone_is_no_wrong_axis(factor, looks):
     down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if looks == "down" else [0.0, 0.0, 0.0, 1.0]
-    place, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
-    walk = np.repeat(place, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
-    turned = np.repeat(quaternion, 200, axis=0)
-    poses = {"head": (factor * walk, turned), "cup": (factor * (walk + 0.3), turned)}
-    looked = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
-    assert {one.code for one in scale_findings(looked, Scene(), {})} == {"unit-suspect"}
+    position, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
+    walk = np.repeat(position, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
+    rotated = np.repeat(quaternion, 200, axis=0)
+    poses = {"head": (factor * walk, rotated), "cup": (factor * (walk + 0.3), rotated)}
+    outcome = run_pose_pass([Session.from_arrays(np.arange(200) * 11_111_111, poses).frames])
+    assert {item.code for item in scale_findings(outcome, Scene(), {})} == {"unit-suspect"}
 
 
 @pytest.mark.parametrize(("height", "away", "codes"), [(1.6, "y", []), (1.6, "z", ["up-axis"]), (0.0, "y", [])])
 def test_head_with_constant_z_is_reported_in_any_axes(height, away, codes):
-    looked = run_pose_pass([headed(height, away).frames])
-    found = [*scale_findings(looked, Scene(), {})]
-    assert [one.code for one in found] == codes
-    assert not codes or found[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
+    outcome = run_pose_pass([headed(height, away).frames])
+    result = [*scale_findings(outcome, Scene(), {})]
+    assert [item.code for item in result] == codes
+    assert not codes or result[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
 
 
 @pytest.mark.parametrize(("count", "codes"), [(200, ["handedness"]), (15, [])])
 def test_right_hand_often_left_of_head_is_reported(count, codes):
     head, hand = np.tile([0.0, 1.6, 0.0], (count, 1)), np.array([0.3, -0.5, -0.2])
-    places = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-    session = Session.from_arrays(np.arange(count), {name: (place, turn) for name, place in places.items()})
-    assert [one.code for one in scale_findings(run_pose_pass([session.frames]), Scene(), {})] == codes
+    positions = {"head": head, "left": head + hand, "right": head + hand * [-1, 1, 1]}
+    rotation = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    session = Session.from_arrays(
+        np.arange(count), {name: (position, rotation) for name, position in positions.items()}
+    )
+    assert [item.code for item in scale_findings(run_pose_pass([session.frames]), Scene(), {})] == codes

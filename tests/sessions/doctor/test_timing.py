@@ -15,18 +15,18 @@ def findings(draft):
 def test_a_gap_is_longer_than_three_median_steps(steps, found):
     draft = clean()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
-    gaps = [one for one in findings(draft) if one.code == "gap"]
+    gaps = [item for item in findings(draft) if item.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
-    assert [(one.start_ns, one.end_ns) for one in gaps] == [(stamps[399], stamps[400])] * found
-    assert all(one.severity == Severity.NOTE for one in gaps)
+    assert [(item.start_ns, item.end_ns) for item in gaps] == [(stamps[399], stamps[400])] * found
+    assert all(item.severity == Severity.NOTE for item in gaps)
 
 
 def test_pausing_body_has_its_own_gap():
     draft = clean()
     draft.arrays["status"][300:400, 1] = Status.ABSENT
-    (one,) = findings(draft)
+    (item,) = findings(draft)
     stamps = draft.arrays["stamp_ns"]
-    assert (one.code, one.body, one.start_ns, one.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
+    assert (item.code, item.body, item.start_ns, item.end_ns) == ("gap", "hand-left", stamps[299], stamps[400])
 
 
 def test_body_at_a_third_of_rate_has_no_gap():
@@ -40,5 +40,5 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     draft.arrays["log_ns"] = draft.arrays["log_ns"] - 10**18
     assert findings(draft) == []
     draft.arrays["log_ns"][600:] += 5 * 10**9
-    (one,) = findings(draft)
-    assert (one.code, one.severity, one.start_ns) == ("clock-skew", Severity.WARNING, draft.arrays["stamp_ns"][600])
+    (item,) = findings(draft)
+    assert (item.code, item.severity, item.start_ns) == ("clock-skew", Severity.WARNING, draft.arrays["stamp_ns"][600])

@@ -49,11 +49,11 @@ def test_products_turns_and_inverses_agree_with_scipy(seed):
 
 @given(seeds)
 def test_matrices_and_vectors_give_their_rotation(seed):
-    turn = some(seed, 1)[0]
-    from_matrix = rotations.quaternion_from_matrix(turn.as_matrix())
-    np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), turn.as_matrix(), atol=1e-13)
-    from_vector = rotations.quaternion_from_vector(turn.as_rotvec())
-    np.testing.assert_allclose(Rotation.from_quat(from_vector).as_matrix(), turn.as_matrix(), atol=1e-13)
+    rotation = some(seed, 1)[0]
+    from_matrix = rotations.quaternion_from_matrix(rotation.as_matrix())
+    np.testing.assert_allclose(Rotation.from_quat(from_matrix).as_matrix(), rotation.as_matrix(), atol=1e-13)
+    from_vector = rotations.quaternion_from_vector(rotation.as_rotvec())
+    np.testing.assert_allclose(Rotation.from_quat(from_vector).as_matrix(), rotation.as_matrix(), atol=1e-13)
 
 
 def test_facing_turns_minus_z_forward_and_keeps_up_up():

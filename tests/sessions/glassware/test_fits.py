@@ -14,9 +14,9 @@ from sessions.synthetic.scenes import SCENES
 SHARES = [0.0, 0.3, 0.7, 1.0]
 
 
-def placed(name, faces, height=0.0, quarter_turns=0.0):
+def placed(name, faces, height=0.0, quarter_rotations=0.0):
     """A mesh lifted to a height and turned about Z."""
-    angle = quarter_turns * np.pi / 2.0
+    angle = quarter_rotations * np.pi / 2.0
     pose = np.eye(4)
     pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     pose[1, 3] = height

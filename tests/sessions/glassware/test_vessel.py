@@ -46,9 +46,9 @@ def test_the_glass_itself_encloses_the_capacity(name):
     instrument = make_instrument(name, 500)
     cavity = instrument.cavity
     heights = np.linspace(cavity.floor_height, cavity.mark_height, 2 * HEIGHTS + 1)[1::2]
-    turns = np.linspace(0, 2 * np.pi, TURNS, endpoint=False) + 0.0123
-    outward = np.column_stack([np.cos(turns), np.zeros(TURNS), np.sin(turns)])
-    origins = np.array([[0, y, 0] for y in heights for _ in turns])
+    rotations = np.linspace(0, 2 * np.pi, TURNS, endpoint=False) + 0.0123
+    outward = np.column_stack([np.cos(rotations), np.zeros(TURNS), np.sin(rotations)])
+    origins = np.array([[0, y, 0] for y in heights for _ in rotations])
     hits = distances_along_rays(instrument.mesh.triangles, origins, np.tile(outward, (HEIGHTS, 1)))
     mean_square = np.mean([hit[0] ** 2 for hit in hits])
     assert np.pi * mean_square * (cavity.mark_height - cavity.floor_height) == pytest.approx(

@@ -34,8 +34,8 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
     expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
     round_trips(session, tmp_path)
-    got = session.frames.quaternion_xyzw[0, 0]
-    assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
+    actual = session.frames.quaternion_xyzw[0, 0]
+    assert np.allclose(actual * np.sign(actual[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
     assert (event.time_ns, event.name, event.body, event.message) == (1_005_000_000, "buttondown", "cup", '{"id": 1}')
     assert not session.hands  # of a device that is no wand nobody knows which button is the trigger
@@ -80,7 +80,7 @@ def test_a_name_that_stands_twice_in_an_object_is_refused(tmp_path, text, name):
 
 def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     def wand(*presses):
-        return {"poses": [pose(1)], "events": [press(*one) for one in presses], "gamepad": {"id": "OpenVR Gamepad"}}
+        return {"poses": [pose(1)], "events": [press(*item) for item in presses], "gamepad": {"id": "OpenVR Gamepad"}}
 
     data = {"leftHand": wand((2, 1)), "left wheel": wand((3, 1), (3, 1, "buttonup")), "right": {"posez": [pose(1)]}}
     session = import_session("aframe", written(tmp_path, data))

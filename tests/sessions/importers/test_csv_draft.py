@@ -26,8 +26,8 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
     case, path = KINDS[kind], Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv"))
     out, draft = tmp_path / "s.mcap", tmp_path / "log.columns.toml"
     assert main(["import", "csv", str(path), "-o", str(out)]) == 1
-    said = " ".join(capsys.readouterr().err.split())
-    assert case["unknown"] in said and "--mapping" in said and str(draft) in said and not out.exists()
+    output = " ".join(capsys.readouterr().err.split())
+    assert case["unknown"] in output and "--mapping" in output and str(draft) in output and not out.exists()
     text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
     text = text.replace('# order = "XYZ"', 'order = "ZXY"').replace('# unit = "s"', 'unit = "s"')
     draft.write_text(text)
@@ -67,7 +67,7 @@ def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row,
     (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")
-    assert any(words in one for one in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
+    assert any(words in item for item in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
 
 
 def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):

@@ -39,7 +39,7 @@ def mapped(written, tmp_path):
 
 
 def pose(time, body="cup", numbers=(0, 0, 0, 0, 0, 0, 1)):
-    return f"pose,{time:.6f},{body},{','.join(repr(float(np.float32(one))) for one in numbers)},1,,"
+    return f"pose,{time:.6f},{body},{','.join(repr(float(np.float32(item))) for item in numbers)},1,,"
 
 
 def happening(kind, time, body, other="", value=""):
@@ -74,9 +74,9 @@ def test_wide_table_with_decimal_commas_and_named_angles_is_read(mapped, order):
     assert track.times_ns.tolist() == heart.times_ns.tolist() == [500_000, 11_500_000]
     assert track.positions[0].tolist() == [1.0, 3.0, -2.0] and track.valid.tolist() == [True, False]
     angles = [{"x": 10, "y": 20, "z": 30}[axis] for axis in order.lower()]
-    turn = Rotation.from_euler(order, angles, degrees=True).as_matrix()
+    rotation = Rotation.from_euler(order, angles, degrees=True).as_matrix()
     axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-    assert np.allclose(Rotation.from_quat(track.quaternions_xyzw[0]).as_matrix(), axes @ turn @ axes.T, atol=1e-12)
+    assert np.allclose(Rotation.from_quat(track.quaternions_xyzw[0]).as_matrix(), axes @ rotation @ axes.T, atol=1e-12)
     np.testing.assert_array_equal(heart.values, [71.5, np.nan])
     assert heart.unit == "1/min" and "lengths in mm" in session.facts["conversions"]
 
@@ -105,31 +105,31 @@ position = ["x", "x", "x"]
     ],
 )
 def test_a_clock_keeps_its_last_digit(mapped, unit, cell, expected):
-    turn = 'quaternion_xyzw = ["x", "x", "x", "w"]\n'
-    session = mapped(LONG % unit + turn, "t,b,x,w", f"{cell},left,0,1")
+    rotation = 'quaternion_xyzw = ["x", "x", "x", "w"]\n'
+    session = mapped(LONG % unit + rotation, "t,b,x,w", f"{cell},left,0,1")
     assert session.frames.stamp_ns.tolist() == [expected]
     rated = (LONG % "s").replace('column = "t"\nunit = ', "rate_hz = 2\noffset = 3 #")
-    assert mapped(rated + turn, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [3 * 10**9, 35 * 10**8]
+    assert mapped(rated + rotation, "b,x,w", *["left,0,1"] * 2).frames.stamp_ns.tolist() == [3 * 10**9, 35 * 10**8]
 
 
 def test_matrices_become_quaternions_and_non_rotations_are_lost(mapped):
     names = [f"m{row}{column}" for row in range(3) for column in range(3)]
-    turns = Rotation.random(20, random_state=4).as_matrix()
-    turns[3] *= 1.01
-    turns[5] = np.diag([1, 1, -1])
-    lines = [f"{k},cup,0," + ",".join(map(repr, turn.ravel().tolist())) for k, turn in enumerate(turns)]
+    rotations = Rotation.random(20, random_state=4).as_matrix()
+    rotations[3] *= 1.01
+    rotations[5] = np.diag([1, 1, -1])
+    lines = [f"{k},cup,0," + ",".join(map(repr, rotation.ravel().tolist())) for k, rotation in enumerate(rotations)]
     mapping = f"{LONG % 's'}matrix = {names}\n"
     track = mapped(mapping, "t,b,x," + ",".join(names), *lines, "20,cup,0" + "," * 9).tracks["cup"]
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
-    got = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
-    assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
+    actual = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
+    assert np.abs(actual - rotations[track.valid[:20]]).max() < 1e-9
 
 
 def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
     """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
-    path = written(HEADER, pose(0.0, "tool", (*place, *turn.as_quat())))
+    rotation, position = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    path = written(HEADER, pose(0.0, "tool", (*position, *rotation.as_quat())))
     gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
     (tmp_path / "tool.glb").write_bytes(mesh_to_glb(gltf, "tool"))
     scene = parse_scene(
@@ -139,8 +139,8 @@ def test_unity_gltf_meshes_keep_their_pose_and_shapes_stay(written, tmp_path):
     for scale, meshes in ((1.0, {"meshes": {"tool": gltf}}), (0.5, {"scene": scene, "scene_folder": tmp_path})):
         session = import_session("csv", path, mesh_axes="x-flipped", **meshes)
         track, mesh = session.tracks["tool"], session.meshes["tool"]
-        found = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.vertices.copy()) + track.positions[0]
-        assert np.allclose(found, (turn.apply(scale * inside_unity) + place) * [1, 1, -1], atol=1e-6)
+        result = Rotation.from_quat(track.quaternions_xyzw[0]).apply(mesh.vertices.copy()) + track.positions[0]
+        assert np.allclose(result, (rotation.apply(scale * inside_unity) + position) * [1, 1, -1], atol=1e-6)
         assert mesh.faces.tolist() == [[0, 2, 1]] and "x-flipped" in session.facts["assumptions"]
     assert np.array_equal(session.meshes["box"].vertices, box)
 
@@ -155,9 +155,9 @@ def test_unity_script_output_is_read_in_any_locale(written, delimiter, decimal):
     rows = [HEADER, *(pose(0.011 * k, numbers=(0.25 * k, 1.5, 0, 0, 0, 0, 1)) for k in range(5))]
     expected = import_session("csv", written(*rows)).tracks["cup"]
     other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
-    found = import_session("csv", written(*other)).tracks["cup"]
-    assert found.times_ns.tolist() == expected.times_ns.tolist()
-    np.testing.assert_array_equal(found.positions, expected.positions)
+    result = import_session("csv", written(*other)).tracks["cup"]
+    assert result.times_ns.tolist() == expected.times_ns.tolist()
+    np.testing.assert_array_equal(result.positions, expected.positions)
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
@@ -193,14 +193,14 @@ def filled(start, values):
 
 def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
     rng, count = np.random.default_rng(8), 40
-    turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
+    rotations, positions = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
     lines = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
     for k in range(count):
         now = {"Time.timeAsDouble": k / 90}
-        parts = {f"p.{axis}": value for axis, value in zip("xyz", places[k], strict=True)}
-        parts |= {f"q.{axis}": value for axis, value in zip("xyzw", turns[k].as_quat(), strict=True)}
+        pieces = {f"p.{axis}": value for axis, value in zip("xyz", positions[k], strict=True)}
+        pieces |= {f"q.{axis}": value for axis, value in zip("xyzw", rotations[k].as_quat(), strict=True)}
         body = {"Cell(body.name)": "LeftWheel", "Tracked(body)": int(k != 3)}
-        lines.append(filled("pose,", now | parts | body))
+        lines.append(filled("pose,", now | pieces | body))
         lines.append(filled("trigger,", now | {"hand": "left", "value": k / count}))
         lines.append(filled("scalar,", now | {"Cell(name)": "heart rate", "value": 70 + k}))
         for kind in {10: ["enter"], 20: ["exit"]}.get(k, []):
@@ -214,12 +214,12 @@ def test_session_written_by_the_script_is_imported_unchanged(tmp_path):
     assert "axes unity" in session.facts["conversions"]
     assert session.frames.stamp_ns.tolist() == [round(round(k / 90, 6) * 1e9) for k in range(count)]
     mirror = np.diag([1.0, 1.0, -1.0])
-    assert np.allclose(session.frames.position[:, 0], places @ mirror, rtol=1e-7, atol=1e-12)
-    got = Rotation.from_quat(session.frames.quaternion_xyzw[:, 0]).as_matrix()
-    assert np.allclose(got, mirror @ turns.as_matrix() @ mirror, atol=1e-6)
+    assert np.allclose(session.frames.position[:, 0], positions @ mirror, rtol=1e-7, atol=1e-12)
+    actual = Rotation.from_quat(session.frames.quaternion_xyzw[:, 0]).as_matrix()
+    assert np.allclose(actual, mirror @ rotations.as_matrix() @ mirror, atol=1e-6)
     assert np.flatnonzero(~session.tracks["LeftWheel"].valid).tolist() == [3]
     assert np.allclose(session.hands["student/left"].trigger, np.arange(count) / count)
-    contacts = [(one.body_a, one.body_b, one.phase) for one in session.live_contacts]
+    contacts = [(item.body_a, item.body_b, item.phase) for item in session.live_contacts]
     assert contacts == [("LeftWheel", "Beaker", "enter"), ("LeftWheel", "Beaker", "exit")]
     assert "dropped" not in books(session)
     assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]

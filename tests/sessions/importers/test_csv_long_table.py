@@ -21,12 +21,12 @@ MOMENTS = 40
 def long_table(path, *, ids=UIDS, pose=NAMED, cameras=(0,), repeated=0, stagger=0, by_body=False):
     """Writes a table of six objects; each of ``cameras`` stamps so many ns later, ``repeated`` rows stand twice."""
     rows = [
-        (name, 10**12 + moment * STEP + camera + place * stagger, f"cam{number}", moment, place, camera)
+        (name, 10**12 + moment * STEP + camera + position * stagger, f"cam{number}", moment, position, camera)
         for moment in range(MOMENTS)
-        for place, name in enumerate(ids)
+        for position, name in enumerate(ids)
         for number, camera in enumerate(cameras)
     ]
-    rows += [(name, stamp, camera, 0.5, place, 1) for name, stamp, camera, _, place, _ in rows[:repeated]]
+    rows += [(name, stamp, camera, 0.5, position, 1) for name, stamp, camera, _, position, _ in rows[:repeated]]
     rows.sort(key=lambda row: (row[4], row[1]) if by_body else row[1])
     lines = [f"{name},{stamp},{camera},{x},{y},{z},1,0,0,0" for name, stamp, camera, x, y, z in rows]
     path.write_text(f"object_uid,timestamp[ns],camera,{pose}\n" + "\n".join(lines) + "\n")

@@ -139,8 +139,8 @@ def test_rotations_of_every_kind_are_those_of_scipy(imported, kind):
     rows = [[time, "0", "0", "0", *map(repr, row.tolist())] for time, row in zip(TIMES, numbers, strict=True)]
     mapping = MAPPING.replace('quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{kind.split()[0]} = {columns}\n{keys}")
     track = imported(text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
-    found = Rotation.from_quat(track.quaternions_xyzw)
-    assert track.valid.all() and (found * TURNS.inv()).magnitude().max() < 1e-9
+    result = Rotation.from_quat(track.quaternions_xyzw)
+    assert track.valid.all() and (result * TURNS.inv()).magnitude().max() < 1e-9
 
 
 def draft_of(path, content):
@@ -258,9 +258,9 @@ position = ["x", "y", "z"]
         text(head=head, rows=rows),
         mapping + f"euler = {{{', '.join(f'{axis} = {column!r}' for axis, column in pairs)}}}",
     )
-    turn = by_role.tracks["cup"].quaternions_xyzw[0]
-    assert turn.tolist() == by_axis.tracks["cup"].quaternions_xyzw[0].tolist()
-    assert Rotation.from_quat(turn).magnitude() > np.radians(30)
+    rotation = by_role.tracks["cup"].quaternions_xyzw[0]
+    assert rotation.tolist() == by_axis.tracks["cup"].quaternions_xyzw[0].tolist()
+    assert Rotation.from_quat(rotation).magnitude() > np.radians(30)
 
 
 def test_roll_pitch_yaw_draft_leaves_axes_to_the_convention(tmp_path):

@@ -24,18 +24,18 @@ def samples(*names):
 
 def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
     stamps = np.array([0, 10, 5, 7, 10, 11, 12, 13])
-    turns = np.tile([0, 0, 0, 1.0], (8, 1))
-    turns[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
+    rotations = np.tile([0, 0, 0, 1.0], (8, 1))
+    rotations[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
     ledger = Ledger("log")
-    found = imported(
-        {"cup": PoseTable(stamps, np.zeros((8, 3)), turns)}, SourceFrame(CONVENTIONS["gltf"], "m", ""), ledger
+    result = imported(
+        {"cup": PoseTable(stamps, np.zeros((8, 3)), rotations)}, SourceFrame(CONVENTIONS["gltf"], "m", ""), ledger
     )
-    track = found.tracks["cup"]
+    track = result.tracks["cup"]
     assert track.times_ns.tolist() == [0, 5, 7, 10, 11, 12, 13]
     assert track.valid.tolist() == [True, True, True, True, False, False, True]
     assert track.quaternions_xyzw[4].tolist() == [0, 0, 0, 1.1]
-    assert "cup: 2 rows flagged" in found.facts["conversions"]
-    assert books(found) == "cup: 1 of 8 samples merged: that repeat a sample"
+    assert "cup: 2 rows flagged" in result.facts["conversions"]
+    assert books(result) == "cup: 1 of 8 samples merged: that repeat a sample"
 
 
 def test_given_meshes_override_the_scene_and_stand_ins(tmp_path):

@@ -44,12 +44,12 @@ def corners_in_room(session):
     return placed.reshape(-1, 3, 3)
 
 
-def stand_alike(found, truth):
+def stand_alike(result, truth):
     """Whether two sets of triangles are the same ones, in whatever order: their corners, and the sums of these."""
-    pairs = [(one.sum(axis=1), one.reshape(-1, 3)) for one in (found, truth)]
+    pairs = [(item.sum(axis=1), item.reshape(-1, 3)) for item in (result, truth)]
     return all(
-        np.allclose(np.sort(here, axis=0), np.sort(there, axis=0), rtol=0, atol=1e-7)
-        for here, there in zip(*pairs, strict=True)
+        np.allclose(np.sort(here, axis=0), np.sort(other, axis=0), rtol=0, atol=1e-7)
+        for here, other in zip(*pairs, strict=True)
     )
 
 
@@ -57,7 +57,7 @@ def stand_alike(found, truth):
 @pytest.mark.parametrize("convention", TO_SOURCE)
 @pytest.mark.parametrize("exported", [False, True], ids=["axes of the body", "turned by the exporter"])
 def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exported):
-    turn, place = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     axes, export = EXPORTERS.get(convention, ("gltf", lambda x, y, z: (x, y, z))) if exported else ("body", None)
     to_file = TO_SOURCE[convention]
     in_body = changed(VERTICES, to_file)
@@ -68,9 +68,9 @@ def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exporte
     if export is not None and np.linalg.det(changed(np.eye(3), export)) < 0:
         mirrored = not mirrored
     path = mesh_file(tmp_path, kind, in_file, FACES[:, ::-1] if mirrored else FACES)
-    source = recording(tmp_path, convention, turn, place)
+    source = recording(tmp_path, convention, rotation, position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path}, mesh_axes=axes)
-    truth = (turn.apply(VERTICES) + place)[FACES]
+    truth = (rotation.apply(VERTICES) + position)[FACES]
     assert stand_alike(corners_in_room(session), truth)
     assert session.meshes["tool"].volume == pytest.approx(0.3 * 0.2 * 0.1 / 6)  # faces still look outwards
     (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
@@ -80,11 +80,11 @@ def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exporte
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
 @pytest.mark.parametrize("convention", ["z-up", "ros", "unity", "unreal", "z up, left-handed"])
 def test_given_mesh_rotates_with_poses_as_an_open_guess(tmp_path, convention, kind):
-    turn, place = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = mesh_file(tmp_path, kind, changed(VERTICES, TO_SOURCE[convention]), FACES)
-    source = recording(tmp_path, convention, turn, place)
+    source = recording(tmp_path, convention, rotation, position)
     session = import_session("csv", source, mapping=tmp_path / "map.toml", meshes={"tool": path})
-    truth = (turn.apply(VERTICES) + place)[FACES]
+    truth = (rotation.apply(VERTICES) + position)[FACES]
     assert stand_alike(corners_in_room(session), truth)
     (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
     assert axes_row.is_open and axes_row.value == "body" and axes_row.files == (f"tool.{kind}",)
@@ -137,10 +137,10 @@ def test_contradicting_or_missing_euler_order_is_refused(tmp_path, order, conven
 
 def angles(folder, order, convention, row=(0, 0, 0)):
     (folder / "a.csv").write_text("t,x,y,z,rx,ry,rz\n0,0,0,0," + ",".join(map(str, row)) + "\n")
-    said = f'order = "{order}"\n' if order else ""
+    text = f'order = "{order}"\n' if order else ""
     (folder / "map.toml").write_text(
         f'convention = "{convention}"\nunits = "m"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.tool]\n'
-        f'position = ["x", "y", "z"]\neuler = {{x = "rx", y = "ry", z = "rz"}}\n{said}'
+        f'position = ["x", "y", "z"]\neuler = {{x = "rx", y = "ry", z = "rz"}}\n{text}'
     )
     return folder / "a.csv"
 
@@ -159,14 +159,14 @@ def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
     matrix = changed(np.eye(3), TO_SOURCE["unreal"]).T
     truth = matrix.T @ Rotation.from_quat(own).as_matrix() @ matrix
     source = angles(tmp_path, "", "unreal", (20.0, -35.0, 110.0))
-    found = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
-    assert np.allclose(Rotation.from_quat(found.quaternions_xyzw[0]).as_matrix(), truth, rtol=0, atol=1e-12)
+    result = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
+    assert np.allclose(Rotation.from_quat(result.quaternions_xyzw[0]).as_matrix(), truth, rtol=0, atol=1e-12)
     for order in ("", "zxy", "YXZ"):
         source = angles(tmp_path, order, "unity", (20.0, -35.0, 110.0))
-        found = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
+        result = import_session("csv", source, mapping=tmp_path / "map.toml").tracks["tool"]
         flip = np.diag([1.0, 1.0, -1.0])
         unity = Rotation.from_euler("zxy", [110.0, 20.0, -35.0], degrees=True).as_matrix()
-        assert np.allclose(Rotation.from_quat(found.quaternions_xyzw[0]).as_matrix(), flip @ unity @ flip, atol=1e-12)
+        assert np.allclose(Rotation.from_quat(result.quaternions_xyzw[0]).as_matrix(), flip @ unity @ flip, atol=1e-12)
 
 
 def test_lengths_are_in_the_unit_of_the_convention_unless_said(tmp_path):

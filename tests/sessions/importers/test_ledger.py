@@ -22,10 +22,10 @@ def test_accounts_add_up_and_come_back_from_text(accounts):
     for kind, body, kept, dropped, merged in accounts:
         read = kept + sum(dropped.values()) + sum(merged.values())
         ledger.book(kind, body, read=read, kept=kept, dropped=dropped, merged=merged)
-    found = ledger_of({FACT: ledger.as_text()})
-    assert list(found) == list(ledger)
+    result = ledger_of({FACT: ledger.as_text()})
+    assert list(result) == list(ledger)
     total = sum(kept + sum(dropped.values()) + sum(merged.values()) for _, _, kept, dropped, merged in accounts)
-    assert sum(entry.read for entry in found) == total
+    assert sum(entry.read for entry in result) == total
 
 
 @pytest.mark.parametrize(("read", "kept", "dropped"), [(3, 2, {}), (3, 3, {"torn": 1}), (2, 3, {"torn": -1})])
@@ -62,8 +62,8 @@ def test_only_losses_above_one_percent_are_findings(tmp_path, short, warns):
     assert books(session) == f"{short} of 200 rows dropped: with too few or too many cells"
     write_session(session, tmp_path / "s.mcap")
     assert ledger_of(read_session(tmp_path / "s.mcap").facts).sentences() == ledger_of(session.facts).sentences()
-    found = [finding for finding in examine(tmp_path / "s.mcap") if finding.code == "import-loss"]
-    assert [finding.count for finding in found] == [short] * warns
+    result = [finding for finding in examine(tmp_path / "s.mcap") if finding.code == "import-loss"]
+    assert [finding.count for finding in result] == [short] * warns
 
 
 def test_repeated_sample_is_merged_and_conflicting_sample_dropped(tmp_path):

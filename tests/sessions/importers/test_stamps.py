@@ -15,8 +15,8 @@ STAMPS = STEP * np.arange(180, dtype=np.int64)
 
 def longest(values):
     lengths = []
-    for place, value in enumerate(values):
-        lengths.append(1 + max((lengths[k] for k in range(place) if values[k] < value), default=0))
+    for index, value in enumerate(values):
+        lengths.append(1 + max((lengths[k] for k in range(index) if values[k] < value), default=0))
     return max(lengths, default=0)
 
 

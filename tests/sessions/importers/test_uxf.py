@@ -31,8 +31,8 @@ def test_objects_arrive_from_unitys_euler_angles_over_all_trials(folder):
     assert set(session.names) == {"controller", "head"}
     for name in session.names:
         table = rows(name)
-        turns, stamps = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True), np.rint(1e9 * table[:, 0])
-        assert has_poses(session.tracks[name], table[:, 1:4], turns, UNITY, stamps)
+        rotations, stamps = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True), np.rint(1e9 * table[:, 0])
+        assert has_poses(session.tracks[name], table[:, 1:4], rotations, UNITY, stamps)
     facts = session.facts
     assert (facts["source_convention"], facts["handedness"], facts["source_file"]) == ("unity", "left", "S001")
     assert "Time.time" in facts["clock"] and "lengths in m" in facts["assumed"]
@@ -105,8 +105,8 @@ def test_a_broken_folder_is_refused_in_one_sentence(folder, change, words):
 def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
     (folder / HEAD).write_bytes(data)
     session = import_session("uxf", folder)
-    words = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
-    assert words in books(session) and len(session.tracks["head"]) == COUNT
+    text = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"
+    assert text in books(session) and len(session.tracks["head"]) == COUNT
 
 
 def test_torn_last_line_costs_a_single_row(folder):

@@ -69,18 +69,18 @@ PLAIN = [
     [("Controller", PLAIN, np.eye(3)), ("VR", TRANSFORM_OUTLET, UNITY), ("Unity.Transform", POSE_OUTLET, UNITY)],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
-    place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
-    rows = [turn, 0 * place, place] if described is TRANSFORM_OUTLET else [place, turn]
-    parts = (
+    position, rotation = PLACES["Cup"], TURNS["Cup"].as_quat()
+    rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
+    pieces = (
         stream_header(1, "tool", kind, described), samples(1, STAMPS, np.column_stack(rows)),
-        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
+        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, position[:, :1]),
     )  # fmt: skip
-    session = import_session("xdf", xdf_file(tmp_path, *parts))
+    session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert session.names == ("tool",) and list(session.scalars) == ["Pupil"]
-    assert has_poses(session.tracks["tool"], place, TURNS["Cup"], axes)
+    assert has_poses(session.tracks["tool"], position, TURNS["Cup"], axes)
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
-        mixed = xdf_file(tmp_path, *parts, stream_header(4, "M", "MoCap", channels()))
+        mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channels()))
         refused("xdf", mixed, "poses of Unity and others are in it; name the axes of all by --conv")
 
 
@@ -106,7 +106,7 @@ valid = "l_seen"
     ],
 )
 def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, words):
-    labels = [{"label": f"l_{one}"} for one in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
+    labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
     angles = TURNS["Cup"].as_euler("zxy", degrees=True)
     rows = np.column_stack([1000 * PLACES["Cup"], angles, np.arange(COUNT) != 7])
     path = xdf_file(tmp_path, stream_header(1, "Controllers", "VR", labels), samples(1, STAMPS, rows))
@@ -124,16 +124,16 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
     rng = np.random.default_rng(8)
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
-    parts = (
+    pieces = (
         stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"]),
-        stream_header(3, "Cap", "EEG", [{"label": one, "unit": "microvolts"} for one in ("Fz", "Cz")]),
+        stream_header(3, "Cap", "EEG", [{"label": item, "unit": "microvolts"} for item in ("Fz", "Cz")]),
         samples(3, STAMPS, brain), offsets(3, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
         stream_header(4, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]), samples(4, STAMPS, heart),
         stream_header(5, "Bare", "Markers", [{}, {}]), samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
     )  # fmt: skip
-    session = import_session("xdf", xdf_file(tmp_path, *parts, *take(pairs=ahead)), convention="unity")
+    session = import_session("xdf", xdf_file(tmp_path, *pieces, *take(pairs=ahead)), convention="unity")
     assert session.names == ("Rod", "Cup") and session.facts["handedness"] == "left"
-    assert [(one.time_ns, one.name, one.message) for one in session.events] == [
+    assert [(item.time_ns, item.name, item.message) for item in session.events] == [
         (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
     ]  # fmt: skip
     assert list(session.scalars) == ["Cap/Fz", "Cap/Cz", "Heart rate", "Bare/1", "Bare/2"]
@@ -163,8 +163,8 @@ def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, s
     path.write_bytes(path.read_bytes()[:-cut])
     session = import_session("xdf", path)
     assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
-    said = session.facts["conversions"]
-    assert "the file is cut short or damaged: the last pose of each body is flagged as lost" in said
+    text = session.facts["conversions"]
+    assert "the file is cut short or damaged: the last pose of each body is flagged as lost" in text
     assert "the end of the file: 1 of 1 samples dropped: cut off, and perhaps more" in books(session)
     assert ("damaged places: 1 of 1 samples dropped" in books(session)) == skipped
 
@@ -187,12 +187,12 @@ JOINED = {
 @pytest.mark.parametrize("kind", JOINED)
 @pytest.mark.parametrize("mapped", [False, True])
 def test_parts_of_a_stream_that_was_interrupted_are_one_body(tmp_path, kind, mapped):
-    parts = [part for arguments in JOINED[kind] for part in body_stream(*arguments)]
-    path, options = xdf_file(tmp_path, *parts), {}
+    pieces = [piece for arguments in JOINED[kind] for piece in body_stream(*arguments)]
+    path, options = xdf_file(tmp_path, *pieces), {}
     if mapped:
         labels = [f"Cup_Orientation{letter}" for letter in "BCDA"]
-        places = [f"Cup_Position{axis}" for axis in "XYZ"]
-        text = f'[bodies.Cup]\nstream = "Mocap"\nposition = {places}\nquaternion_xyzw = {labels}\n'
+        positions = [f"Cup_Position{axis}" for axis in "XYZ"]
+        text = f'[bodies.Cup]\nstream = "Mocap"\nposition = {positions}\nquaternion_xyzw = {labels}\n'
         (tmp_path / "map.toml").write_text(text)
         options = {"mapping": tmp_path / "map.toml"}
     session = import_session("xdf", path, convention="openxr", **options)
@@ -213,8 +213,8 @@ APART = {
 @pytest.mark.parametrize("kind", APART)
 def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
     streams, names = APART[kind]
-    parts = [part for number, first, last, more in streams for part in body_stream(number, first, last, **more)]
-    session = import_session("xdf", xdf_file(tmp_path, *parts))
+    pieces = [piece for number, first, last, more in streams for piece in body_stream(number, first, last, **more)]
+    session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert {*session.names} == names and books(session) == ""
     assert sum(map(len, session.tracks.values())) == sum(last - first for _, first, last, _ in streams)
     assert "another body of the name Cup" in session.facts["conversions"]
@@ -222,9 +222,9 @@ def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
 
 def test_mapping_of_simultaneous_equal_streams_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace("Controllers", "Mocap"))
-    parts = [*body_stream(1, 0, COUNT), *body_stream(2, 0, COUNT, shift=0.004)]
+    pieces = [*body_stream(1, 0, COUNT), *body_stream(2, 0, COUNT, shift=0.004)]
     with pytest.raises(ImportFileError, match="2 streams are called 'Mocap' and differ in channels or overlap in time"):
-        import_session("xdf", xdf_file(tmp_path, *parts), mapping=tmp_path / "map.toml")
+        import_session("xdf", xdf_file(tmp_path, *pieces), mapping=tmp_path / "map.toml")
 
 
 def of_types(*types, **more):
@@ -249,8 +249,8 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
-    parts, words = BROKEN[name]
-    refused("xdf", xdf_file(tmp_path, *parts()), words)
+    pieces, text = BROKEN[name]
+    refused("xdf", xdf_file(tmp_path, *pieces()), text)
 
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
@@ -258,10 +258,10 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
     path = xdf_file(tmp_path, *take())
     expected, packed = import_session("xdf", path), path.with_suffix(ending)
     packed.write_bytes(gzip.compress(path.read_bytes()))
-    found = import_session("auto", packed)
+    result = import_session("auto", packed)
     for name, track in expected.tracks.items():
-        assert found.tracks[name].times_ns.tolist() == track.times_ns.tolist()
-        np.testing.assert_array_equal(found.tracks[name].positions, track.positions)
+        assert result.tracks[name].times_ns.tolist() == track.times_ns.tolist()
+        np.testing.assert_array_equal(result.tracks[name].positions, track.positions)
     packed.write_bytes(gzip.compress(path.read_bytes() + bytes(1_000_000)))
     monkeypatch.setattr(xdf, "MOST_UNPACKED", 1000)
     refused("auto", packed, r"unpacks to more than [0-9,]+ bytes, as no .*; unpack it with gzip -d")

@@ -69,10 +69,10 @@ def entities(meshes, scene=None):
 def test_body_is_drawn_by_its_triangles_up_to_a_limit(monkeypatch):
     mesh = tetrahedron(1 / 3).transformed(np.array([[1, 0, 0, 5], [0, 2, 0, 6], [0, 0, 3, 7], [0, 0, 0, 1.0]]))
     entity = entities({"cup": mesh})["cup"]
-    (part,) = entity.triangles
-    points = np.array([[p.x, p.y, p.z] for p in part.points])
+    (piece,) = entity.triangles
+    points = np.array([[p.x, p.y, p.z] for p in piece.points])
     assert points.tobytes() == mesh.vertices.tobytes()
-    assert np.array(part.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
+    assert np.array(piece.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
     assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
     monkeypatch.setattr("sessions.mcap.scene_update.DRAWING_BYTES", 10)
     assert entities({"cup": mesh}) == {}
@@ -82,5 +82,9 @@ def test_body_is_drawn_by_its_triangles_up_to_a_limit(monkeypatch):
 def test_fixed_body_is_drawn_at_its_pose(parent, frame):
     fixed = SceneBody("cup", parent=parent, fixed=Pose((1.0, 2.0, 3.0)), tags=("glass",))
     entity = entities({"cup": tetrahedron()}, Scene(bodies=(fixed,)))["cup"]
-    (part,) = entity.triangles
-    assert (entity.frame_id, part.pose.position.z, part.pose.orientation.w) == (frame, 3.0, 1.0) and part.color.a < 1.0
+    (piece,) = entity.triangles
+    assert (entity.frame_id, piece.pose.position.z, piece.pose.orientation.w) == (
+        frame,
+        3.0,
+        1.0,
+    ) and piece.color.a < 1.0

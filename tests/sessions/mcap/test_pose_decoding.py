@@ -41,9 +41,9 @@ def decoder(names=None, **more):
 
 
 def decoded(tables, names=None):
-    one = decoder(names)
-    parts = [part for each in tables for part in one.decode(each)]
-    return Frames.join(parts) if parts else Frames.empty(one.names)
+    item = decoder(names)
+    pieces = [piece for each in tables for piece in item.decode(each)]
+    return Frames.join(pieces) if pieces else Frames.empty(item.names)
 
 
 @given(any_frames(), st.integers(1, 4))

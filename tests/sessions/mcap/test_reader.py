@@ -48,12 +48,12 @@ def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
 
 
 def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
-    heart, asked = ScalarTrack([1, 2], [70, 71]), []
+    heart, requested = ScalarTrack([1, 2], [70, 71]), []
     write_session(session_of(random_frames(1), scalars={"heart": heart}), tmp_path / "s.mcap")
-    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: asked.append(prefix) or heart)
+    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: requested.append(prefix) or heart)
     scalars = read_session(tmp_path / "s.mcap").scalars
-    assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and asked == []
-    assert scalars["heart"] is scalars["heart"] is heart and asked == ["/scalars/"]
+    assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and requested == []
+    assert scalars["heart"] is scalars["heart"] is heart and requested == ["/scalars/"]
 
 
 def damaged(path, place, byte=None):
@@ -79,7 +79,9 @@ def test_poses_missing_in_the_chunk_index_are_read(file):
     frames = read_session(file).frames
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
     file.write_bytes(
-        with_records(file.read_bytes(), lambda parts: [part for part in parts if (part[0], part[1][:2]) != of_poses])
+        with_records(
+            file.read_bytes(), lambda parts: [piece for piece in parts if (piece[0], piece[1][:2]) != of_poses]
+        )
     )
     assert_same_frames(read_session(file).frames, frames)
 
@@ -121,14 +123,14 @@ def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
     other = protobuf_messages(frames)[1][2]
     path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + other)])
     assert_same_frames(read_session(path).frames, frames.part(0, 1))
-    (found,) = {one.message for one in examine(path) if one.code == "duplicate-stamps"}
-    assert found == "1 frames hold two samples of it; the first was taken"
+    (result,) = {item.message for item in examine(path) if item.code == "duplicate-stamps"}
+    assert result == "1 frames hold two samples of it; the first was taken"
 
 
 def test_a_torn_file_is_refused_with_what_to_do(file):
     data = file.read_bytes()
-    for share in (0.6, 0.999):
-        file.write_bytes(data[: int(len(data) * share)])
+    for fraction in (0.6, 0.999):
+        file.write_bytes(data[: int(len(data) * fraction)])
         with pytest.raises(TornFileError, match=r"cut short at byte \d+.*replay recover"):
             read_session(file)
 

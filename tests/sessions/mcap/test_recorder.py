@@ -81,11 +81,11 @@ def test_all_that_is_no_pose_is_read_back(tmp_path):
         str(Interval(12, 50, "stage", "virtual reality", {"unclosed": "true"})),
         str(Interval(1, 2, "feature", "immersion")),
     }
-    hand, looked, heart = session.hands["ben/left"], session.gaze["anna"], session.scalars["heart rate"]
+    hand, gaze, heart = session.hands["ben/left"], session.gaze["anna"], session.scalars["heart rate"]
     assert [*session.hands] == ["anna/left", "ben/left"] and (hand.grip, hand.pressed) == (0.25, True)
     assert session.fast_tracks["wand"].valid.tolist() == [True, False, True]
-    assert (looked.valid.tolist(), looked.bodies) == ([False, True], ("", "glass"))
-    assert (looked.origins[1].tolist(), looked.directions[0].tolist()) == ([0, 1.7, 0], [0, 0, -1])
+    assert (gaze.valid.tolist(), gaze.bodies) == ([False, True], ("", "glass"))
+    assert (gaze.origins[1].tolist(), gaze.directions[0].tolist()) == ([0, 1.7, 0], [0, 0, -1])
     assert (heart.values.tolist(), heart.times_ns.tolist(), heart.unit) == ([70, 71], [20, 21], "1/min")
 
 

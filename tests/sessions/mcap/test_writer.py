@@ -56,8 +56,8 @@ def test_session_survives_its_file_and_rewrites_to_same_bytes(tmp_path):
     assert [mesh_to_glb(mesh, name) for name, mesh in again.meshes.items()] == [
         mesh_to_glb(mesh, name) for name, mesh in session.meshes.items()
     ]
-    for number, one in enumerate((again, full_session())):
-        write_session(one, tmp_path / f"{number}.mcap")
+    for number, item in enumerate((again, full_session())):
+        write_session(item, tmp_path / f"{number}.mcap")
         assert (tmp_path / f"{number}.mcap").read_bytes() == (tmp_path / "written.mcap").read_bytes()
 
 
@@ -112,11 +112,11 @@ tags = ["glass"]
 def test_scene_text_survives_and_changed_scene_gets_new_text(tmp_path):
     scene = parse_scene(SCENE)
     changed = replace(scene, bodies=(*scene.bodies, SceneBody("cup", shape="sphere", size={"radius": 0.1})))
-    for one in (scene, changed, replace(changed, text="")):
-        write_session(session_of(random_frames(0), scene=one), tmp_path / "s.mcap")
-        found = read_session(tmp_path / "s.mcap").scene
-        assert replace(found, text="") == replace(one, text="")
-        assert (found.text == scene.text) == (one is scene)
+    for item in (scene, changed, replace(changed, text="")):
+        write_session(session_of(random_frames(0), scene=item), tmp_path / "s.mcap")
+        result = read_session(tmp_path / "s.mcap").scene
+        assert replace(result, text="") == replace(item, text="")
+        assert (result.text == scene.text) == (item is scene)
 
 
 def test_rewritten_file_states_itself_and_its_meshes_anew():

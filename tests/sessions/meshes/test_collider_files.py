@@ -46,19 +46,19 @@ def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
         ("USP_b", BALL, moved(0, 1, 0)), ("UCX_lamp_01", BALL, moved(0, 0, 0)),
     )  # fmt: skip
     file_of_two = read_colliders(file, ["a", "b"])
-    found, words = file_of_two.solids, file_of_two.words
-    assert words == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
-    box, disc = found["a"]
+    result, text = file_of_two.solids, file_of_two.words
+    assert text == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
+    box, disc = result["a"]
     assert box.volume == pytest.approx(0.008, rel=1e-5) and box.bounds[0, 0] == pytest.approx(0.4, abs=1e-6)
     assert disc.volume == pytest.approx(RING.convex_hull.volume, rel=1e-5) and is_closed(disc)  # its hole is filled
-    assert found["b"][0].bounds[1, 1] == pytest.approx(1.1, abs=1e-6)
+    assert result["b"][0].bounds[1, 1] == pytest.approx(1.1, abs=1e-6)
 
 
 def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
     pose = moved(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
     file = write(tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", RING, moved(0, 0, 1)), body=pose)
-    found = read_colliders(file, ["a"]).solids
-    box, rim = found["a"]
+    result = read_colliders(file, ["a"]).solids
+    box, rim = result["a"]
     assert np.allclose(box.bounds, [[0.2, -0.05, -0.05], [0.3, 0.05, 0.05]], atol=1e-6)
     assert rim.volume == pytest.approx(RING.volume / 8, rel=1e-4)  # it keeps its hole
     assert np.allclose(rim.bounds[:, 2], [0.475, 0.525], atol=1e-6)
@@ -68,9 +68,9 @@ def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
     """As Unreal's importer takes a file; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
-    found, words = hulls.solids, hulls.words
-    assert [solid.volume for solid in found["a"]] == pytest.approx([0.008], rel=1e-5)
-    assert words == "colliders of c.glb: a 1 (drawn beside them: a)"
+    result, text = hulls.solids, hulls.words
+    assert [solid.volume for solid in result["a"]] == pytest.approx([0.008], rel=1e-5)
+    assert text == "colliders of c.glb: a 1 (drawn beside them: a)"
     alone = read_colliders(write(tmp_path / "d.glb", ("a", RING, pose)), ["a"]).solids
     assert [solid.volume for solid in alone["a"]] == pytest.approx([RING.volume], rel=1e-4)
 
@@ -81,11 +81,11 @@ def test_a_session_file_carries_them_and_recover_saves_them(tmp_path):
     assert session.facts["conversions"] == "colliders of c.glb: a 12"
     write_session(session, tmp_path / "s.mcap")
     recover(tmp_path / "s.mcap", tmp_path / "again.mcap")
-    for place in ("s.mcap", "again.mcap"):
-        back = read_session(tmp_path / place)
+    for name in ("s.mcap", "again.mcap"):
+        back = read_session(tmp_path / name)
         assert [*back.colliders] == ["a"] and "b" in back.meshes
         pairs = zip(session.colliders["a"], back.colliders["a"], strict=True)
-        assert all(np.array_equal(one.vertices, other.vertices) for one, other in pairs)
+        assert all(np.array_equal(first.vertices, other.vertices) for first, other in pairs)
 
 
 def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
@@ -98,7 +98,7 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
     assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "y.toml").colliders] == ["a"]
     text = (tmp_path / "x.toml").read_text()
     faults = [
-        checked_scene(one, "x.toml", lambda *_: (), tmp_path)[2] for one in (text, text.replace("c.glb", "d.glb"))
+        checked_scene(item, "x.toml", lambda *_: (), tmp_path)[2] for item in (text, text.replace("c.glb", "d.glb"))
     ]
     # `b` of the file is none that this scene declares, but it may be tracked.
     assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
@@ -106,7 +106,7 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
 
 def filled(template, values):
     """What the script makes of an interpolated string: ``{{`` is a brace, ``{word}`` a value."""
-    return re.sub(r"{{|}}|{([^{}]+)}", lambda found: str(values[found[1]]) if found[1] else found[0][0], template)
+    return re.sub(r"{{|}}|{([^{}]+)}", lambda result: str(values[result[1]]) if result[1] else result[0][0], template)
 
 
 def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):

@@ -38,12 +38,12 @@ def test_points_and_quaternions_are_those_of_the_table(name):
 @pytest.mark.parametrize("name", [*CONVENTIONS, *TEXTS])
 def test_a_rotated_point_is_the_same_in_both_frames(name):
     rng, source = np.random.default_rng(3), convention(name)
-    turn = Rotation.random(random_state=5)
+    rotation = Rotation.random(random_state=5)
     point = rng.standard_normal(3)
     # The turn of a left-handed engine is the same matrix of numbers; only its picture is mirrored.
-    there = source.points(turn.apply(point))
-    here = Rotation.from_quat(source.quaternions(turn.as_quat())).apply(source.points(point))
-    assert np.allclose(there, here, rtol=0, atol=1e-12)
+    other = source.points(rotation.apply(point))
+    here = Rotation.from_quat(source.quaternions(rotation.as_quat())).apply(source.points(point))
+    assert np.allclose(other, here, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("text", TEXTS)

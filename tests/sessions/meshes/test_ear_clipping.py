@@ -63,16 +63,16 @@ def glued(random, points, fraction):
     outline = [(corners[start, k], corners[start, (k + 1) % 3], start) for k in range(3)]
     while len(members) < fraction * len(corners):
         free = []
-        for place, (a, b, owner) in enumerate(outline):
+        for index, (a, b, owner) in enumerate(outline):
             across = int(neighbours[owner, np.flatnonzero(~np.isin(corners[owner], (a, b)))[0]])
             if across >= 0 and across not in members:
-                free.append((place, across))
+                free.append((index, across))
         if not free:
             break
-        place, across = free[random.integers(len(free))]
-        a, b, _ = outline[place]
+        index, across = free[random.integers(len(free))]
+        a, b, _ = outline[index]
         tip = next(corner for corner in corners[across] if corner not in (a, b))
-        outline[place : place + 1] = [(a, tip, across), (tip, b, across)]
+        outline[index : index + 1] = [(a, tip, across), (tip, b, across)]
         members.add(across)
     return [a for a, _, _ in outline], corners[sorted(members)]
 
@@ -87,9 +87,9 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
     assume(areas.min() > 1e-6)
     outline = points[corners]
     cut = clipped(outline)
-    found = doubled_areas(outline, cut.triangles)
+    result = doubled_areas(outline, cut.triangles)
     assert cut.covers and len(cut.triangles) == len(planted)
-    assert found.min() > 0 and found.sum() == pytest.approx(areas.sum(), rel=1e-12)
+    assert result.min() > 0 and result.sum() == pytest.approx(areas.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])

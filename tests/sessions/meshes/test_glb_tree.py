@@ -58,12 +58,14 @@ def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
     placed = [trimesh.transform_points(solids[name].vertices, world[name])[solids[name].faces] for name in "abc"]
     assert np.allclose(mesh_from_bytes(data, "glb").triangles, np.concatenate(placed), atol=1e-6)
     # What a tracker reports of a node has no scale: its mesh carries the hundredth of the root. `c` hangs on `b`.
-    for name, parts in (("a", "abc"), ("b", "bc")):
+    for name, pieces in (("a", "abc"), ("b", "bc")):
         rigid = world[name].copy()
         rigid[:3, :3] /= np.cbrt(np.linalg.det(rigid[:3, :3]))
         back = np.linalg.inv(rigid)
-        wanted = [trimesh.transform_points(solids[one].vertices, back @ world[one])[solids[one].faces] for one in parts]
-        assert np.allclose(read_glb(data).below(name).triangles, np.concatenate(wanted), atol=1e-7)
+        expected = [
+            trimesh.transform_points(solids[item].vertices, back @ world[item])[solids[item].faces] for item in pieces
+        ]
+        assert np.allclose(read_glb(data).below(name).triangles, np.concatenate(expected), atol=1e-7)
     assert mesh_from_bytes(data, "glb", node="c").bounds[1] == pytest.approx([0.002] * 3, rel=0.1)
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'd'; there are: a, b, c"):
         mesh_from_bytes(data, "glb", node="d")
@@ -75,8 +77,8 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
     faces = np.array([[2 * k, 2 * k + 2, 2 * k + 1] for k in range(4)], dtype="<u2")
     joints = np.zeros((10, 4), dtype="<u1")
     joints[:, 1] = 1
-    share = np.clip((points[:, 0] - 1.5) / 1.0, 0, 1)
-    weights = np.stack([1 - share, share, 0 * share, 0 * share], axis=1).astype("<f4")
+    fraction = np.clip((points[:, 0] - 1.5) / 1.0, 0, 1)
+    weights = np.stack([1 - fraction, fraction, 0 * fraction, 0 * fraction], axis=1).astype("<f4")
     inverse = np.stack([np.eye(4)] * 3)
     inverse[1, 0, 3] = -2.0
     tree = {
@@ -140,10 +142,10 @@ def test_skin_follows_its_joints_and_ignores_its_node():
     data = glb(tree, POINTS, *joints, *weights, CORNERS, matrices)
     expected = []
     for vertex in range(8):
-        shares = weights[:, vertex].reshape(-1) / weights[:, vertex].sum()
+        fractions = weights[:, vertex].reshape(-1) / weights[:, vertex].sum()
         blend = sum(
-            share * world[joint] @ matrices[joint].reshape(4, 4).T.astype(float)
-            for share, joint in zip(shares, joints[:, vertex].reshape(-1), strict=True)
+            fraction * world[joint] @ matrices[joint].reshape(4, 4).T.astype(float)
+            for fraction, joint in zip(fractions, joints[:, vertex].reshape(-1), strict=True)
         )
         expected.append((blend @ [*POINTS[vertex], 1.0])[:3])
     assert np.allclose(mesh_from_bytes(data, "glb").vertices, expected, atol=1e-12)
@@ -166,15 +168,15 @@ def test_an_armature_that_mirrors_gives_an_outward_mesh():
 )
 def test_morph_targets_use_weights_of_node_before_mesh(of_mesh, of_node, expected):
     dense = np.tile(np.array([[0, 0, 4]], dtype="<f4"), (8, 1))
-    places, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
+    positions, values = np.arange(8, dtype="<u2"), np.tile(np.array([[0, 0, 10]], dtype="<f4"), (8, 1))
     mesh = {"primitives": [primitive(indices=1, targets=[{"POSITION": 2}, {"POSITION": 5}])]}
     node = {"mesh": 0, **({"weights": of_node} if of_node else {})}
     tree = {"nodes": [node], "meshes": [mesh | ({"weights": of_mesh} if of_mesh else {})]}
-    data = glb(tree, POINTS, CORNERS, dense, places, values)
+    data = glb(tree, POINTS, CORNERS, dense, positions, values)
     text = json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
     sparse = {"count": 8, "indices": {"bufferView": 3, "componentType": 5123}, "values": {"bufferView": 4}}
     text["accessors"].append({"componentType": 5126, "count": 8, "type": "VEC3", "sparse": sparse})
-    data = glb({**tree, "accessors": text["accessors"]}, POINTS, CORNERS, dense, places, values)
+    data = glb({**tree, "accessors": text["accessors"]}, POINTS, CORNERS, dense, positions, values)
     mesh = mesh_from_bytes(data, "glb")
     assert np.allclose(mesh.bounds[:, 2], [expected - 1.5, expected + 1.5])
 

@@ -28,31 +28,31 @@ def place(folder, **sizes):
     ],
 )  # fmt: skip
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, words):
-    found, said = guessed(ball(size), "x")
-    assert found == scale and words in said and bool(words) == bool(said)
+    result, note = guessed(ball(size), "x")
+    assert result == scale and words in note and bool(words) == bool(note)
 
 
 def test_a_folder_is_matched_by_name_and_all_is_said(tmp_path):
     place(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
-    found, said = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
-    assert {name: one.file.name for name, one in found.items()} == {
+    result, note = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
+    assert {name: item.file.name for name, item in result.items()} == {
         "beaker": "Beaker_250.obj", "LeftHand(Clone)": "LEFT_hand.obj", "Flask": "flask.obj", "hand": "LEFT_hand.obj",
         "old spare": "spare.obj",
     }  # fmt: skip
-    said_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 0.08 m"
-    assert found["beaker"].words == said_of_it
-    assert found["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and found["beaker"].scale == 0.01
-    assert found["Flask"].words == "Flask: flask.obj" and said == ["no mesh is named like: camera"]
+    reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 0.08 m"
+    assert result["beaker"].words == reported_of_it
+    assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
+    assert result["Flask"].words == "Flask: flask.obj" and note == ["no mesh is named like: camera"]
     forced, _ = matched(tmp_path, ["flask"], {"": 0.001})
-    assert np.array_equal(forced["flask"].mesh.vertices, found["Flask"].mesh.vertices * 0.001)
+    assert np.array_equal(forced["flask"].mesh.vertices, result["Flask"].mesh.vertices * 0.001)
 
 
 def test_two_files_as_good_are_named_and_none_is_taken(tmp_path):
     place(tmp_path, glass_a=0.1, glass_b=0.1)
-    found, said = matched(tmp_path, ["glass"])
-    assert not found
-    assert said[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
+    result, note = matched(tmp_path, ["glass"])
+    assert not result
+    assert note[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
 
 
 def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
@@ -62,13 +62,13 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
         scene.add_geometry(trimesh.creation.icosphere(1, 0.05), node_name=name, geom_name=name, transform=at)
     (tmp_path / "lab.glb").write_bytes(scene.export(file_type="glb"))
     for where in (tmp_path, tmp_path / "lab.glb"):
-        found, said = matched(where, ["flask", "beaker", "rod"])
-        assert {name: (one.file.name, one.node) for name, one in found.items()} == {
+        result, note = matched(where, ["flask", "beaker", "rod"])
+        assert {name: (item.file.name, item.node) for name, item in result.items()} == {
             "beaker": ("lab.glb", "Beaker"), "flask": ("lab.glb", "Flask"),
         }  # fmt: skip
         # Each in its node's frame, where a tracker reports it, not where the file has it.
-        assert np.abs(found["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
-        assert said == ["no mesh is named like: rod"] and found["flask"].words == "flask: lab.glb, node Flask"
+        assert np.abs(result["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
+        assert note == ["no mesh is named like: rod"] and result["flask"].words == "flask: lab.glb, node Flask"
 
 
 def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):

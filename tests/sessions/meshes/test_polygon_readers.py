@@ -255,10 +255,10 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_ambiguous_meshes_are_refused_in_a_sentence_with_little_memory(name):
-    kind, text, said = REFUSED[name]
+    kind, text, reported = REFUSED[name]
     data = text if isinstance(text, bytes) else text.encode()
     tracemalloc.start()
-    with pytest.raises(MeshFileError, match=said) as raised:
+    with pytest.raises(MeshFileError, match=reported) as raised:
         mesh_from_bytes(data, kind)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

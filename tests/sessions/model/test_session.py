@@ -44,7 +44,7 @@ def test_no_body_is_a_session():
 
 def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
     class Counted:
-        names, asked = ("body 0", "body 1", "body 2"), 0
+        names, requested = ("body 0", "body 1", "body 2"), 0
 
         def blocks(self, length):
             Counted.asked += 1
@@ -68,9 +68,9 @@ def test_a_repeated_device_stamp_gives_one_sample_the_first():
 
 def test_the_frames_between_two_stamps_know_where_they_stood():
     session = Session.from_tracks({"a": track_of([1, 3, 4, 9])})
-    part = session.between(3, 4)
-    assert part.frames.stamp_ns.tolist() == [3, 4]
-    assert (part.part.first_ns, part.part.numbers.tolist()) == (1, [1, 2])
+    piece = session.between(3, 4)
+    assert piece.frames.stamp_ns.tolist() == [3, 4]
+    assert (piece.part.first_ns, piece.part.numbers.tolist()) == (1, [1, 2])
 
 
 def test_pairs_are_declared_or_all_outside_groups_and_ignores():

@@ -44,7 +44,7 @@ def record(opcode, change=lambda data, start, end: flipped(data, start, end, 4, 
     """What changes the first record of a kind, behind its head or further."""
 
     def damage(data):
-        start, end = next((start, end) for found, start, end in records(data) if found == opcode)
+        start, end = next((start, end) for result, start, end in records(data) if result == opcode)
         return change(data, start + skipped, end)
 
     return damage
@@ -75,11 +75,11 @@ DAMAGE = {
 def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole, tmp_path, name, snapshot):
     path, out, truth = tmp_path / "damaged.mcap", tmp_path / "out.mcap", read_session(whole).frames
     path.write_bytes(DAMAGE[name](whole.read_bytes()))
-    said = [f"{one.code} {one.body} {one.start}-{one.end} s: {one.message}" for one in examine(path)]
+    reported = [f"{item.code} {item.body} {item.start}-{item.end} s: {item.message}" for item in examine(path)]
     try:
         result = recover(path, out)
     except SessionFileError as error:
-        said.append(str(error).replace(str(path), "FILE"))
+        reported.append(str(error).replace(str(path), "FILE"))
     else:
         session = read_session(out)
         if session.names == truth.names:
@@ -87,13 +87,17 @@ def test_damaged_file_is_diagnosed_and_recovered_as_tabled(whole, tmp_path, name
         assert result.frames == len(session.frames) and result.whole == (not result.lost)
         assert session.facts[RECOVERED] == "; ".join(result.sentences()[: 1 + len(result.lost)])
         assert len(McapFile(out).catalogue.ids("/tf")) == 1
-        assert not {one.code for one in examine(out)} & {"torn", "damaged-chunk", "unreadable"}
-        said += [*result.sentences(), f"of {', '.join(session.names)}: {', '.join(session.meshes)}; {session.events}"]
+        assert not {item.code for item in examine(out)} & {"torn", "damaged-chunk", "unreadable"}
+        reported += [
+            *result.sentences(),
+            f"of {', '.join(session.names)}: {', '.join(session.meshes)}; {session.events}",
+        ]
     # How many bytes a chunk takes is a matter of the library that packs it.
-    said = [
-        re.sub(r"byte \d+( of \d+)?|[\d,]+ bytes", "byte N", re.sub(r"damaged \(.*?\)", "damaged", one)) for one in said
+    reported = [
+        re.sub(r"byte \d+( of \d+)?|[\d,]+ bytes", "byte N", re.sub(r"damaged \(.*?\)", "damaged", item))
+        for item in reported
     ]
-    assert said == snapshot
+    assert reported == snapshot
 
 
 def damaged(tmp_path, data):
@@ -105,14 +109,14 @@ def damaged(tmp_path, data):
 def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole, tmp_path):
     data, truth = whole.read_bytes(), read_session(whole).frames
     spans, out = chunks(data), tmp_path / "out.mcap"
-    for place in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
-        complete = [end for _, end in spans if end <= place]
+    for offset in [*np.random.default_rng(2).integers(0, len(data), 6).tolist(), *(end for _, end in spans[2:5])]:
+        complete = [end for _, end in spans if end <= offset]
         try:
-            result = recover(damaged(tmp_path, data[:place]), out, overwrite=True)
+            result = recover(damaged(tmp_path, data[:offset]), out, overwrite=True)
         except SessionFileError:
             assert not complete
             continue
-        assert result.frames >= min(COUNT, 90 * (len(complete) - 2)), place
+        assert result.frames >= min(COUNT, 90 * (len(complete) - 2)), offset
         kept = read_session(out).frames
         assert len(kept) == result.frames
         if len(kept):

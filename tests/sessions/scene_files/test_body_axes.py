@@ -25,9 +25,9 @@ def mesh(*size):
 def test_a_mesh_comes_back_from_body_axes_bit_by_bit(poses):
     tool = mesh(0.1, 0.2, 0.3)
     for name in NAMES:
-        there = in_body_axes(tool, name, poses)
-        assert np.array_equal(from_body_axes(there, name, poses).vertices, tool.vertices), name
-        assert abs(there.volume) == pytest.approx(tool.volume) and there.volume > 0
+        other = in_body_axes(tool, name, poses)
+        assert np.array_equal(from_body_axes(other, name, poses).vertices, tool.vertices), name
+        assert abs(other.volume) == pytest.approx(tool.volume) and other.volume > 0
 
 
 @pytest.mark.parametrize("before", NAMES)

@@ -90,11 +90,11 @@ def test_every_problem_of_a_scene_is_listed():
     with pytest.raises(SceneError) as caught:
         parse_scene(FAULTY, "lab.toml")
     faults = caught.value.faults
-    for words in (
+    for arguments in (
         "[scene]: unknown key 'nam'", "[[body]] 1 ('table') offset: unknown key 'turn'", "[[body]] 2: id is missing",
         "[[body]] 2 (''): scale is 'feet'", "unknown key 'sapce'",
     ):  # fmt: skip
-        assert sum(one.startswith(f"lab.toml: {words}") for one in faults) == 1, (words, faults)
+        assert sum(item.startswith(f"lab.toml: {arguments}") for item in faults) == 1, (arguments, faults)
     assert len(faults) == 5
     assert str(caught.value) == f"{faults[0]}; and more: `replay scene check` lists every fault"
 

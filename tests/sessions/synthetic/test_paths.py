@@ -19,12 +19,12 @@ COURSES = {
 @pytest.mark.parametrize("name", COURSES)
 @given(bounds=st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)))
 def test_the_intervals_hold_exactly_the_times_whose_values_lie_between(name, bounds):
-    low, high = bounds
-    spans = COURSES[name].between(low, high, SECONDS)
+    lower, upper = bounds
+    spans = COURSES[name].between(lower, upper, SECONDS)
     starts, ends = np.array([*spans, (np.inf, np.inf)]).T[:, :, None]
     within = ((starts <= TIMES) & (ends >= TIMES)).any(axis=0)
     value = COURSES[name](TIMES)
     edges = (np.abs(TIMES - starts) < 1e-6) | (np.abs(TIMES - ends) < 1e-6)
-    near = np.abs(value[:, None] - np.array([low, high])).min(axis=1) < 1e-6
-    assert (within == (value >= low) & (value <= high))[~edges.any(axis=0) & ~near].all()
+    near = np.abs(value[:, None] - np.array([lower, upper])).min(axis=1) < 1e-6
+    assert (within == (value >= lower) & (value <= upper))[~edges.any(axis=0) & ~near].all()
     assert all(a[1] < b[0] for a, b in itertools.pairwise(spans))

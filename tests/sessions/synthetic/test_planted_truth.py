@@ -43,16 +43,16 @@ def pairs_of(run):
 def test_detector_reports_exactly_the_planted_contacts(name, noise, made, verdicts):
     run = made(name, noise)
     pairs = pairs_of(run)
-    found = verdicts(run.session, pairs)
-    decided = found != Verdict.NO_POSE
+    result = verdicts(run.session, pairs)
+    decided = result != Verdict.NO_POSE
     step = np.diff(run.times).max()
     for column, pair in enumerate(pairs):
         for kind, verdict in KINDS.items():
             expected = run.truth.expected(*pair, run.session.frames.stamp_ns, kind)
-            seen = found[:, column] == verdict
-            assert seen[(expected == PRESENT) & decided[:, column]].all(), (pair, kind)
-            assert not seen[expected == CLEAR].any(), (pair, kind, run.times[seen & (expected == CLEAR)][:3])
+            visited = result[:, column] == verdict
+            assert visited[(expected == PRESENT) & decided[:, column]].all(), (pair, kind)
+            assert not visited[expected == CLEAR].any(), (pair, kind, run.times[visited & (expected == CLEAR)][:3])
             for episode in run.truth.of(*pair, kind) if noise == "off" else ():
-                times = run.times[seen & run.near(episode.possibly[0] - 0.1, episode.possibly[1] + 0.1)]
+                times = run.times[visited & run.near(episode.possibly[0] - 0.1, episode.possibly[1] + 0.1)]
                 if episode.surely and len(times):
                     assert times[[0, -1]] == pytest.approx(episode.nominal, abs=1.5 * step), (pair, kind)

@@ -26,9 +26,9 @@ def truth(*facts):
 def test_a_written_truth_is_plain_json_that_says_the_same(tmp_path):
     path = truth_path(tmp_path / "x.mcap")
     write_truth(truth(POUR), path)
-    held = json.loads(path.read_text())
-    assert path.name == "x.truth.json" and held["facts"][0]["values"] == {"volume_ml": 0.1 + 0.2, "into": "b"}
-    assert [episode["nominal"] for episode in held["episodes"]] == [[1.0, 2.0], None]
+    kept = json.loads(path.read_text())
+    assert path.name == "x.truth.json" and kept["facts"][0]["values"] == {"volume_ml": 0.1 + 0.2, "into": "b"}
+    assert [episode["nominal"] for episode in kept["episodes"]] == [[1.0, 2.0], None]
 
 
 def test_expected_knows_sure_open_and_clear_frames():
@@ -49,9 +49,9 @@ def apart(height):
 
 def test_episode_length_is_bounded_by_noise_and_tessellation():
     for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
-        found, passing = levelled(("a", "b"), kind, apart, 0.125, 0.25, (0.5, 8.5))
-        assert found.nominal == (2.5, 4.5) and found.pair == ("a", "b") and found.kind == kind
-        assert found.surely == (2.5 + deep, 4.5 - deep) and found.possibly == (2.5 - near, 4.5 + near)
+        result, passing = levelled(("a", "b"), kind, apart, 0.125, 0.25, (0.5, 8.5))
+        assert result.nominal == (2.5, 4.5) and result.pair == ("a", "b") and result.kind == kind
+        assert result.surely == (2.5 + deep, 4.5 - deep) and result.possibly == (2.5 - near, 4.5 + near)
         assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)
     (begun,) = levelled(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], 0.125, 0.25, (0.5, 8.5))
     assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))

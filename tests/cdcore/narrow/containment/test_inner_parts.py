@@ -59,10 +59,11 @@ def test_parts_that_moved_less_than_their_clearance_are_beside(name):
         rotation = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
         step = rotation @ [clearance, 0.0, 0.0] * rng.uniform(0.9, 1.0)
         positions[0, 1] += step
-        turn, move = np.empty((3, 3)), np.empty(3)
-        pose_of_inner(rotations, positions, 0, (1, 0), turn, move)
+        orientation, move = np.empty((3, 3)), np.empty(3)
+        pose_of_inner(rotations, positions, 0, (1, 0), orientation, move)
         assert all(
-            reach_of_component(components, i, boxes, turn, move, MARGIN) == BESIDE for i in range(len(components.boxes))
+            reach_of_component(components, i, boxes, orientation, move, MARGIN) == BESIDE
+            for i in range(len(components.boxes))
         )
     assert sample > 30
 
@@ -74,11 +75,11 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
     for _ in range(40):
         motion = path(rng, 60)
         near = frames_without_clearance(motion, np.arange(60), (1, 0), components, boxes, size)
-        turn, move = np.empty((3, 3)), np.empty(3)
+        rotation, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
-            pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), turn, move)
+            pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), rotation, move)
             assert all(
-                reach_of_component(components, i, boxes, turn, move, MARGIN) == BESIDE
+                reach_of_component(components, i, boxes, rotation, move, MARGIN) == BESIDE
                 for i in range(len(components.boxes))
             )
         left_out += np.count_nonzero(~near)
@@ -123,10 +124,10 @@ def test_face_axis_gap_is_at_most_the_distance():
     rng = np.random.default_rng(10)
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     for _ in range(200):
-        half_a, half_b, turn = rng.uniform(0.1, 1.0, 3), rng.uniform(0.1, 1.0, 3), random_rotations(rng)
+        half_a, half_b, rotation = rng.uniform(0.1, 1.0, 3), rng.uniform(0.1, 1.0, 3), random_rotations(rng)
         d = rng.normal(scale=1.5, size=3)
-        gap = gap_on_face_axes(turn, d, half_a, half_b)
-        points = (rng.uniform(-1.0, 1.0, (500, 3)) * half_b) @ turn.T + d
-        points = np.concatenate([points, (corners * half_b) @ turn.T + d])
+        gap = gap_on_face_axes(rotation, d, half_a, half_b)
+        points = (rng.uniform(-1.0, 1.0, (500, 3)) * half_b) @ rotation.T + d
+        points = np.concatenate([points, (corners * half_b) @ rotation.T + d])
         distance = np.linalg.norm(np.maximum(np.abs(points) - half_a, 0.0), axis=1).min()
         assert gap <= distance + 1e-12

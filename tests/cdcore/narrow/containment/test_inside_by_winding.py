@@ -168,8 +168,8 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
         expected = create_detector("exact", [block, bead]).detect(dense).verdict[:, 0]
         assert expected[0] == expected[-1] == Verdict.CLEAR
         verdict = create_detector("continuous", [block, bead]).detect(ends).verdict[1, 0]
-        on_the_way = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
-        allowed = on_the_way - {Verdict.CLEAR} or {Verdict.CLEAR}
+        on_the_direction = {Verdict.CONTACT} if (expected == Verdict.CONTACT).any() else set(expected.tolist())
+        allowed = on_the_direction - {Verdict.CLEAR} or {Verdict.CLEAR}
         assert verdict in (allowed | {Verdict.UNRESOLVED} if allowed != {Verdict.CLEAR} else allowed), (arm, depth)
         answer[int(verdict)] = answer.get(int(verdict), 0) + 1
     assert {Verdict.CLEAR, Verdict.UNRESOLVED} <= set(answer), answer
@@ -178,8 +178,8 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
 def swing(origin, angles):
     """A motion of a block at rest and a body that turns about z at a place."""
     cosine, sine, zero = np.cos(angles), np.sin(angles), 0 * angles
-    turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
-    rotations = np.stack([np.tile(np.eye(3), (len(angles), 1, 1)), turn], axis=1)
+    rotation = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
+    rotations = np.stack([np.tile(np.eye(3), (len(angles), 1, 1)), rotation], axis=1)
     return Motion(np.arange(len(angles)), np.tile([[0, 0, 0], origin], (len(angles), 1, 1)), rotations)
 
 

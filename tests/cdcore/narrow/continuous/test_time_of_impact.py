@@ -93,10 +93,10 @@ def test_witness_faces_meet_at_the_upper_time():
     answer = time_of_impact(ball, direction(start, stop), box, REST)
     assert answer.verdict is Impact.HIT
     fraction = answer.toi[1]
-    turn = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(fraction)
-    present = pose((1 - fraction) * start[:3, 3] + fraction * stop[:3, 3], turn.as_rotvec())
-    found = intersecting_faces(ball, box, present, None).tolist()
-    assert list(answer.faces) in found
+    rotation = Slerp([0, 1], Rotation.from_matrix([start[:3, :3], stop[:3, :3]]))(fraction)
+    present = pose((1 - fraction) * start[:3, 3] + fraction * stop[:3, 3], rotation.as_rotvec())
+    result = intersecting_faces(ball, box, present, None).tolist()
+    assert list(answer.faces) in result
 
 
 def random_way(rng, reach, turn):

@@ -57,22 +57,22 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
 def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
-    trees, poses, (found, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
+    trees, poses, (result, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
     hits = 0
     for row, (rotations, moves) in enumerate(poses):
         slow = SlowSearch(kind, trees, [*zip(rotations, moves, strict=True)], every=every, budget=budget)
         assert counts[row, :2].tolist() == [slow.node_tests, slow.leaf_tests]
         assert bool(ended[row]) == slow.truncated
-        assert [tuple(faces) for faces in found[found[:, 0] == row, 1:].tolist()] == slow.found
+        assert [tuple(faces) for faces in result[result[:, 0] == row, 1:].tolist()] == slow.found
         hits += bool(slow.found)
     assert hits or budget
 
 
 def test_cached_axis_ends_most_leaf_tests_of_solid():
-    found, counts, _ = searched("solid-style", "ball and beaker")[2]
+    result, counts, _ = searched("solid-style", "ball and beaker")[2]
     _, leaf, hits, steps, exact = counts.sum(axis=0).tolist()
     assert hits > 0.3 * leaf > 0
-    assert 0 < len(found) <= exact <= 1.01 * len(found) + 2
+    assert 0 < len(result) <= exact <= 1.01 * len(result) + 2
     assert 0 < leaf - hits - exact <= steps
 
 

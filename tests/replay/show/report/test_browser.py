@@ -27,9 +27,9 @@ def demo(tmp_path_factory):
 
 def test_the_first_screen_holds_answer_picture_ranking_scatter_and_timeline(demo, tmp_path):
     with opened(demo.as_uri(), tmp_path, (1280, 800)) as page:
-        for part in ("h1", ".where", ".hero dl", ".hero .still", ".rank", ".sc", ".time", ".top nav"):
-            top, bottom, right = page.ask(f"{BOX}('{part}')")
-            assert 0 <= top < bottom <= 742 and right <= 1280, part
+        for piece in ("h1", ".where", ".hero dl", ".hero .still", ".rank", ".sc", ".time", ".top nav"):
+            top, bottom, right = page.ask(f"{BOX}('{piece}')")
+            assert 0 <= top < bottom <= 742 and right <= 1280, piece
         assert page.ask("[...document.querySelectorAll('dt')].map(one => one.innerText)") == [
             "Why",
             "Fix",
@@ -41,8 +41,8 @@ def test_the_first_screen_holds_answer_picture_ranking_scatter_and_timeline(demo
 
 def test_phone_page_shows_picture_after_sentence_and_stacked_ranking(demo, tmp_path):
     with opened(demo.as_uri(), tmp_path, (400, 800)) as page:
-        places = [page.ask(f"{BOX}('{part}')[0]") for part in ("h1", ".hero .still", ".hero dl", ".rank", ".time")]
-        assert places == sorted(places)
+        boxes = [page.ask(f"{BOX}('{piece}')[0]") for piece in ("h1", ".hero .still", ".hero dl", ".rank", ".time")]
+        assert boxes == sorted(boxes)
         rows = page.ask("[...document.querySelectorAll('.rank tbody tr')].map(one => one.offsetTop)")
         assert rows == sorted(set(rows)) and page.ask(f"{BOX}('.rank thead')[2]") < 40
 

@@ -31,7 +31,7 @@ def test_triangle_covers_the_pixels_of_rays_that_meet_it():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
-    result = [np.concatenate(part) for part in zip(*covered(local, view()), strict=True)]
+    result = [np.concatenate(piece) for piece in zip(*covered(local, view()), strict=True)]
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
     focus = FOCAL * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus

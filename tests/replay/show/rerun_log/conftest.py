@@ -46,24 +46,24 @@ def tapping(frames):
     """Stamps, translations (T, 5, 3) and validity: the rod taps a wall 6 times a second, and once the bench."""
     stamps = 1_000_000_000 + np.arange(frames) * 11_111_111
     t = np.arange(frames) / RATE
-    places = np.zeros((frames, len(MESHES), 3))
-    places[:, 1] = [0.0, 0.0201, 0.0]
+    positions = np.zeros((frames, len(MESHES), 3))
+    positions[:, 1] = [0.0, 0.0201, 0.0]
     reach = BEAKER_RADIUS - ROD_RADIUS - 0.004 + 0.0045 * np.sin(6 * 2 * np.pi * t)
     rotation = 0.9 * t
     dip = 0.028 - 0.01 * (np.abs(np.arange(frames) - 0.8 * frames) < 6)
-    places[:, 2] = np.stack([reach * np.cos(rotation), dip, reach * np.sin(rotation)], axis=1)
-    places[:, 3] = places[:, 2] + [0.02, 0.17, 0.0]
-    places[:, 4] = [0.25, 0.55, 0.7]
+    positions[:, 2] = np.stack([reach * np.cos(rotation), dip, reach * np.sin(rotation)], axis=1)
+    positions[:, 3] = positions[:, 2] + [0.02, 0.17, 0.0]
+    positions[:, 4] = [0.25, 0.55, 0.7]
     valid = np.ones((frames, len(MESHES)), dtype=bool)
     valid[frames // 2 : frames // 2 + 6, 3] = False
-    return stamps, places, valid
+    return stamps, positions, valid
 
 
 @cache
 def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
-    stamps, places, valid = tapping(frames)
-    bare = framed(stamps, valid, places, names=list(MESHES))
+    stamps, positions, valid = tapping(frames)
+    bare = framed(stamps, valid, positions, names=list(MESHES))
     kept = {"rod": "right", "hand": "right"}
     bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=kept.get(body, "")) for body in MESHES]
     meshes = {body: make() for body, make in MESHES.items()}

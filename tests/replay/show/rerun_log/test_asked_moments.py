@@ -19,10 +19,10 @@ CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown"
 
 
 def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
-    for place in read_bookmarks(recording):
-        requested = {"miss": (place.number, None), "false": (None, place.number)}.get(place.kind)
-        for by in ("", place.label) if requested else ():
-            assert _target(recording, *requested, by) == place.session_ns
+    for bookmark in read_bookmarks(recording):
+        requested = {"miss": (bookmark.number, None), "false": (None, bookmark.number)}.get(bookmark.kind)
+        for by in ("", bookmark.label) if requested else ():
+            assert _target(recording, *requested, by) == bookmark.session_ns
     with pytest.raises(RunFolderError, match=r"there is no false 999 in .*; its false contacts are numbered 1 to \d+"):
         _target(recording, None, 999, "")
     with pytest.raises(RunFolderError, match=r"there is no miss 1 in .*; it has none"):
@@ -41,7 +41,7 @@ CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
 
 
 @pytest.mark.parametrize(
-    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([place]) for place in CHANGED_PLACES)]
+    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([position]) for position in CHANGED_PLACES)]
 )
 def test_recording_with_foreign_moments_is_damaged(tmp_path, moments):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:

@@ -52,8 +52,8 @@ def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
 def test_unnamed_body_is_drawn_where_detectors_query_it(drawn):
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
-    places = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
-    read = drawn(compute(cubes(places, scene=scene), detectors="hybrid"))
+    positions = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}
+    read = drawn(compute(cubes(positions, scene=scene), detectors="hybrid"))
     assert {"/world/a/mesh", "/world/b/mesh", "/world/c/mesh"} <= set(read.entities)
 
 

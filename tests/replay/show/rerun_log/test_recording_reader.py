@@ -16,18 +16,18 @@ def recording(tmp_path_factory):
 
 
 def test_reader_that_ended_is_started_again(recording, monkeypatch):
-    places = read_bookmarks(recording)
+    bookmarks = read_bookmarks(recording)
     reader = recording_reader._reader
     monkeypatch.setattr(reader.process, "is_alive", lambda: True)
     reader.process.kill()
     reader.process.join()
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again"):
         read_bookmarks(recording)
-    assert read_bookmarks(recording) == places and places
+    assert read_bookmarks(recording) == bookmarks and bookmarks
 
 
 def test_reader_that_hangs_is_ended(recording, monkeypatch):
-    places = read_bookmarks(recording)
+    bookmarks = read_bookmarks(recording)
     hanging = recording_reader._reader
     monkeypatch.setattr(recording_reader, "MOST_SECONDS", 0.0)
     with pytest.raises(RunFolderError, match="is damaged"):
@@ -35,4 +35,4 @@ def test_reader_that_hangs_is_ended(recording, monkeypatch):
     monkeypatch.undo()
     hanging.process.join(5.0)
     assert not hanging.process.is_alive()
-    assert read_bookmarks(recording) == places
+    assert read_bookmarks(recording) == bookmarks

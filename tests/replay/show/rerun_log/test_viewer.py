@@ -38,8 +38,8 @@ def test_recording_is_open_once_all_of_it_arrived(tmp_path):
 
 
 def test_the_cursor_goes_to_the_moment_that_leads(monkeypatch, tmp_path):
-    places = [Bookmark("hull", "miss", 1, 5, False), Bookmark("mesh", "miss", 1, 7, True)]
-    monkeypatch.setattr(module, "read_bookmarks", lambda _: places)
+    bookmarks = [Bookmark("hull", "miss", 1, 5, False), Bookmark("mesh", "miss", 1, 7, True)]
+    monkeypatch.setattr(module, "read_bookmarks", lambda _: bookmarks)
     monkeypatch.setattr(module, "start_viewer", Mock())
     open_viewer(tmp_path).seek.assert_called_once_with(7)
 
@@ -77,10 +77,10 @@ def test_no_view_reports_an_error_and_a_recording_is_open(opened):
 
 @pytest.mark.slow
 def test_paused_cursor_stands_on_the_leading_moment(opened, recording):
-    place = next(item for item in read_bookmarks(recording) if item.leads)
+    bookmark = next(item for item in read_bookmarks(recording) if item.leads)
     time.sleep(0.5)
     printed = opened.state().recordings[0]
-    assert (printed.current_timeline, printed.current_time) == ("session", place.session_ns)
+    assert (printed.current_timeline, printed.current_time) == ("session", bookmark.session_ns)
 
 
 @pytest.mark.slow

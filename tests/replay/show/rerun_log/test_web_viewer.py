@@ -111,12 +111,12 @@ def test_server_that_always_ends_is_a_sentence(monkeypatch, tmp_path):
 
 
 def test_only_faults_of_detectors_have_an_address(monkeypatch, tmp_path):
-    places = [
+    positions = [
         Bookmark("hull", "miss", 2, 5, leads=False),
         Bookmark("mesh", "false", 1, 6, leads=False),
         Bookmark("", "event", 3, 7, leads=True),
     ]
-    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: places)
+    monkeypatch.setattr(web_viewer, "read_bookmarks", lambda _: positions)
     commands = moment_commands(tmp_path, ["hull", "mesh"])
     del commands["layout"]
     assert commands == {"miss-2": cursor_at(5), "false-1-mesh": cursor_at(6), "": cursor_at(7)}

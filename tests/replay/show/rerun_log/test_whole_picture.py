@@ -69,10 +69,12 @@ SCENES = {
 @pytest.mark.parametrize("name", PICTURES)
 def test_the_picture_reads_as_it_did(name, taps, drawn, snapshot):
     read = drawn(with_steady_times(PICTURES[name](taps)))
-    parts = layout_of(read.path)
-    (first,) = parts["/viewport"].pop("ViewportBlueprint:root_container")
-    lines = [*layout(parts, f"container/{uuid(first)}")]
-    lines += [f"{path} {name}: {plain(value)}" for path in sorted(parts) for name, value in sorted(parts[path].items())]
+    pieces = layout_of(read.path)
+    (first,) = pieces["/viewport"].pop("ViewportBlueprint:root_container")
+    lines = [*layout(pieces, f"container/{uuid(first)}")]
+    lines += [
+        f"{path} {name}: {plain(value)}" for path in sorted(pieces) for name, value in sorted(pieces[path].items())
+    ]
     lines += map(str, read_bookmarks(read.path))
     printed = components((path, batch) for path in sorted(read.entities) for batch in read.entities[path])
     lines += [
@@ -107,8 +109,8 @@ def uuid(number):
 def layout(parts, path, depth=0):
     """A line for a container or a view with all that is set of it, then those in it."""
     own = {}
-    for part in sorted(part for part in parts if part.startswith(f"/{path}")):
-        own |= parts.pop(part)
+    for piece in sorted(piece for piece in parts if piece.startswith(f"/{path}")):
+        own |= parts.pop(piece)
     below = own.pop("ContainerBlueprint:contents", ())
     if active := own.pop("ContainerBlueprint:active_tab", ()):
         own["active"] = below.index(active[0])
@@ -130,7 +132,7 @@ def in_time(rows):
         return "; ".join(f"{'' if ns is None else ns} {plain(values)}" for ns, _, values in rows)
     numbers, stamps = numbers.astype(np.float64), [ns or 0 for ns, *_ in rows]
     sizes = [np.size(values) for *_, values in rows]
-    sums = (np.nansum(part) for part in (numbers, np.abs(numbers), numbers * np.arange(len(numbers)), stamps, sizes))
+    sums = (np.nansum(piece) for piece in (numbers, np.abs(numbers), numbers * np.arange(len(numbers)), stamps, sizes))
     return f"{len(rows)} rows, {len(numbers)} numbers, {plain([*sums])}"
 
 
@@ -177,15 +179,15 @@ def seen(read, entity, over_time, ns):
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
 def test_no_view_is_empty_or_names_unrecorded_paths(name, share, taps, drawn):
     read = drawn((PICTURES | SCENES)[name](taps))
-    places, parts = read_bookmarks(read.path), layout_of(read.path)
-    opens = sum(place.session_ns for place in places if place.leads)
-    ns = opens if share is None else int(share * max((place.session_ns for place in places), default=0))
-    for path, view in parts.items():
+    bookmarks, pieces = read_bookmarks(read.path), layout_of(read.path)
+    opens = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)
+    ns = opens if share is None else int(share * max((bookmark.session_ns for bookmark in bookmarks), default=0))
+    for path, view in pieces.items():
         if "ViewBlueprint:display_name" in view:
             (origin,) = view["ViewBlueprint:space_origin"]
-            query = [line.replace("$origin", origin) for line in parts[f"{path}/ViewContents"]["ViewContents:query"]]
+            query = [line.replace("$origin", origin) for line in pieces[f"{path}/ViewContents"]["ViewContents:query"]]
             exact = {line for line in query if not line.startswith("-") and not line.endswith(("*", "/liquid"))}
-            followed = parts.get(f"{path}/EyeControls3D", {}).get("EyeControls3D:tracking_entity", ())
+            followed = pieces.get(f"{path}/EyeControls3D", {}).get("EyeControls3D:tracking_entity", ())
             assert {*exact, *followed} <= {*read.entities}, view
             over_time = view["ViewBlueprint:class_identifier"][0] in OVER_TIME
             assert sum(seen(read, entity, over_time, ns) for entity in selected(query, read.entities)), view

@@ -96,6 +96,6 @@ def test_rows_that_name_another_folder_are_not_read(batch):
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     table = pq.read_table(file)
     names = ["../../elsewhere", *table["run"].to_pylist()[1:]]
-    place = table.column_names.index("run")
-    pq.write_table(table.set_column(place, "run", pa.array(names, pa.string())), file)
+    index = table.column_names.index("run")
+    pq.write_table(table.set_column(index, "run", pa.array(names, pa.string())), file)
     assert read(batch)["misses"].num_rows == by_folder(batch, lambda: read(batch))["misses"].num_rows - 1

@@ -43,9 +43,9 @@ BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
 def session(name):
     events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
     spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
-    places = {"a": [0] * 12, "b": PLACES[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
+    positions = {"a": [0] * 12, "b": PLACES[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
     facts = {"pseudonym": STUDENTS[name]} if STUDENTS[name] else {}
-    return cubes(places, events=events, intervals=[] if name == "four" else spans, facts=facts)
+    return cubes(positions, events=events, intervals=[] if name == "four" else spans, facts=facts)
 
 
 def run_of(name):

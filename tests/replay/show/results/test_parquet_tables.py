@@ -21,8 +21,8 @@ EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
-def recorded(places=PLACES, **more):
-    return cubes(places, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
+def recorded(positions=PLACES, **more):
+    return cubes(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
 
 
 RUNS = {
@@ -55,9 +55,9 @@ def test_long_frame_table_joins_from_its_row_groups(monkeypatch):
     result = steady("several")
     (whole,) = tables.frame_table(result)
     monkeypatch.setattr(tables, "ROWS_PER_BATCH", 2)
-    parts = list(tables.frame_table(result))
-    assert len(parts) == -(-whole.num_rows // 2)
-    assert [row for part in parts for row in part.to_pylist()] == whole.to_pylist()
+    pieces = list(tables.frame_table(result))
+    assert len(pieces) == -(-whole.num_rows // 2)
+    assert [row for piece in pieces for row in piece.to_pylist()] == whole.to_pylist()
 
 
 def test_every_column_is_described_and_written_with_its_type():

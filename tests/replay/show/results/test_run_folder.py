@@ -16,8 +16,8 @@ from replay.studies.diff.runs import diff_runs
 
 @pytest.fixture(scope="module")
 def result():
-    places = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
-    return compute(cubes(places), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
+    positions = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
+    return compute(cubes(positions), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
 
 
 def names(folder):
@@ -31,7 +31,7 @@ def drawing(monkeypatch):
 
 
 def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing):
-    drawing(lambda got, path: path.write_text("p"))
+    drawing(lambda actual, path: path.write_text("p"))
     session = tmp_path / "s.mcap"
     session.write_bytes(b"poses")
     out = write_run_folder(result, tmp_path / "deep" / "run", picture=True, files={"session.mcap": session})
@@ -131,7 +131,7 @@ def test_other_folders_and_other_schemas_are_no_runs(tmp_path):
 @pytest.fixture
 def flipped(result, tmp_path, drawing):
     """A run folder in whose picture one bit was changed."""
-    drawing(lambda got, path: path.write_bytes(b"picture"))
+    drawing(lambda actual, path: path.write_bytes(b"picture"))
     folder = write_run_folder(result, tmp_path / "flipped", picture=True)
     picture = folder / "run.rrd"
     data = bytearray(picture.read_bytes())

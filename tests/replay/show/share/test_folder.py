@@ -43,9 +43,9 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("anna.lind")
     file = folder / "anna_mueller_matr4711.mcap"
     with Recorder(file, meshes=dict.fromkeys(("a", "hand-left"), cube()), facts=FACTS) as recorder:
-        for frame, place in enumerate(PLACES):
+        for frame, position in enumerate(PLACES):
             stamp = frame * STEP_NS
-            recorder.poses(stamp, {"a": ((0, 0, 0), STILL), "hand-left": ((place, 0, 0), STILL)})
+            recorder.poses(stamp, {"a": ((0, 0, 0), STILL), "hand-left": ((position, 0, 0), STILL)})
             recorder.hand(stamp, "anna_mueller", "left", trigger=float(5 < frame < 9))
             for person in ("anna_mueller", "berta schulz"):
                 recorder.gaze(stamp, person, (0, 5, 0), (0, -1, 0))
@@ -82,14 +82,14 @@ def moment_messages(folder, name="run"):
 def control(name):
     """A message of ``viewer_control.proto``, as far as it is used, read by Google's own library."""
     file = descriptor_pb2.FileDescriptorProto(name="control.proto", package="control", syntax="proto3")
-    parts = {
+    pieces = {
         "Timeline": [("name", 1, "string")], "Moment": [("time", 1, "int64")], "Command": [("id", 1, "string")],
         "Cursor": [("timeline", 2, "Timeline"), ("moment", 3, "Moment"), ("play", 4, "bool")],
         "Request": [("cursor", 6, "Cursor"), ("command", 11, "Command")],
         "At": [("moment", 3, "Moment")], "Recording": [("at", 3, "At")], "State": [("recording", 3, "Recording")],
     }  # fmt: skip
-    for part, fields in parts.items():
-        made = file.message_type.add(name=part)
+    for piece, fields in pieces.items():
+        made = file.message_type.add(name=piece)
         for field, number, kind in fields:
             plain = {"string": 9, "int64": 3, "bool": 8}.get(kind)
             type_name = {} if plain else {"type_name": f".control.{kind}"}
@@ -101,17 +101,17 @@ def control(name):
 
 def test_every_moment_has_a_message_with_its_time(run, shared):
     read, sent = control("Request"), moment_messages(shared)
-    places = read_bookmarks(run / "run.rrd")
+    bookmarks = read_bookmarks(run / "run.rrd")
     times = {name: read.FromString(item).cursor for name, item in sent.items() if name != "layout"}
     assert {item.timeline.name for item in times.values()} == {"session"} and not any(
         item.play for item in times.values()
     )
-    for item in places:
+    for item in bookmarks:
         if item.label == "slow":
             assert times[f"{item.kind}-{item.number}"].moment.time == item.session_ns
-    others = [item for item in places if item.label == "late"]
+    others = [item for item in bookmarks if item.label == "late"]
     assert others and all(times[f"{item.kind}-{item.number}-late"].moment.time == item.session_ns for item in others)
-    assert times[""].moment.time == next(item.session_ns for item in places if item.leads)
+    assert times[""].moment.time == next(item.session_ns for item in bookmarks if item.leads)
     assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
     for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
@@ -144,8 +144,8 @@ def test_run_and_shared_folder_hold_no_serial_path_or_name(run, shared):
     recorded = {file.name for file in shared.iterdir()}
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= recorded
     # A full stop is no letter of base64: a packed script of megabytes holds any four letters by chance.
-    places = ("anna.lind", str(run), str(run.parent), str(shared.parent))
-    for folder, sentence in ((run, SECRET), (shared, (*SECRET, *places))):
+    secrets = ("anna.lind", str(run), str(run.parent), str(shared.parent))
+    for folder, sentence in ((run, SECRET), (shared, (*SECRET, *secrets))):
         own = [item for item in texts_of(folder) if item[0] not in ("viewer.js", "re_viewer.js")]
         assert [(word, name) for name, text in own for word in sentence if word in text.lower()] == []
     page = (shared / "index.html").read_text(encoding="utf-8")

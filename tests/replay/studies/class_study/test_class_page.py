@@ -111,8 +111,8 @@ QUESTIONS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_filter_clicks_answer_a_question_as_a_recount_does(question, page, db):
-    (part, by, choose), columns, recount = QUESTIONS[question]
-    printed = [row for row in rows(page, part, by, **choose) if "fewer than 5" not in row]
+    (piece, by, choose), columns, recount = QUESTIONS[question]
+    printed = [row for row in rows(page, piece, by, **choose) if "fewer than 5" not in row]
     # Less all others, a total would tell what a row of few students may not: one more row shows no figure.
     withheld = {row[columns[0]] for row in printed if "not shown" in row}
     recorded = [[row[k] for k in columns] for row in printed if row[columns[0]] not in withheld]

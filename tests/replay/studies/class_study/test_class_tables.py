@@ -29,11 +29,11 @@ def test_class_below_five_students_lists_sessions_without_figures(tmp_path, stud
     known = min(students, 6 - nobody)
     result = every(made)
     for table in result:
-        place = [column.name for column in table.columns].index("n")
+        index = [column.name for column in table.columns].index("n")
         assert table.rows or not known
         for row in table.rows:
-            hidden = row[place] == "fewer than 5"
-            assert hidden == all(item == "" for item in row[place + 1 :])
+            hidden = row[index] == "fewer than 5"
+            assert hidden == all(item == "" for item in row[index + 1 :])
             assert hidden >= bool(few)
     assert any(row[2] == known for row in result[0].rows) != bool(few)
     notes = " ".join(result[0].notes)
@@ -57,9 +57,9 @@ def test_small_cells_cannot_be_derived_from_totals(tmp_path):
     # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
     counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
     misses = [
-        item | {"place": place, "cause": cause}
+        item | {"place": position, "cause": cause}
         for cause, (students, each) in counts.items()
-        for place in [*range(students)] * each
+        for position in [*range(students)] * each
     ]
     misses = pa.Table.from_pylist(misses, schema=runs.tables["misses"].schema)
     made = ClassTables(replace(runs, tables=runs.tables | {"misses": misses}))

@@ -39,8 +39,8 @@ def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
     return analyse(ARMS if arms else ASKED, questionnaire(answers, HALVES if arms else ()), table)
 
 
-def rules(found):
-    return {refused.rule for refused in found.refusals}
+def rules(result):
+    return {refused.rule for refused in result.refusals}
 
 
 def test_planted_association_is_detected_and_nothing_else():

@@ -24,6 +24,6 @@ def test_pictures_change_with_every_table_they_draw(small, tmp_path):
         png = file.read_bytes()
         assert (np.ptp(imread(io.BytesIO(png), format="png")[..., :3], axis=-1) > 0.3).mean() > 0.0005
         for key, heading in columns.items():
-            table, place = small[key], small[key].head.index(heading)
-            rows = tuple((*row[:place], 0.5, *row[place + 1 :]) for row in table.rows)
+            table, index = small[key], small[key].head.index(heading)
+            rows = tuple((*row[:index], 0.5, *row[index + 1 :]) for row in table.rows)
             assert draw({**small, key: replace(table, rows=rows)}) != png, key

@@ -60,15 +60,17 @@ def kept_by_counting(cavity, down, count: int = 400):
     spread = (np.arange(count)[:, None] * np.array([0.8191725134, 0.6710436067, 0.5497004779]) + shift) % 1.0
     points = middle + np.diff(np.sort(spread), prepend=0.0) @ sides
     rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] > cavity.opening.lip[1] - 1e-6]
-    return np.array([float(((points @ way > (rim @ way).max()).mean(axis=1) * volume).sum()) for way in down])
+    return np.array(
+        [float(((points @ direction > (rim @ direction).max()).mean(axis=1) * volume).sum()) for direction in down]
+    )
 
 
 def check_pour(run, fact, before):
     """The recorded tilt lets the liquid out from the stated time on, as much as stated, into what is stated."""
     source, cavity = fact.values["source"], run.cavity(fact.values["source"])
-    turn = run.pose(source)[1]
-    tilt = np.arccos(np.clip(rotated(turn, np.array([0.0, 1.0, 0.0]))[:, 1], -1.0, 1.0))
-    down = rotated(quaternion_inverse(turn), np.array([0.0, -1.0, 0.0]))
+    rotation = run.pose(source)[1]
+    tilt = np.arccos(np.clip(rotated(rotation, np.array([0.0, 1.0, 0.0]))[:, 1], -1.0, 1.0))
+    down = rotated(quaternion_inverse(rotation), np.array([0.0, -1.0, 0.0]))
     during = run.near(fact.start - 3.0, fact.end + 0.3)
     kept = kept_by_counting(run.vessel(source), down[during])
     times = run.times[during]

@@ -40,18 +40,22 @@ def test_poses_and_truth_are_those_of_the_session_version(name, noise, made, sna
     """Other poses need another version of its choreography."""
     run = made(name, noise)
     frames = run.session.frames
-    parts = (frames.stamp_ns, frames.status, *(np.round(v, 5) + 0.0 for v in (frames.position, frames.quaternion_xyzw)))
-    digest = hashlib.sha256(b"".join(map(bytes, parts))).hexdigest()[:16]
+    pieces = (
+        frames.stamp_ns,
+        frames.status,
+        *(np.round(v, 5) + 0.0 for v in (frames.position, frames.quaternion_xyzw)),
+    )
+    digest = hashlib.sha256(b"".join(map(bytes, pieces))).hexdigest()[:16]
     facts = []
     for fact in run.truth.facts:
         values = [f"{key} {v:.4g}" if isinstance(v, float) else f"{key} {v}" for key, v in fact.values.items()]
         bodies = f"{fact.kind} of {', '.join(fact.bodies)} from {fact.start:.3f} to {fact.end:.3f} s: "
         facts.append(bodies + ", ".join(values))
     episodes = []
-    for one in run.truth.episodes:
-        spans = (one.nominal, one.surely, one.possibly)
+    for item in run.truth.episodes:
+        spans = (item.nominal, item.surely, item.possibly)
         times = [f"{span[0]:.3f}-{span[1]:.3f}" if span else "never" for span in spans]
-        episodes.append(f"{one.kind} of {', '.join(one.pair)}: {', '.join(times)} {one.note}")
+        episodes.append(f"{item.kind} of {', '.join(item.pair)}: {', '.join(times)} {item.note}")
     assert [run.session.facts.get("choreography"), digest, *facts, *episodes] == snapshot
 
 
@@ -62,20 +66,20 @@ def test_grasped_body_moves_from_press_until_release(one):
         (hand,) = (body for body in hold.bodies if body.startswith("hand-"))
         (thing,) = set(hold.bodies) - {hand}
         trigger = one.session.hands[f"student/{hand.removeprefix('hand-')}"].trigger
-        held = one.near(hold.start, hold.end - 1e-9)
-        assert trigger[held][1:-1].min() > 0.4
+        kept = one.near(hold.start, hold.end - 1e-9)
+        assert trigger[kept][1:-1].min() > 0.4
         edges = np.flatnonzero((trigger[1:] > 0.6) & (trigger[:-1] <= 0.6)) + 1
         assert np.abs(one.times[edges] - hold.start).min() < 0.03
         before = one.near(hold.start - 0.5, hold.start - 1e-9)
         assert (np.diff(one.pose(thing)[0][before], axis=0) == 0.0).all()
-        rides = one.within(hand, one.pose(thing)[0])[held]
+        rides = one.within(hand, one.pose(thing)[0])[kept]
         np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
 
 
 @pytest.mark.sampled(3)
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
-    held = tomllib.loads(one.session.scene.text)
-    assert len(held["effect"]) >= 4
+    kept = tomllib.loads(one.session.scene.text)
+    assert len(kept["effect"]) >= 4
     # Hands and headset take seconds to make and are the same in every scene.
     bodies = tuple(body for body in one.session.scene.bodies if not body.instrument.startswith(("hand", "proxy")))
     again = scene_meshes(replace(one.session.scene, bodies=bodies))
