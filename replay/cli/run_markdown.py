@@ -6,6 +6,7 @@ from replay.constants import CAVEAT
 from replay.document.headline import doubts, headlines, price
 from replay.document.run_result import Summarised
 from replay.show.run_tables import ranking_table
+from replay.show.sections import details_markdown
 from replay.tables import Table, markdown, markdown_words
 
 LEVEL = 3
@@ -19,7 +20,13 @@ def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
     tables = [ranking_table(result)] if len(result.document.audit) > 1 else []
     name = result.document.session.scene or "Session"
     return markdown_page(
-        name, broken, [*doubts(result.document), size, *answers], tables, price(result), reasons(result)
+        name,
+        broken,
+        [*doubts(result.document), size, *answers],
+        tables,
+        price(result),
+        reasons(result),
+        details_markdown(result),
     )
 
 
@@ -39,11 +46,13 @@ def markdown_page(
     tables: Sequence[Table],
     below: Sequence[str] = (),
     reasons: Sequence[str] = (),
+    details: Sequence[str] = (),
 ) -> str:
-    """Return failed gates, sentences, reasons in Markdown, the tables, and sentences that are no table's note."""
+    """Return failed gates, sentences, reasons in Markdown, the tables, sentences that are no table's note, details."""
     gates = "\n".join(f"- **gate failed:** {markdown_words(sentence)}" for sentence in broken)
     paragraphs = [f"## {markdown_words(head)}", gates, *map(markdown_words, above), "\n".join(reasons)]
     paragraphs += [markdown(table, LEVEL) for table in tables]
     noted = {note for table in tables for note in table.notes}
     paragraphs += [markdown_words(sentence) for sentence in below if sentence not in noted]
+    paragraphs += details
     return "\n\n".join([*filter(None, paragraphs), f"*{CAVEAT}*"])

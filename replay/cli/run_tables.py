@@ -16,11 +16,9 @@ from replay.document.headline import beside, doubts, engine_reports, price, unde
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_words
 from replay.show import run_tables as built
+from replay.show.sections import SectionName, section_of
 from replay.show.words import tallied
 from replay.tables import FAINT, GOOD, IN_RED, INVENTED, Table
-
-FAULT_ROWS: Final = 20
-"""Misses and false contacts listed of each detector; JSON and the tables of the run folder hold them all."""
 
 EVENT_ROWS: Final = 20
 
@@ -90,13 +88,13 @@ def run_tables(result: RunResult) -> Group:
         pairs = pairs.narrow()
         displayed = pairs.first(PAIR_ROWS, "… and {} more")
         contents.append(replace(displayed, title=f"contacts, and what {label} made of them"))
-    contents += fault_tables(result)
+    contents += section_of(result, SectionName.FAULTS).tables
     if result.comparisons:
         contents.append(audit_table(result.document.audit))
     if result.detections:
-        contents.append(built.cost_table(result).narrow())
-    if result.effects and result.detections:
-        contents.append(built.effect_table(result).narrow())
+        contents += (made.narrow() for made in section_of(result, SectionName.TIMES).tables)
+        contents += (made.narrow() for made in section_of(result, SectionName.EFFECTS).tables)
+    contents += section_of(result, SectionName.SESSION).tables
     contents += [Text(), line(CAVEAT, FAINT)]
     proxies = [name for name, body in result.document.session.bodies.items() if body.proxy]
     if proxies:
@@ -118,17 +116,6 @@ def no_detection(result: RunResult) -> str:
     """Why there is no contact to report."""
     effects = ", ".join(dict.fromkeys(effect.kind for effect in result.session.scene.effects or ())) or "nothing"
     return f"Contacts were not computed: the scene declares {effects}. To compute them, add --detectors."
-
-
-def fault_tables(result: RunResult) -> list[Table]:
-    """Tables of missed and false contacts of each detector: never detected ones first, longest false ones first."""
-    more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
-    tables, misses, false = [], result.tables["misses"], result.tables["false"]
-    for label in (rank.label for rank in result.ranking[:-1]):
-        for made, name in ((built.miss_table(misses, label), "misses"), (built.false_table(false, label), "false")):
-            if made.rows:
-                tables.append(made.first(FAULT_ROWS, more.format("{}", name)))
-    return tables
 
 
 def audit_table(audit: Mapping[str, DetectorAudit]) -> Table:

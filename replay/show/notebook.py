@@ -15,6 +15,7 @@ from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import filled
 from replay.show.report.page import view_of
 from replay.show.run_tables import ranking_table
+from replay.show.sections import details
 from replay.tables import text_of
 from replay.words import duration, plural
 
@@ -63,6 +64,7 @@ def run_html(result: RunResult) -> str:
         # Its note about a busy machine stands in the cost.
         ranking=replace(ranking_table(result), notes=()) if result.ranking else None, undecided=undecided(result),
         answer=result.answers[0] if result.answers else None, price=price(result),
+        details=details(result),
         command_of=partial(_command, result=result),
         links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
     )  # fmt: skip

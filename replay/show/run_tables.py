@@ -5,9 +5,11 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
+from msgspec.structs import asdict
+
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
-from replay.auditing.fault import Cause, FaultKind
+from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.auditing.look_phases import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.constants import BUDGET_MS
@@ -18,6 +20,7 @@ from replay.document.gates import percent
 from replay.document.ranking import Range, all_unconfirmed
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
+from replay.document.session import EffectRecord
 from replay.effects.effects_runner import CURVES
 from replay.show.words import (
     PAIR_FRAME_ROWS,
@@ -28,6 +31,7 @@ from replay.show.words import (
 from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.words import plural
 from sessions import Finding
+from sessions.mcap.metadata import NOT_STATED
 
 LATE_OR_SHORT = "late or cut short"
 FALSE_CONTACT = "false contact"
@@ -39,6 +43,9 @@ UNCONFIRMED = "unconfirmed frames"
 
 CUT = "cut by lost poses"
 """Column of contacts, there only where lost poses cut one."""
+
+CERTAIN_SECONDS = 1e-6
+"""Uncertainty of a first touch up to which none is stated."""
 
 MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
@@ -72,12 +79,13 @@ def _ms(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
 
-def _moment(row: Mapping[str, Any]) -> Cell:
+def _moment(miss: Fault) -> Cell:
     """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
-    moment = row["start"] if row["touch"] is None else row["touch"]
-    unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
-    below = f"within {words.duration(unsure)}" if unsure > 1e-6 else ""
-    return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
+    touch = miss.evidence.touch
+    text = words.timestamp(miss.begin)
+    if touch is None or touch.moment - touch.free <= CERTAIN_SECONDS:
+        return text
+    return Marked(text, "", f"within {words.duration(touch.moment - touch.free)}")
 
 
 def _quick_ms(seconds: float | None) -> str:
@@ -109,13 +117,19 @@ COLUMNS = columns_of(
         "percent": lambda fraction: "" if fraction is None else words.share(fraction),
         "stage": _stage,
         "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
-        "pair_of": lambda row: f"{row['body_a']} - {row['body_b']}",
+        "pair_of": lambda fault: " - ".join(fault.bodies),
         "moment_of": _moment,
         "as_is": lambda cell: cell,
-        "gap_of": lambda row: None if row["gap"] is None else 1e3 * row["gap"],
+        "timestamp": words.timestamp,
+        "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
+        "reasons_of": lambda row: "; ".join(row["effect"].because),
+        "reported_of": lambda row: _reported(row["effect"]),
+        "trigger_of": lambda row: row["effect"].trigger or "always",
+        "work_of": lambda row: ", ".join(f"{name} {count:,}" for name, count in row["effect"].counters.items()),
+        "skipped_of": lambda row: 1.0 - row["effect"].frames_run / max(1, row["effect"].frames),
+        "percent_number": lambda fraction: None if fraction is None else words.percentage(100.0 * fraction),
     },
 )
-RANKING = COLUMNS["ranking"]
 
 
 def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
@@ -131,7 +145,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     if busy := busy_text(result.document):
         notes.append(busy)
     notes += timing_notes(result)
-    made = Table.of(RANKING, ranks, title, notes)
+    made = Table.of(COLUMNS["ranking"], ranks, title, notes)
     if intervals:
         with_intervals = partial(_false_cell, intervals=True)
         columns = (
@@ -144,7 +158,7 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
 
 def ranking_numbers(result: Summarised) -> Table:
     """The ranking as Parquet has it; numbers of contacts are means over the sampling offsets."""
-    return Table.of((column.stored for column in RANKING), result.ranking)
+    return Table.of((column.stored for column in COLUMNS["ranking"]), result.ranking)
 
 
 def timing_notes(result: Summarised) -> list[str]:
@@ -261,19 +275,22 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
-def miss_table(misses: Table, label: str) -> Table:
+def miss_table(result: Summarised, label: str) -> Table:
     """The misses of a detector, those that were never found first."""
-    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != FaultKind.NEVER_REPORTED)
-    noisy = any(row["noise"] for row in rows)
-    columns = COLUMNS["misses"]
-    return Table.of(columns if noisy else columns[:-1], rows, f"missed by {label}")
+    misses = [fault for fault in result.faults[label] if fault.kind.is_miss]
+    misses.sort(key=lambda miss: miss.kind is not FaultKind.NEVER_REPORTED)
+    made = Table.of(COLUMNS["misses"], misses, f"missed by {label}")
+    noisy = any(miss.noise for miss in misses)
+    return made.only(*(name for name in made.head if noisy or name != "in noise"))
 
 
-def false_table(false: Table, label: str) -> Table:
+def false_table(result: Summarised, label: str) -> Table:
     """The false contacts of a detector, the longest first."""
-    rows = sorted(false.where(detector=label).plain(), key=lambda row: -row["frames"])
-    thing = "unconfirmed contact" if all(row["cause"] == Cause.BOUNDING_VOLUMES for row in rows) else "false contact"
-    return Table.of(COLUMNS["false"], rows, f"{thing}s of {label}")
+    false = [fault for fault in result.faults[label] if not fault.kind.is_miss]
+    false.sort(key=lambda fault: -fault.frames)
+    unconfirmed = all(fault.cause is Cause.BOUNDING_VOLUMES for fault in false)
+    thing = "unconfirmed contact" if unconfirmed else "false contact"
+    return Table.of(COLUMNS["false"], false, f"{thing}s of {label}")
 
 
 LATE = f"over {BUDGET_MS:.1f} ms"
@@ -293,25 +310,40 @@ def cost_table(result: Summarised) -> Table:
     return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
 
 
-EFFECTS = (
-    Column("effect", of="0", whole=True),
-    Column("because", wide=True, of=lambda row: "; ".join(row[1].because)),
-    Column("found", of=lambda row: tallied(row[1].events) or _curves(int(row[1].counters.get(CURVES, 0)))),
-    Column("runs only in", wide=True, of=lambda row: row[1].trigger or "always"),
-    Column("work", wide=True, of=lambda row: ", ".join(f"{name} {count:,}" for name, count in row[1].counters.items())),
-    Column("ms", float, of=lambda row: 1e3 * row[1].seconds, show=".1f"),
-    Column("% of the run", float, of=lambda row: 100 * row[1].fraction, show=".1f"),
-    Column("% skipped", float, of=lambda row: 100 - 100 * row[1].frames_run / max(1, row[1].frames), show=".1f"),
-)
-
-
-def _curves(count: int) -> str:
-    return plural(count, "curve") if count else "nothing"
+def _reported(effect: EffectRecord) -> str:
+    """Events of an effect, or its curves."""
+    curves = int(effect.counters.get(CURVES, 0))
+    return tallied(effect.events) or (plural(curves, "curve") if curves else "nothing")
 
 
 def effect_table(result: Summarised) -> Table:
     """Effects of the plan: what each found, why it ran, what it cost, how much of the session its trigger skipped."""
-    return Table.of(EFFECTS, result.document.effects.items(), "Effects")
+    rows = ({"kind": kind, "effect": effect} for kind, effect in result.document.effects.items())
+    return Table.of(COLUMNS["effects"], rows, "Effects")
+
+
+def session_table(result: Summarised) -> Table:
+    """Facts about the recording, and frames and bodies left out."""
+    session = result.document.session
+    dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
+    proxies = [name for name, body in session.bodies.items() if body.proxy]
+    rows: list[tuple[str, object]] = [
+        ("session", session.id),
+        ("frames", f"{session.frames:,} in {words.duration(session.duration)}"),
+        ("bodies", ", ".join(f"{name} ({body.faces:,} faces)" for name, body in session.bodies.items())),
+    ]
+    if proxies:
+        rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
+    if session.left_out:
+        rows.append(("not tested", f"no mesh: {', '.join(session.left_out)}"))
+    if dropped:
+        rows.append(("frames left out", ", ".join(dropped)))
+    rows += [("note", note) for note in session.notes]
+    rows += [(row.subject, row.sentence) for row in session.assumptions]
+    rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
+    if withheld := session.facts_withheld:
+        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
+    return Table.of(COLUMNS["session"], rows, "Facts of the session")
 
 
 def finding_table(

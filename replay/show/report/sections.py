@@ -5,22 +5,18 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from msgspec.structs import asdict
-
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
 from replay.document.headline import findings_of
 from replay.document.run_document import RunDocument
-from replay.document.session import SessionRecord
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.show import run_tables
 from replay.show.plots import Plot
 from replay.show.report.run_view import RunView
-from replay.show.run_tables import RANKING, effect_table
+from replay.show.sections import SectionName, section_of
 from replay.show.words import NOTHING_SUSPICIOUS
 from replay.tables import Table, table
 from replay.words import plural
-from sessions.mcap.metadata import NOT_STATED
 
 Part = Table | Plot | str
 Fold = tuple[str, Sequence[Part]]
@@ -35,7 +31,9 @@ FRAME_WORDS: Final = (
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 GLOSSARY: Final = {
-    **{column.name: column.meaning for column in RANKING if not (column.wide or column.names_row)},
+    **{
+        column.name: column.meaning for column in run_tables.COLUMNS["ranking"] if not (column.wide or column.names_row)
+    },
     "loss": LOSS_MEANING,
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
@@ -55,7 +53,7 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     event_table = table(
         f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3
     )
-    contents: list[Part] = [*curves, effect_table(view), event_table]
+    contents: list[Part] = [*curves, *section_of(view, SectionName.EFFECTS).tables, event_table]
     if planned.not_run:
         contents.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
     if not planned.detection:
@@ -74,38 +72,18 @@ def folds(view: RunView) -> Iterator[Fold]:
     rate = f", {words.rate(1.0 / session.median_step)}" if session.median_step else ""
     bodies = plural(len(session.bodies), "body", "bodies")
     frames = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
-    yield (f"Recording: {frames}, {bodies}", [_fact_table(session)])
+    yield (f"Recording: {frames}, {bodies}", [run_tables.session_table(view)])
     yield (trust(document), finding_parts(document))
     audited = [rank.label for rank in view.ranking[:-1]]
     if audited:
         yield ("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
         counts = run_tables.pair_frame_table("Pair-frames", document.audit)
         yield ("Counts with intervals", [FRAME_WORDS, counts])
+    if faults := section_of(view, SectionName.FAULTS).tables:
+        yield ("Missed and false contacts, in tables", faults)
     if document.detectors:
-        yield ("Time of each detector", [run_tables.cost_table(view)])
+        yield ("Time of each detector", section_of(view, SectionName.TIMES).tables)
     yield ("Settings, to get the same figures again", [_settings_table(document)])
-
-
-def _fact_table(session: SessionRecord) -> Table:
-    """Table of facts about the recording and of frames and bodies left out."""
-    dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
-    proxies = [name for name, body in session.bodies.items() if body.proxy]
-    rows: list[tuple[str, object]] = [
-        ("session", session.id),
-        ("bodies", ", ".join(f"{name} ({body.faces:,} faces)" for name, body in session.bodies.items())),
-    ]
-    if proxies:
-        rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
-    if session.left_out:
-        rows.append(("not tested", f"no mesh: {', '.join(session.left_out)}"))
-    if dropped:
-        rows.append(("frames left out", ", ".join(dropped)))
-    rows += [("note", note) for note in session.notes]
-    rows += [(row.subject, row.sentence) for row in session.assumptions]
-    rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
-    if withheld := session.facts_withheld:
-        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
-    return table("Facts of the session", ("what", "value"), rows, words=2)
 
 
 def trust(document: RunDocument) -> str:

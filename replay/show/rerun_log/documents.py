@@ -18,6 +18,7 @@ from replay.show.report.markup import filled
 from replay.show.rerun_log.recording_file import entity
 from replay.show.rerun_log.timing import colour_of, stage_ms
 from replay.show.run_tables import ranking_table, sampling_notes
+from replay.show.sections import SectionName, fault_tables, section_of
 from replay.show.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
 from replay.tables import Column, Table, markdown, table
 from replay.words import plural
@@ -28,6 +29,9 @@ FOLDER: Final = "show/rerun_log"
 ANSWER: Final = "answer"
 ACCURACY: Final = "accuracy/text"
 SESSION_TEXT: Final = "session"
+
+TABLE_LEVEL: Final = 2
+"""Level of the heading of a table."""
 
 NO_BREAK: Final = "\u00a0"
 """A space at which no line is broken: between a number and its unit."""
@@ -45,7 +49,13 @@ def answer_text(result: RunResult) -> str:
         price=price(result),
         ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
         notes=[*undecided(result), *sampling_notes(result)],
+        tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )  # fmt: skip
+
+
+def _tables(result: RunResult, *names: SectionName) -> list[str]:
+    """Tables of sections in Markdown."""
+    return [markdown(table, TABLE_LEVEL) for name in names for table in section_of(result, name).tables]
 
 
 def ranking_text(result: RunResult) -> str:
@@ -103,6 +113,7 @@ def detector_text(result: RunResult, label: str) -> str:
         f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
         setting=result.document.detectors[label].spec, counts=counts,
         stages=markdown(table("", ("stage", "ms a frame"), rows)),
+        tables=[markdown(table, TABLE_LEVEL) for table in fault_tables(result, [label])],
     )  # fmt: skip
 
 
@@ -111,4 +122,5 @@ def session_text(result: RunResult) -> str:
     return filled(
         f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result.document), caveat=CAVEAT,
         happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,
+        tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A column of the ranking is one row of one table: every output shows it, and Parquet holds its number."""
+"""A column of a table is one row of one list: every output shows it, and of the ranking Parquet holds its number."""
 
 import re
 from html import unescape
@@ -7,13 +7,17 @@ from io import StringIO
 import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
-from support.report_states import steady
+from support.report_states import PLACES, SCENE, TWO, steady, with_steady_times
+from support.small_worlds import cubes
 
 import replay
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
+from replay.cli.run_tables import run_tables as verbose_tables
+from replay.engine import compute
 from replay.show import run_tables
-from replay.show.rerun_log.documents import ranking_text
+from replay.show.report.page import report_html
+from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
 from replay.show.results.run_folder import write_run_folder
 from replay.tables import Column
 
@@ -44,7 +48,7 @@ def texts(tmp_path_factory):
     result, folder = steady("several"), tmp_path_factory.mktemp("runs")
     before = texts_of(result, write_run_folder(result, folder / "before"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_tables, "RANKING", (*run_tables.RANKING, NEW))
+        patch.setitem(run_tables.COLUMNS, "ranking", (*run_tables.COLUMNS["ranking"], NEW))
         after = texts_of(result, write_run_folder(result, folder / "after"))
     return result, folder / "after", before, after
 
@@ -79,5 +83,43 @@ def test_parquet_holds_the_numbers_behind_the_cells(texts):
     assert rows[result.oracle]["missed"] is None
 
 
-def test_every_column_of_the_ranking_has_a_meaning():
-    assert all(column.meaning for column in run_tables.RANKING)
+TABLES = ("ranking", "misses", "false", "times", "session", "effects")
+MARKER = Column("probe", of=lambda row: "marker-cell")
+
+
+def all_texts(result):
+    console = Console(width=400, file=StringIO())
+    console.print(run_screen(result), verbose_tables(result))
+    pictured = [answer_text(result), *(detector_text(result, label) for label in result.comparisons)]
+    return {
+        "terminal": console.file.getvalue(),
+        "Markdown": run_markdown(result, ()),
+        "report": unescape(report_html(result)),
+        "notebook": replay.RunResult.of(result)._repr_html_(),
+        "picture": "".join(pictured),
+    }
+
+
+@pytest.fixture(scope="module")
+def faulty():
+    """A run with misses, false contacts and an effect."""
+    places = PLACES | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
+    box = "box=collider[shape=box,skin_m=0.05]"
+    return with_steady_times(compute(cubes(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_new_column_of_any_table_is_seen_in_five_outputs(faulty, table, monkeypatch):
+    monkeypatch.setitem(run_tables.COLUMNS, table, (*run_tables.COLUMNS[table], MARKER))
+    texts = all_texts(faulty)
+    assert texts.keys() == set(OUTPUTS)
+    assert [output for output, text in texts.items() if "marker-cell" not in text] == []
+
+
+def test_no_output_shows_a_column_that_no_table_has(faulty):
+    assert not [output for output, text in all_texts(faulty).items() if "marker-cell" in text]
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_every_column_of_every_table_has_a_meaning(table):
+    assert all(column.meaning for column in run_tables.COLUMNS[table])

@@ -53,9 +53,7 @@ def test_uncertain_first_touch_states_its_uncertainty(away, known):
     assert (row["touch_free"], row["touch"]) == (miss.evidence.touch.free, miss.evidence.touch.moment)
     bound = f"within {duration(row['touch'] - row['touch_free'])}"
     moment = f"{miss.evidence.touch.moment:.3f}"
-    assert column(miss_table(result.tables["misses"], "exact"), "at s") == [
-        moment if known else Marked(moment, "", bound)
-    ]
+    assert column(miss_table(result, "exact"), "at s") == [moment if known else Marked(moment, "", bound)]
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
 
 

@@ -1,0 +1,116 @@
+"""The sections of a run: every screen renders these, from the document, and computes nothing of its own."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from replay.document.headline import doubts, price, undecided
+from replay.document.run_result import Summarised
+from replay.show import run_tables
+from replay.show.words import tallied
+from replay.tables import Table, markdown, markdown_words
+
+MOST_FAULTS: Final = 20
+"""Rows of a table of faults; Parquet holds them all."""
+
+
+class SectionName(StrEnum):
+    """The sections of a run, in their order."""
+
+    ANSWER = "Answer"
+    RANKING = "Ranking"
+    FAULTS = "Faults"
+    TIMES = "Times"
+    SESSION = "Session"
+    EFFECTS = "Effects"
+
+
+@dataclass(frozen=True)
+class Section:
+    """Sentences and tables about one question.
+
+    Parameters
+    ----------
+    name : the question.
+    sentences : paragraphs above the tables.
+    tables : each with its title and its notes.
+    reasons : of the answer: ``Why``, ``Fix``, each with its text and its command.
+    """
+
+    name: SectionName
+    sentences: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    reasons: tuple[tuple[str, str, str], ...] = ()
+
+
+def sections(run: Summarised) -> tuple[Section, ...]:
+    """Return the sections of a run that hold anything, in their order."""
+    made = (
+        _answer(run),
+        _ranking(run),
+        Section(SectionName.FAULTS, tables=tuple(fault_tables(run, (rank.label for rank in run.ranking)))),
+        _times(run),
+        Section(SectionName.SESSION, tuple(doubts(run.document)), (run_tables.session_table(run),)),
+        _effects(run),
+    )
+    return tuple(section for section in made if section.sentences or section.tables)
+
+
+def section_of(run: Summarised, name: SectionName) -> Section:
+    """Return the section of this name; an empty one where the run has nothing to say there."""
+    return next((section for section in sections(run) if section.name is name), Section(name))
+
+
+def _answer(run: Summarised) -> Section:
+    """The sentence about the worst detector, its reasons, and the time of the reference."""
+    if not run.answers:
+        return Section(SectionName.ANSWER)
+    first = run.answers[0]
+    return Section(SectionName.ANSWER, (first.sentence, *price(run)), reasons=tuple(first.reasons))
+
+
+def _ranking(run: Summarised) -> Section:
+    """Every detector, and what was not decided; without a reference the contacts of each detector."""
+    if run.ranking:
+        return Section(SectionName.RANKING, tuple(undecided(run)), (run_tables.ranking_table(run),))
+    contacts = (run_tables.contact_table(run, label) for label in run.document.detectors)
+    return Section(SectionName.RANKING, tables=tuple(contacts))
+
+
+def fault_tables(run: Summarised, labels: Iterable[str]) -> Iterator[Table]:
+    """Missed and false contacts of each detector: those never reported first, the longest false ones first."""
+    for label in labels:
+        if label not in run.document.audit:
+            continue
+        tables = {"misses": run_tables.miss_table(run, label), "false": run_tables.false_table(run, label)}
+        for name, table in tables.items():
+            if table.rows:
+                yield table.first(MOST_FAULTS, f"… and {{}} more: see {name}.parquet or --format json")
+
+
+def _times(run: Summarised) -> Section:
+    tables = (run_tables.cost_table(run),) if run.document.detectors else ()
+    return Section(SectionName.TIMES, tables=tables)
+
+
+def _effects(run: Summarised) -> Section:
+    effects = run.document.effects
+    if not effects:
+        return Section(SectionName.EFFECTS)
+    reported = (f"{kind}: {tallied(effect.events)}." for kind, effect in effects.items() if effect.events)
+    return Section(SectionName.EFFECTS, tuple(reported), (run_tables.effect_table(run),))
+
+
+def details(run: Summarised) -> tuple[Section, ...]:
+    """Return the sections below answer and ranking, which a screen folds."""
+    return tuple(section for section in sections(run) if section.name not in (SectionName.ANSWER, SectionName.RANKING))
+
+
+def details_markdown(run: Summarised) -> list[str]:
+    """Return the sections below answer and ranking in Markdown, each folded below its name."""
+    blocks = []
+    for section in details(run):
+        contents = [*map(markdown_words, section.sentences), *(markdown(table, 4) for table in section.tables)]
+        blocks.append("\n\n".join((f"<details><summary>{section.name}</summary>", *contents, "</details>")))
+    return blocks
