@@ -4,7 +4,6 @@ Excel's line ``sep=;`` is passed over, and so is a row of units below the header
 spaces.
 """
 
-import csv
 import re
 import tomllib
 from collections.abc import Collection, Sequence
@@ -14,6 +13,7 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import ROW_MAJOR, CsvLayout
+from sessions.importers.spreadsheet_text import decimal_letter, excel_separator, named_encoding, split_lines
 from sessions.input_files import opened
 
 HEAD_BYTES: Final = 200_000
@@ -22,14 +22,10 @@ FIRST_ROWS: Final = 200
 LINES_ABOVE: Final = 50
 """Lines above the rows that are looked for a header, beside ``FIRST_ROWS``."""
 DELIMITERS: Final = (",", ";", "\t", " ")
-SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
-"""The line that Excel begins a CSV with to say what stands between its cells."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
 """What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
 UNITS: Final = frozenset(WORDS["units"]) | frozenset(WORDS["more_units"])
-ENCODINGS: Final = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
-BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
 """A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
 NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", *UNORDERED)}
@@ -129,27 +125,13 @@ def _numbered_columns(width: int) -> tuple[str, ...]:
 
 def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, columns: tuple[str, ...] = ()) -> CsvLayout:
     """Decimal commas can only stand where no comma is between the cells."""
-    commas = delimiter in ";\t" and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[:1] for cell in row)
-    return CsvLayout(delimiter, "," if commas else ".", skip_lines=skip_lines, columns=columns)
+    return CsvLayout(delimiter, decimal_letter(delimiter, rows[:1]), skip_lines=skip_lines, columns=columns)
 
 
 def check_encoding(source: Path, data: bytes) -> None:
     """Refuse text in another encoding than UTF-8 that says so by its first bytes."""
-    for start, name in ENCODINGS.items():
-        if data.startswith(start):
-            raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {name}; save it as UTF-8")
-
-
-def excel_separator(line: str) -> str:
-    """The character that Excel's first line ``sep=;`` names, or nothing."""
-    match = SEPARATOR.fullmatch(line.strip("\r\n \ufeff"))
-    return match[1] if match else ""
-
-
-def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    """The cells of lines, without spaces around them; spaces between cells may be several."""
-    texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
-    return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
+    if encoding := named_encoding(data):
+        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
 
 
 def is_row_of_units(cells: Sequence[str]) -> bool:

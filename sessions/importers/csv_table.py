@@ -23,19 +23,11 @@ import pyarrow.compute as pc
 import pyarrow.csv
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_head import (
-    BYTE_ORDER_MARK,
-    NUMBER,
-    WORDS,
-    bare_unit,
-    check_encoding,
-    excel_separator,
-    is_row_of_units,
-    split_lines,
-)
+from sessions.importers.csv_head import NUMBER, WORDS, bare_unit, check_encoding, is_row_of_units
 from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumns
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable
+from sessions.importers.spreadsheet_text import BYTE_ORDER_MARK, excel_separator, split_lines
 from sessions.importers.stamps import Numbers, Rows, Stamps
 from sessions.input_files import read_bytes
 from sessions.scene_files.toml_table import nearest

@@ -1,8 +1,6 @@
 """Questionnaire and metrics, joined student by student; a row that cannot be joined is counted and named."""
 
-import codecs
 import csv
-import io
 import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
@@ -12,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
+from sessions.importers.spreadsheet_text import spreadsheet_rows
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -38,12 +37,6 @@ def _first(items: Sequence[object]) -> str:
     return ", ".join(map(str, items[:5])) + (", ..." if len(items) > 5 else "")
 
 
-DELIMITERS: Final = (",", ";", "\t", "|")
-"""What spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
-
-_DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
-
-
 def read_rows(path: Path) -> list[dict[str, str]]:
     """Rows of a CSV file as spreadsheets write it: with commas, semicolons or tabs, in UTF-8, UTF-16 or Windows-1252.
 
@@ -52,17 +45,9 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     than the heading, or two columns of one name.
     """
     try:
-        text = _decoded(path.read_bytes())
-        first, _, rest = text.partition("\n")
-        declared = re.fullmatch(r'"?sep=(.)"?', first.strip())
-        if declared:
-            text = rest
-        delimiter = declared[1] if declared else _delimiter(text)
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
-        lines = [[cell.strip() for cell in line] for line in reader]
+        lines = spreadsheet_rows(path.read_bytes())
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise StudyError(f"{path} cannot be read as CSV: {error}") from error
-    lines = [line for line in lines if any(line)]
     if not lines:
         return []
     head, *body = lines
@@ -74,26 +59,8 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         if any(line[len(head) :]):
             raise StudyError(f"{path.name}, data row {number}: {len(line)} cells below {len(head)} names of columns")
         cells = [*line, *[""] * (len(head) - len(line))]
-        if delimiter != ",":
-            cells = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
         rows.append(dict(zip(head, cells, strict=False)))
     return rows
-
-
-def _decoded(content: bytes) -> str:
-    """The text of a file by its byte order mark; without one UTF-8, or else what Excel writes on Windows."""
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return content.decode("utf-16")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252")
-
-
-def _delimiter(text: str) -> str:
-    """The delimiter that cuts the heading into most columns; the comma where none cuts it."""
-    head = next((line for line in text.splitlines() if line.strip()), "")
-    return max(DELIMITERS, key=lambda delimiter: len(next(csv.reader([head], delimiter=delimiter), [])))
 
 
 def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
