@@ -19,7 +19,7 @@ from replay.advice.open_guesses import (
     untried_lines,
     untried_rows,
 )
-from replay.advice.plausibility import more_plausible
+from replay.advice.plausibility import more_plausible, plausible_length_unit
 from replay.advice.rereading import Rereadings
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.scene_outcome import Outcome, outcome_words
@@ -138,9 +138,17 @@ def examine_assumptions(
                 advance(1)
             different = _different(alternatives)
             if len(different) > 1:
-                plausible = more_plausible({shown.value: shown.outcome for shown in different})
-                questions.append(Question(row, different, plausible))
+                questions.append(Question(row, different, _plausible(session, row, different)))
     return Examined(session, whole, frames, current, tuple(questions[:MOST_QUESTIONS]))
+
+
+def _plausible(session: Session, row: Assumption, alternatives: Sequence[Alternative]) -> str:
+    """The value of the alternative that is clearly more plausible, or ``""``."""
+    outcomes = {alternative.value: alternative.outcome for alternative in alternatives}
+    if row.subject is not Subject.LENGTH_UNIT:
+        return more_plausible(outcomes)
+    unit = plausible_length_unit(session, row)
+    return unit if unit in outcomes else ""
 
 
 def collider_questions(session: Session, row: Assumption, current: Outcome) -> list[Question]:

@@ -83,7 +83,7 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     if assumption.subject is Subject.POSE_AXES and _all_follow(session, assumption):
         return False
     frames = session.frames
-    rows = _evenly(len(frames), MOST_FRAMES)
+    rows = evenly(len(frames), MOST_FRAMES)
     values = (assumption.value, *assumption.alternatives)
     try:
         scenes = _scenes(session, assumption, dict.fromkeys(values), rows)
@@ -149,20 +149,22 @@ def _candidates(
     """Frames in which the boxes of a pair overlap, the deepest first; those with a separated alternative come first."""
     if not len(rows):
         return
-    chosen = rows[_evenly(len(rows), FRAMES_OF_A_PAIR)]
+    chosen = rows[evenly(len(rows), FRAMES_OF_A_PAIR)]
     depths = np.stack([_box_depths(scene, pair, columns, chosen) for scene in scenes])
     deepest, is_separated = depths.max(axis=0), depths.min(axis=0) < 0.0
     for mask in (is_separated, ~is_separated):
         overlapping = np.flatnonzero(mask & (deepest > 0.0))
         if len(overlapping):
             best = overlapping[deepest[overlapping].argmax()]
-            others = overlapping[_evenly(len(overlapping), TESTS_OF_A_PAIR)]
+            others = overlapping[evenly(len(overlapping), TESTS_OF_A_PAIR)]
             for rank, column in enumerate(dict.fromkeys([best, *others])):
                 yield _Candidate(pair, columns, int(chosen[column]), rank, tuple(depths[:, column].tolist()))
 
 
-def _evenly(count: int, most: int) -> Rows:
-    """At most so many of the numbers below a count, evenly chosen."""
+def evenly(count: int, most: int) -> Rows:
+    """Returns at most so many of the numbers below a count, evenly chosen."""
+    if not count:
+        return np.zeros(0, dtype=np.intp)
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
 
 

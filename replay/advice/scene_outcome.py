@@ -10,7 +10,7 @@ from cdcore import Body, Motion
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
-from replay.advice.shared_motion import shared_motion
+from replay.advice.sampled_contacts import evenly
 from replay.auditing.episodes import episodes
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
@@ -27,9 +27,6 @@ DEPTH_FRAMES: Final = 24
 DEEP_M: Final = 0.005
 """A body that stands deeper in another is no body that rests: glass is thinner, and trackers err by less."""
 
-VERY_DEEP_M: Final = 0.02
-"""Deeper overlaps speak against a scene more than none that touches does."""
-
 GAP_FRAMES: Final = 48
 """Frames without contact whose gap is measured, of each pair those of the nearest bodies."""
 
@@ -41,12 +38,10 @@ class Outcome:
     Parameters
     ----------
     contacts : how many there are; ``contact`` (T, P) where.
-    deepest : metres that bodies stand in each other at most.
+    deepest : metres that bodies stand in each other at most, in the contact frames that are measured.
+    deep_fraction : fraction of these frames in which they stand deeper in each other than bodies that rest.
     closest : metres between two bodies at most; 0 with a contact, ``None``: not measured.
     closest_frame : the frame of the closest moment, and its pair.
-    touched : bodies that touch another at any time.
-    supported : bodies that touch another while both rest.
-    carried_contact : fraction with contact of the frames in which two bodies move as one.
     """
 
     contacts: int
@@ -55,9 +50,7 @@ class Outcome:
     closest: float | None
     closest_frame: int
     closest_pair: int
-    touched: int
-    supported: int = 0
-    carried_contact: float = 0.0
+    deep_fraction: float = 0.0
 
 
 class ReplayedBodies:
@@ -99,38 +92,35 @@ class ReplayedBodies:
         """Returns the contacts by the exact detector, their depth, and how near bodies come without one."""
         detection = self._detector.detect(motion)
         contact = counts_as_contact(detection.verdict)
-        deepest, deep_frame = self._deepest(motion, contact)
-        closest, frame, pair = (0.0, *deep_frame) if contact.any() else self._closest(motion)
-        shared = shared_motion(motion, self.pairs)
-        touched = {body for column in np.flatnonzero(contact.any(axis=0)) for body in self.pairs[column].tolist()}
+        depths, rows = self._depths(motion, contact)
+        if len(depths):
+            frame, pair = rows[int(depths.argmax())].tolist()
+            closest: float | None = 0.0
+        else:
+            closest, frame, pair = self._closest(motion)
         return Outcome(
             contacts=len(episodes(detection, motion.valid)),
             contact=contact,
-            deepest=deepest,
+            deepest=float(depths.max(initial=0.0)),
+            deep_fraction=float((depths > DEEP_M).mean()) if len(depths) else 0.0,
             closest=closest,
             closest_frame=frame,
             closest_pair=pair,
-            touched=len(touched),
-            supported=shared.supported(contact, self.pairs),
-            carried_contact=shared.carried_contact(contact),
         )
 
-    def _deepest(self, motion: Motion, contact: BoolArray) -> tuple[float, tuple[int, int]]:
-        """Metres of the deepest overlap among frames that are evenly chosen, its frame and its pair."""
+    def _depths(self, motion: Motion, contact: BoolArray) -> tuple[FloatArray, IntArray]:
+        """Metres of overlap (n,) in contact frames that are evenly chosen, and their frames and pairs (n, 2)."""
         frames, pairs = np.nonzero(contact)
-        if not len(frames):
-            return 0.0, (0, 0)
-        chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), DEPTH_FRAMES)).round().astype(np.int64))
         # Pair by pair, so that each pair is among those chosen.
         order = np.lexsort((frames, pairs))
-        depths = []
-        for row in order[chosen].tolist():
-            first, second = self.pairs[pairs[row]].tolist()
+        chosen = order[evenly(len(order), DEPTH_FRAMES)]
+        rows = np.stack([frames[chosen], pairs[chosen]], axis=1)
+        depths = np.zeros(len(rows))
+        for number, (frame, pair) in enumerate(rows.tolist()):
+            first, second = self.pairs[pair].tolist()
             surfaces = self._surface(first), self._surface(second)
-            depths.append(overlap_depth(*surfaces, motion, int(frames[row]), (first, second)))
-        deepest = int(np.argmax(depths))
-        row = int(order[chosen[deepest]])
-        return depths[deepest], (int(frames[row]), int(pairs[row]))
+            depths[number] = overlap_depth(*surfaces, motion, frame, (first, second))
+        return depths, rows
 
     def _closest(self, motion: Motion) -> tuple[float | None, int, int]:
         """Metres of the smallest gap among the frames in which two bodies are nearest, its frame and its pair."""

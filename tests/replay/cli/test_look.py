@@ -37,8 +37,8 @@ def test_pipe_gets_question_pictures_exit_3_and_deciding_option(recording, capsy
     assert main(["doctor", str(recording), "--look"]) == 3
     output = capsys.readouterr()
     text = " ".join(output.out.split())
-    assert "1 of 1 Axes of tool.glb and plate.glb; guessed" in text and text.count("more plausible") == 1
-    assert "b as the poses (ros): 2 contacts, at most 3 mm deep more plausible" in text
+    assert "1 of 1 Axes of tool.glb and plate.glb; guessed" in text and "more plausible" not in text
+    assert "b as the poses (ros): 2 contacts, at most 3 mm deep c gltf" in text
     assert f"replay doctor {recording} --answer 1a, 1b or 1c; or --mesh-axes when you import it" in " ".join(
         output.err.split()
     )
@@ -46,6 +46,13 @@ def test_pipe_gets_question_pictures_exit_3_and_deciding_option(recording, capsy
         picture = np.asarray(Image.open(recording.with_name("s-look") / f"{name}.png"))
         assert picture.shape == (640, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
     assert (recording.with_name("s-look") / "look.rrd").read_bytes()[:4] == b"RRF2"
+
+
+def test_the_more_plausible_alternative_is_marked_alone(recording, monkeypatch, capsys):
+    monkeypatch.setattr("replay.advice.assumptions.more_plausible", lambda outcomes: "body")
+    assert main(["doctor", str(recording), "--look"]) == 3
+    text = " ".join(capsys.readouterr().out.split())
+    assert "at most 3 mm deep more plausible c gltf" in text and text.count("more plausible") == 1
 
 
 def test_piped_import_exits_3_until_its_guess_is_decided(tmp_path, capsys):
