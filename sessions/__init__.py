@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from sessions.importers import IMPORTERS, import_session
     from sessions.mcap.reader import read_session
     from sessions.mcap.recorder import Recorder
+    from sessions.mcap.salvage import recover
     from sessions.mcap.writer import write_session
     from sessions.mesh_data import MeshData
     from sessions.meshes.glb import mesh_to_glb
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from sessions.model.scene import Scene
     from sessions.model.session import Session
     from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
-    from sessions.recovery.recover import recover
     from sessions.scene_files.scene_toml import parse_scene, read_scene
 
 __all__ = [
@@ -37,7 +37,7 @@ _NAMES = {
     "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
     "model.event": "Event Interval LiveContact", "model.frames": "Frames Status", "model.scene": "Scene",
     "model.session": "Session", "model.track": "GazeTrack HandTrack ScalarTrack Track",
-    "recovery.recover": "recover", "scene_files.scene_toml": "parse_scene read_scene",
+    "mcap.salvage": "recover", "scene_files.scene_toml": "parse_scene read_scene",
 }  # fmt: skip
 _HOME = {name: f"sessions.{module}" for module, names in _NAMES.items() for name in names.split()}
 """Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""

@@ -22,7 +22,7 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     \b
     replay recover session.mcap.partial session.mcap
     """
-    from sessions.recovery.recover import recover
+    from sessions.mcap.salvage import recover
 
     people.say(f"reading {torn}")
     result = recover(torn, out, overwrite=force)

@@ -91,7 +91,7 @@ def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, .
 
 
 def contact_message(contact: LiveContact) -> Message:
-    """What the live engine reported."""
+    """A report of the live engine as a message."""
     if contact.phase not in PHASES:
         raise SessionFileError(f"a live contact has phase {contact.phase!r}; use one of: {', '.join(PHASES)}")
     bodies = {"body_a": contact.body_a, "body_b": contact.body_b}
@@ -102,7 +102,7 @@ def contact_message(contact: LiveContact) -> Message:
 
 
 def read_contact(payload: bytes) -> LiveContact:
-    """What the live engine reported."""
+    """The report of the live engine in a message; SessionFileError: it holds no known phase or no whole point."""
     message = schemas.message_class("Contact").FromString(payload)
     if not 0 < message.phase <= len(PHASES) or len(message.point) not in (0, 3):
         raise SessionFileError("a message on /contacts/live has no known phase or a point that is not three numbers")

@@ -26,7 +26,7 @@ from sessions import examine, read_session
 from sessions.errors import SessionFileError
 from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
-from sessions.recovery.recover import recover
+from sessions.mcap.salvage import recover
 
 COMPOSED = Path(__file__).with_name("composed")
 COUNT, STEP = 25, 11_111_111

@@ -17,7 +17,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap import container
 from sessions.mcap.mcap_file import McapFile
 from sessions.mcap.metadata import bodies_record
-from sessions.recovery.recover import RECOVERED, recover
+from sessions.mcap.salvage import RECOVERED, recover
 
 BLOCK = 1 << 15
 COUNT = 900

@@ -1,4 +1,4 @@
-"""``recover``: every whole message of every readable chunk of a damaged file, in a file that is whole.
+"""``recover`` saves every whole message of every readable chunk of a damaged file, in a file that is whole.
 
 A chunk whose checksum is wrong is not read at all, because nobody can say which of its bytes changed. What follows a
 record that is not whole is lost: nothing is guessed among bytes without records. The result and the new file's

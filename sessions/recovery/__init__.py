@@ -1,1 +1,0 @@
-"""Saves what can be read of a session file that was cut short or damaged."""
